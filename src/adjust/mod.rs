@@ -1,0 +1,219 @@
+//! Least squares: one problem, two solvers of independent derivation, and the check that they agree.
+
+use crate::problem::{Problem, State};
+use nalgebra::{DMatrix, Matrix3, SMatrix};
+use std::ops::ControlFlow;
+
+/// Linear algebra of the reduced camera system.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LinearSolver {
+    /// Dense when small, sparse when large.
+    #[default]
+    Auto,
+    /// Dense Cholesky.
+    Dense,
+    /// Sparse Cholesky.
+    Sparse,
+    /// Preconditioned conjugate gradients.
+    Iterative,
+}
+
+/// What to compute the covariance of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum CovarianceOf {
+    /// Nothing.
+    Nothing,
+    /// Camera and effect parameters.
+    Shared,
+    /// These, every pose and every point.
+    #[default]
+    Everything,
+}
+
+/// Options of a solve. Each solver destructures them without `..`: a new option that one of them forgets does not compile.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Most steps tried, accepted or not.
+    pub max_iterations: usize,
+    /// Stop when an accepted step changes chi-square (`sum rho`, twice the cost) by less than this, absolutely, and less than
+    /// this was predicted.
+    pub chi_square_change: f64,
+    /// Threads of the solver.
+    pub threads: usize,
+    /// Linear algebra.
+    pub linear_solver: LinearSolver,
+    /// Covariance.
+    pub covariance: CovarianceOf,
+}
+
+/// A parameter is wrong by `sqrt(change)` of its sigma at most when chi-square stops changing by `change`: 1e-8 leaves 1e-4 sigma,
+/// a tenth of what the agreement of the solvers allows.
+pub const CHI_SQUARE_CHANGE: f64 = 1e-8;
+
+/// Ten times what a block with start values within the basin of convergence takes.
+pub const MAX_ITERATIONS: usize = 200;
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            max_iterations: MAX_ITERATIONS,
+            chi_square_change: CHI_SQUARE_CHANGE,
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            linear_solver: LinearSolver::Auto,
+            covariance: CovarianceOf::Everything,
+        }
+    }
+}
+
+/// Progress of one iteration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Iteration {
+    /// From 0 (the start values).
+    pub number: usize,
+    /// `sum rho / 2`.
+    pub cost: f64,
+    /// Largest gradient entry by scaled unknowns.
+    pub gradient_max: f64,
+    /// Seconds since the start.
+    pub seconds: f64,
+}
+
+/// Called after each iteration; `Break` cancels the solve.
+pub type Progress<'a> = dyn FnMut(&Iteration) -> ControlFlow<()> + 'a;
+
+/// Covariance for unit weight (sigma0 = 1) in the problem's own datum.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Covariance {
+    /// Free camera and effect parameters (image-scoped ones left out), as unknowns of the layout; rows of `shared`.
+    pub shared_unknowns: Vec<usize>,
+    /// Their covariance, raw units.
+    pub shared: DMatrix<f64>,
+    /// Per image, rotation (rad) and centre (m); zero where held. Empty unless asked for.
+    pub poses: Vec<SMatrix<f64, 6, 6>>,
+    /// Per point, m^2. Empty unless asked for.
+    pub points: Vec<Matrix3<f64>>,
+    /// Per value of `theta`: its variance (image-scoped ones included; zero where held).
+    pub theta_variances: Vec<f64>,
+}
+
+/// What a solver found.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// Estimated values.
+    pub state: State,
+    /// `sum rho / 2`.
+    pub cost: f64,
+    /// Did it meet its stopping rule?
+    pub converged: bool,
+    /// Steps tried.
+    pub iterations: usize,
+    /// Wall-clock seconds of the solve, covariance excluded.
+    pub seconds: f64,
+    /// Largest gradient entry at the solution, by scaled unknowns.
+    pub gradient_max: f64,
+    /// As asked for.
+    pub covariance: Option<Covariance>,
+}
+
+/// Residuals and Jacobian at a given state, robust loss not applied.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluation {
+    /// In the problem's order.
+    pub residuals: Vec<f64>,
+    /// Row `i` of the Jacobian of the residuals: entries `row_start[i]..row_start[i + 1]`.
+    pub row_start: Vec<usize>,
+    /// Unknowns (layout numbering, free ones alone), ascending within a row.
+    pub columns: Vec<usize>,
+    /// Derivatives by raw unknowns; rotations by `w`.
+    pub values: Vec<f64>,
+}
+
+/// Normal equations after elimination of the points, robust weights not applied.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReducedSystem {
+    /// Free unknowns that are not points, ascending.
+    pub unknowns: Vec<usize>,
+    /// `J'J` reduced, raw units.
+    pub matrix: DMatrix<f64>,
+    /// `J'r` reduced.
+    pub gradient: Vec<f64>,
+}
+
+/// A direction that the measurements do not determine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NullDirection {
+    /// Parameters that take part, by falling share, with their component (scaled by the parameter's domain).
+    pub components: Vec<(String, f64)>,
+}
+
+impl std::fmt::Display for NullDirection {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (k, (name, component)) in self.components.iter().enumerate() {
+            write!(f, "{}{name} ({component:+.2})", if k == 0 { "" } else { ", " })?;
+        }
+        Ok(())
+    }
+}
+
+/// Why an adjustment failed.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum AdjustError {
+    /// Directions without information.
+    #[error("{solver}: the measurements do not determine: {}; hold or tie these parameters (--fix, --tie) or give them a prior", .directions.iter().map(ToString::to_string).collect::<Vec<_>>().join("; and: "))]
+    Singular {
+        /// Which solver found it.
+        solver: &'static str,
+        /// The null space.
+        directions: Vec<NullDirection>,
+    },
+    /// Stopped by the iteration limit or stuck.
+    #[error("{solver}: not converged after {iterations} iterations: {reason}")]
+    NotConverged {
+        /// Which solver.
+        solver: &'static str,
+        /// Steps tried.
+        iterations: usize,
+        /// Why it stopped.
+        reason: String,
+    },
+    /// The start values cannot be projected.
+    #[error("at the start values point `{point}` cannot be projected into image `{image}`: {reason}")]
+    BadStart {
+        /// Name.
+        image: String,
+        /// Name.
+        point: String,
+        /// Behind the camera, outside an effect's domain.
+        reason: String,
+    },
+    /// The progress callback asked to stop.
+    #[error("{solver}: cancelled")]
+    Cancelled {
+        /// Which solver.
+        solver: &'static str,
+    },
+    /// An option that this solver cannot honour.
+    #[error("{solver} cannot honour {option}")]
+    Unsupported {
+        /// Which solver.
+        solver: &'static str,
+        /// The option, and what can be done instead.
+        option: String,
+    },
+    /// The C++ side reported an error.
+    #[error("ceres: {0}")]
+    Bridge(String),
+}
+
+/// A solver of [`Problem`].
+pub trait Solver: Sync {
+    /// `ceres` or `native`.
+    fn name(&self) -> &'static str;
+    /// Solves from `problem.start`.
+    fn solve(&self, problem: &Problem, options: &Options, progress: &mut Progress<'_>)
+    -> Result<Solution, AdjustError>;
+    /// Residuals and Jacobian at `state`.
+    fn evaluate(&self, problem: &Problem, state: &State) -> Result<Evaluation, AdjustError>;
+    /// Reduced normal equations at `state`.
+    fn reduced_system(&self, problem: &Problem, state: &State) -> Result<ReducedSystem, AdjustError>;
+}

@@ -1,0 +1,29 @@
+//! misclosure: what is left over when a measurement and its model do not meet, and why.
+
+pub mod math;
+
+pub mod camera;
+
+pub mod block;
+
+pub mod io;
+
+pub mod effects;
+
+pub mod model;
+
+pub mod problem;
+
+pub mod adjust;
+
+pub mod scenario;
+
+pub mod inject;
+
+pub mod evaluate;
+
+pub mod diagnose;
+
+pub mod report;
+
+pub mod cli;

@@ -1,0 +1,2 @@
+//! The `misclosure` program.
+fn main() {}

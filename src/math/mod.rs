@@ -1,0 +1,3 @@
+//! Rotations, statistics, finite differences and small linear algebra; knows nothing of images.
+
+pub mod rotation;

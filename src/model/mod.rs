@@ -1,0 +1,141 @@
+//! What we believe about a block: which camera parameters are free, which effects are in, weights, priors and datum.
+
+use crate::effects::Effect;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Which observations define position, orientation and scale.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Datum {
+    /// Tie points alone, minimal constraints.
+    Free,
+    /// Control points as weighted observations.
+    Control,
+    /// GNSS positions as weighted observations.
+    Gnss,
+    /// Whatever the block has of the two.
+    All,
+}
+
+/// Robust loss on the squared normalised length `s` of an image residual; the cost is `rho(s) / 2`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Loss {
+    /// `rho(s) = s`.
+    None,
+    /// `rho(s) = s` up to `a^2`, then `2 a sqrt(s) - a^2`, with `a` of [`LOSS_SCALE`].
+    Huber,
+    /// `rho(s) = a^2 log(1 + s / a^2)`.
+    Cauchy,
+}
+
+/// Scale `a` of the robust losses, in standard deviations: the length of a 2D residual that one correct measurement in 20 exceeds,
+/// `sqrt(-2 ln 0.05)`.
+pub const LOSS_SCALE: f64 = 2.447_746_830_680_816;
+
+/// Weights of tie points by the number m of images that see the point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TieWeights {
+    /// `1 / sigma^2`.
+    Unit,
+    /// Times m (m - 1): MicMac's multi-points.
+    Multi,
+    /// Times m (m - 1)^2: MicMac's points as pairs.
+    Pairs,
+}
+
+/// An effect in the model.
+#[derive(Clone)]
+pub struct EffectTerm {
+    /// The effect.
+    pub effect: EffectRef,
+    /// Start values (estimated, searched) and values (given), by parameter name; absent: nominal. For one value of a scoped
+    /// parameter the key is `name[flight]`, `name[camera]` or `name[image]`.
+    pub values: BTreeMap<String, f64>,
+    /// Names of parameters that are held at their value.
+    pub held: Vec<String>,
+}
+
+/// A built-in or plugged-in effect.
+#[derive(Clone)]
+pub enum EffectRef {
+    /// Built in.
+    Builtin(&'static dyn Effect),
+    /// From a shared library; keeps it loaded.
+    Plugin(std::sync::Arc<dyn Effect>),
+}
+
+impl std::ops::Deref for EffectRef {
+    type Target = dyn Effect;
+    fn deref(&self) -> &Self::Target {
+        match self {
+            EffectRef::Builtin(effect) => *effect,
+            EffectRef::Plugin(effect) => effect.as_ref(),
+        }
+    }
+}
+
+impl std::fmt::Debug for EffectRef {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.descriptor().id)
+    }
+}
+
+impl std::fmt::Debug for EffectTerm {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}{:?}", self.effect.descriptor().id, self.values)
+    }
+}
+
+/// An explicit weak observation of a camera parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Prior {
+    /// Camera id.
+    pub camera: String,
+    /// One of [`crate::camera::PARAMETERS`].
+    pub parameter: String,
+    /// Observed value, the parameter's unit.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+}
+
+/// What we believe.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// Free parameters of every camera, in the order of [`crate::camera::PARAMETERS`].
+    pub free: [bool; 12],
+    /// The centre of distortion is the principal point and moves with it: `dcx, dcy` are not unknowns.
+    pub tie_dc_to_pp: bool,
+    /// Start values that replace the block's, by camera id and parameter name.
+    pub camera_values: BTreeMap<String, BTreeMap<String, f64>>,
+    /// Effects, in the order in which they act within a stage.
+    pub effects: Vec<EffectTerm>,
+    /// Weak observations of camera parameters.
+    pub priors: Vec<Prior>,
+    /// Datum.
+    pub datum: Datum,
+    /// Robust loss on image measurements.
+    pub loss: Loss,
+    /// Tie-point weights.
+    pub tie_weights: TieWeights,
+}
+
+impl Default for Model {
+    /// All twelve free, no effects, free datum, least squares.
+    fn default() -> Self {
+        Self {
+            free: [true; 12],
+            tie_dc_to_pp: false,
+            camera_values: BTreeMap::new(),
+            effects: Vec::new(),
+            priors: Vec::new(),
+            datum: Datum::Free,
+            loss: Loss::None,
+            tie_weights: TieWeights::Unit,
+        }
+    }
+}

@@ -1,0 +1,273 @@
+//! Block + model -> flat arrays: the one description of the least-squares problem that both solvers read.
+//!
+//! Unknowns are numbered ([`Layout`]): cameras (12 each), effect parameters (`theta`), poses (6 each: rotation `w` as in
+//! [`crate::math::rotation`], rad, then projection centre, m), points (3 each, m; tie points, then control points).
+//!
+//! Residuals are `(observed - computed) / sigma`, in this order: image observations (x, y each), control coordinates (3 each), GNSS
+//! positions (3 each), priors of `theta` (1 each, in order of `theta`), priors of camera parameters (1 each).
+
+use crate::block::{PointId, Pose};
+use crate::camera::{self, Interior};
+use crate::effects::{BlockContext, ImageContext, Scope};
+use crate::model::{EffectRef, Loss};
+use nalgebra::Vector3;
+
+/// What kind of image measurement an observation is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum MeasurementKind {
+    /// Tie-point measurement.
+    Tie = 0,
+    /// Mark of a control point.
+    Mark = 1,
+}
+
+/// One image measurement; those of a point stand together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct ImageObservation {
+    /// Position of the image.
+    pub image: u32,
+    /// Tie or mark.
+    pub kind: MeasurementKind,
+    /// Observed x, px.
+    pub x: f64,
+    /// Observed y, px.
+    pub y: f64,
+    /// `1 / sigma` of each coordinate, px^-1, weights by multiplicity included.
+    pub inverse_sigma: f64,
+}
+
+/// An observed position: of a control point or of an antenna.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PositionObservation {
+    /// Position of the point (in [`State::points`]) or of the image.
+    pub index: u32,
+    /// Observed, m.
+    pub position: Vector3<f64>,
+    /// Standard deviations, m.
+    pub sigma: Vector3<f64>,
+}
+
+/// A point of the problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PointSource {
+    /// In [`crate::block::Block::tie_points`].
+    Tie(PointId),
+    /// In [`crate::block::Block::surveyed`].
+    Control(PointId),
+}
+
+/// One number of `theta`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ThetaEntry {
+    /// Position of the effect in [`Problem::effects`].
+    pub effect: u32,
+    /// Position of the parameter in its descriptor.
+    pub parameter: u32,
+    /// Which camera, flight or image it belongs to (0 for global).
+    pub instance: u32,
+    /// Name for people: `focal-flight.a[nadir50]`.
+    pub name: String,
+    /// Is it an unknown?
+    pub free: bool,
+    /// Size of one unit inside the solvers.
+    pub scale: f64,
+    /// Standard deviation of a prior with mean `prior_mean`.
+    pub prior_sigma: Option<f64>,
+    /// See `prior_sigma`.
+    pub prior_mean: f64,
+}
+
+/// Where the values of an effect's parameters stand in `theta`.
+#[derive(Debug, Clone)]
+pub struct EffectInstance {
+    /// The effect.
+    pub effect: EffectRef,
+    /// Per parameter: scope, and position of its first value.
+    pub slots: Vec<(Scope, u32)>,
+}
+
+impl EffectInstance {
+    /// Position in `theta` of the value of `parameter` that holds in `image`.
+    pub fn theta_index(&self, parameter: usize, image: &ImageContext) -> usize {
+        let (scope, base) = self.slots[parameter];
+        let instance = match scope {
+            Scope::Global => 0,
+            Scope::Camera => image.camera,
+            Scope::Flight | Scope::FlightButFirst => image.flight,
+            Scope::Image => image.image,
+        };
+        (base + instance) as usize
+    }
+}
+
+/// An observed camera parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraPrior {
+    /// Position of the camera.
+    pub camera: u32,
+    /// Position of the parameter in [`camera::PARAMETERS`].
+    pub parameter: u32,
+    /// Observed.
+    pub value: f64,
+    /// Standard deviation.
+    pub sigma: f64,
+}
+
+/// Values of everything that can be unknown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Interior orientations, one per camera.
+    pub interiors: Vec<Interior>,
+    /// Effect parameters.
+    pub theta: Vec<f64>,
+    /// Exterior orientations, one per image.
+    pub poses: Vec<Pose>,
+    /// Points, m.
+    pub points: Vec<Vector3<f64>>,
+}
+
+/// The least-squares problem.
+#[derive(Debug, Clone)]
+pub struct Problem {
+    /// Ids of the cameras, for messages.
+    pub camera_names: Vec<String>,
+    /// Free parameters per camera. With `tie_dc_to_pp`, `dcx, dcy` are false.
+    pub camera_free: Vec<[bool; 12]>,
+    /// Size of one unit of each camera parameter inside the solvers.
+    pub camera_scales: Vec<Interior>,
+    /// Largest plausible range of each camera parameter: what is known to no better than this is not determined.
+    pub camera_domains: Vec<Interior>,
+    /// The centre of distortion equals the principal point in every camera.
+    pub tie_dc_to_pp: bool,
+    /// Names of the images, for messages.
+    pub image_names: Vec<String>,
+    /// Constants per image; names its camera and flight.
+    pub image_contexts: Vec<ImageContext>,
+    /// Constants of the block.
+    pub block_context: BlockContext,
+    /// Free parts of each pose (rotation 3, centre 3).
+    pub pose_free: Vec<[bool; 6]>,
+    /// What each point is.
+    pub point_sources: Vec<PointSource>,
+    /// Names of the points, for messages.
+    pub point_names: Vec<String>,
+    /// Observations of point `j`: `observations[point_start[j]..point_start[j + 1]]`.
+    pub point_start: Vec<usize>,
+    /// Image measurements, by point.
+    pub observations: Vec<ImageObservation>,
+    /// Control coordinates.
+    pub control: Vec<PositionObservation>,
+    /// Antenna positions.
+    pub gnss: Vec<PositionObservation>,
+    /// Effects, in the order in which they act.
+    pub effects: Vec<EffectInstance>,
+    /// Every value of `theta`.
+    pub theta: Vec<ThetaEntry>,
+    /// Observed camera parameters.
+    pub camera_priors: Vec<CameraPrior>,
+    /// Robust loss on image residuals (2-vectors).
+    pub loss: Loss,
+    /// Start values.
+    pub start: State,
+    /// Freedoms that no observation fixes (7: similarity), held by `pose_free`.
+    pub datum_defect: usize,
+}
+
+/// Numbering of the unknowns, free or not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Layout {
+    /// Number of cameras.
+    pub cameras: usize,
+    /// Number of effect parameter values.
+    pub theta: usize,
+    /// Number of images.
+    pub images: usize,
+    /// Number of points.
+    pub points: usize,
+}
+
+impl Layout {
+    /// Camera parameter `k` of camera `c`.
+    pub fn camera(&self, c: usize, k: usize) -> usize {
+        12 * c + k
+    }
+    /// Effect parameter value `t`.
+    pub fn theta(&self, t: usize) -> usize {
+        12 * self.cameras + t
+    }
+    /// Component `k` of pose `i`.
+    pub fn pose(&self, i: usize, k: usize) -> usize {
+        12 * self.cameras + self.theta + 6 * i + k
+    }
+    /// Coordinate `k` of point `j`.
+    pub fn point(&self, j: usize, k: usize) -> usize {
+        12 * self.cameras + self.theta + 6 * self.images + 3 * j + k
+    }
+    /// Number of numbers.
+    pub fn total(&self) -> usize {
+        12 * self.cameras + self.theta + 6 * self.images + 3 * self.points
+    }
+}
+
+impl Problem {
+    /// Numbering of the unknowns.
+    pub fn layout(&self) -> Layout {
+        Layout {
+            cameras: self.camera_free.len(),
+            theta: self.theta.len(),
+            images: self.pose_free.len(),
+            points: self.point_sources.len(),
+        }
+    }
+
+    /// Which numbers are unknowns, in layout order.
+    pub fn free(&self) -> Vec<bool> {
+        let mut free = Vec::with_capacity(self.layout().total());
+        free.extend(self.camera_free.iter().flatten());
+        free.extend(self.theta.iter().map(|entry| entry.free));
+        free.extend(self.pose_free.iter().flatten());
+        free.resize(self.layout().total(), true);
+        free
+    }
+
+    /// Number of residuals.
+    pub fn residual_count(&self) -> usize {
+        let theta_priors = self.theta.iter().filter(|entry| entry.prior_sigma.is_some()).count();
+        2 * self.observations.len()
+            + 3 * (self.control.len() + self.gnss.len())
+            + theta_priors
+            + self.camera_priors.len()
+    }
+
+    /// Number of observations, unknowns (those that the datum holds included) and redundancy.
+    pub fn redundancy(&self) -> (usize, usize, i64) {
+        let held_by_datum = self.pose_free.iter().flatten().filter(|free| !**free).count();
+        let unknowns = self.free().iter().filter(|free| **free).count() + held_by_datum;
+        let observations = self.residual_count();
+        (observations, unknowns, observations as i64 - unknowns as i64 + self.datum_defect as i64)
+    }
+
+    /// Name of an unknown, for people.
+    pub fn unknown_name(&self, unknown: usize) -> String {
+        let layout = self.layout();
+        if unknown < layout.theta(0) {
+            let name = camera::PARAMETERS[unknown % 12];
+            return if layout.cameras == 1 {
+                name.into()
+            } else {
+                format!("{}.{name}", self.camera_names[unknown / 12])
+            };
+        }
+        if unknown < layout.pose(0, 0) {
+            return self.theta[unknown - layout.theta(0)].name.clone();
+        }
+        if unknown < layout.point(0, 0) {
+            let k = unknown - layout.pose(0, 0);
+            return format!("{}.{}", self.image_names[k / 6], ["w1", "w2", "w3", "cx", "cy", "cz"][k % 6]);
+        }
+        let k = unknown - layout.point(0, 0);
+        format!("{}.{}", self.point_names[k / 3], ["x", "y", "z"][k % 3])
+    }
+}
