@@ -1,7 +1,8 @@
 //! The camera: twelve numbers of interior orientation ([`Interior`]), the sensor they belong to ([`Camera`]), and the
-//! Fraser projection ([`fraser`]).
+//! Fraser projection ([`fraser`]) with its inverse ([`undistort`]).
 
 pub mod fraser;
+pub mod undistort;
 
 /// Names of the twelve interior parameters, in the order of every array of twelve in this program.
 pub const PARAMETERS: [&str; 12] = ["f", "ppx", "ppy", "dcx", "dcy", "k1", "k2", "k3", "p1", "p2", "b1", "b2"];
