@@ -1,0 +1,370 @@
+//! The architecture, held by a test: which module may import which, where `unsafe` may stand, and that every effect has its two
+//! derivations under one name.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What a module may import besides itself.
+enum May {
+    /// These alone.
+    Only(&'static [&'static str]),
+    /// All but these.
+    AllBut(&'static [&'static str]),
+}
+
+/// The import table of the design.
+const TABLE: [(&str, May); 14] = [
+    ("math", May::Only(&[])),
+    ("camera", May::Only(&["math"])),
+    ("block", May::Only(&["math", "camera"])),
+    ("io", May::Only(&["math", "camera", "block", "model"])),
+    ("effects", May::Only(&["math", "camera"])),
+    ("model", May::Only(&["camera", "block", "effects"])),
+    ("problem", May::Only(&["math", "camera", "block", "effects", "model"])),
+    ("adjust", May::Only(&["math", "camera", "effects", "problem"])),
+    ("scenario", May::Only(&["math", "camera", "block"])),
+    ("inject", May::Only(&["math", "camera", "block", "scenario"])),
+    ("evaluate", May::Only(&["math", "camera", "block"])),
+    ("diagnose", May::Only(&["math", "block", "effects", "model", "problem", "adjust", "evaluate"])),
+    ("report", May::AllBut(&["io", "scenario", "inject", "cli"])),
+    ("cli", May::AllBut(&[])),
+];
+
+/// The two solvers are derived independently: neither may look into the other, not even in its tests.
+const STRANGERS: [[&str; 2]; 2] = [["adjust", "native"], ["adjust", "ceres"]];
+
+/// The only files in which `unsafe` may stand: the cxx bridge, the C ABI mirror, the plug-in loader.
+const UNSAFE_FILES: [&str; 3] = ["adjust/ceres/bridge.rs", "effects/abi.rs", "effects/plugin.rs"];
+
+/// The file of `src/effects` that stands for effects from elsewhere.
+const PLUGIN: &str = "plugin";
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Files below `folder` with extension `extension`, sorted.
+fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let mut found: Vec<PathBuf> = Vec::new();
+    for path in entries.map(|entry| entry.expect("readable folder").path()) {
+        if path.is_dir() {
+            found.extend(files(&path, extension));
+        } else if path.extension().is_some_and(|e| e == extension) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Identifiers, `::` and single punctuation characters of Rust source, each with its line; comments and literals are left out.
+fn tokens(source: &str) -> Vec<(String, usize)> {
+    let chars: Vec<char> = source.chars().collect();
+    let at = |i: usize| chars.get(i).copied().unwrap_or('\0');
+    let word = |c: char| c.is_alphanumeric() || c == '_';
+    let (mut i, mut line, mut found) = (0, 1, Vec::new());
+    while i < chars.len() {
+        let start = i;
+        match chars[i] {
+            '/' if at(i + 1) == '/' => {
+                while i < chars.len() && chars[i] != '\n' {
+                    i += 1;
+                }
+            }
+            '/' if at(i + 1) == '*' => {
+                let mut depth = 0;
+                loop {
+                    if at(i) == '/' && at(i + 1) == '*' {
+                        (depth, i) = (depth + 1, i + 2);
+                    } else if at(i) == '*' && at(i + 1) == '/' {
+                        (depth, i) = (depth - 1, i + 2);
+                    } else {
+                        i += 1;
+                    }
+                    if depth == 0 || i >= chars.len() {
+                        break;
+                    }
+                }
+            }
+            'r' | 'b' | 'c' if raw_string_hashes(&chars, i).is_some() => {
+                let (open, hashes) = raw_string_hashes(&chars, i).expect("just seen");
+                let mut end = String::from("\"");
+                end.extend(std::iter::repeat_n('#', hashes));
+                let end: Vec<char> = end.chars().collect();
+                i = open + 1;
+                while i < chars.len() && !chars[i..].starts_with(&end) {
+                    i += 1;
+                }
+                i += end.len();
+            }
+            '"' => {
+                i += 1;
+                while i < chars.len() && chars[i] != '"' {
+                    i += if chars[i] == '\\' { 2 } else { 1 };
+                }
+                i += 1;
+            }
+            // A character literal; otherwise the apostrophe begins a lifetime.
+            '\'' if at(i + 1) == '\\' || at(i + 2) == '\'' => {
+                i += if at(i + 1) == '\\' { 3 } else { 2 };
+                while i < chars.len() && chars[i] != '\'' {
+                    i += 1;
+                }
+                i += 1;
+            }
+            ':' if at(i + 1) == ':' => {
+                found.push(("::".into(), line));
+                i += 2;
+            }
+            c if word(c) => {
+                while word(at(i)) {
+                    i += 1;
+                }
+                found.push((chars[start..i].iter().collect(), line));
+            }
+            c => {
+                if !c.is_whitespace() {
+                    found.push((c.into(), line));
+                }
+                i += 1;
+            }
+        }
+        i = i.min(chars.len());
+        line += chars[start..i].iter().filter(|c| **c == '\n').count();
+    }
+    found
+}
+
+/// Position of the opening quote and number of hashes, where a raw string begins at `i`.
+fn raw_string_hashes(chars: &[char], i: usize) -> Option<(usize, usize)> {
+    if i > 0 && (chars[i - 1].is_alphanumeric() || chars[i - 1] == '_') {
+        return None;
+    }
+    let mut k = i;
+    if matches!(chars.get(k), Some('b' | 'c')) {
+        k += 1;
+    }
+    if chars.get(k) != Some(&'r') {
+        return None;
+    }
+    k += 1;
+    let hashes = chars[k..].iter().take_while(|c| **c == '#').count();
+    (chars.get(k + hashes) == Some(&'"')).then_some((k + hashes, hashes))
+}
+
+/// A path of ours that a file names, from the crate's root.
+#[derive(Debug, PartialEq)]
+struct Import {
+    path: Vec<String>,
+    line: usize,
+    /// Inside an inline `#[cfg(test)] mod`.
+    in_test: bool,
+}
+
+/// Every `crate::`, `misclosure::` and `super::` path of a file whose module is `module`.
+fn imports(source: &str, module: &[String]) -> Vec<Import> {
+    let tokens = tokens(source);
+    let text = |i: usize| tokens.get(i).map_or("", |(text, _)| text.as_str());
+    let mut found = Vec::new();
+    // Inline modules that are open: name, brace depth inside, for tests only.
+    let mut open: Vec<(String, usize, bool)> = Vec::new();
+    let mut depth = 0;
+    for i in 0..tokens.len() {
+        match text(i) {
+            "{" => depth += 1,
+            "}" => {
+                depth -= 1;
+                open.retain(|(_, inside, _)| *inside <= depth);
+            }
+            "mod" if text(i + 2) == "{" => {
+                let test = (i >= 7) && (i - 7..i).map(text).eq(["#", "[", "cfg", "(", "test", ")", "]"]);
+                open.push((text(i + 1).into(), depth + 1, test));
+            }
+            start @ ("crate" | "misclosure" | "super") if text(i + 1) == "::" && (i == 0 || text(i - 1) != "::") => {
+                let mut base = Vec::new();
+                let mut next = i + 2;
+                if start == "super" {
+                    base = module.iter().chain(open.iter().map(|(name, ..)| name)).cloned().collect();
+                    base.pop();
+                    while text(next) == "super" {
+                        base.pop();
+                        next += 2;
+                    }
+                }
+                let in_test = open.iter().any(|(.., test)| *test);
+                for path in use_tree(&tokens, &mut next) {
+                    let path = base.iter().cloned().chain(path).collect();
+                    found.push(Import { path, line: tokens[i].1, in_test });
+                }
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// The paths of `a::b`, `a::{b, c::d}` and the like from `tokens[*next]` on.
+fn use_tree(tokens: &[(String, usize)], next: &mut usize) -> Vec<Vec<String>> {
+    let text = |i: usize| tokens.get(i).map_or("", |(text, _)| text.as_str());
+    if text(*next) != "{" {
+        let head = text(*next).to_string();
+        *next += 1;
+        if text(*next) != "::" {
+            return vec![vec![head]];
+        }
+        *next += 1;
+        let tails = use_tree(tokens, next);
+        return tails.into_iter().map(|tail| std::iter::once(head.clone()).chain(tail).collect()).collect();
+    }
+    let mut found = Vec::new();
+    *next += 1;
+    while !matches!(text(*next), "}" | "") {
+        found.extend(use_tree(tokens, next));
+        // Over `as name` and the comma.
+        while !matches!(text(*next), "," | "}" | "") {
+            *next += 1;
+        }
+        if text(*next) == "," {
+            *next += 1;
+        }
+    }
+    *next += 1;
+    found
+}
+
+/// Module path of a file, given relative to `src`.
+fn module_of(relative: &Path) -> Vec<String> {
+    let mut path: Vec<String> =
+        relative.with_extension("").iter().map(|part| part.to_str().expect("UTF-8 file name").to_string()).collect();
+    if matches!(path.last().map(String::as_str), Some("mod" | "lib" | "main")) {
+        path.pop();
+    }
+    path
+}
+
+/// What is wrong with one file.
+fn violations(relative: &Path, source: &str) -> Vec<String> {
+    let module = module_of(relative);
+    let Some(own) = module.first() else { return Vec::new() };
+    let Some((_, may)) = TABLE.iter().find(|(name, _)| name == own) else {
+        return vec![format!("src/{}: module `{own}` is not in the import table", relative.display())];
+    };
+    let file_is_test = module.last().is_some_and(|name| name == "tests");
+    let mut found = Vec::new();
+    for import in imports(source, &module) {
+        let Some(other) = import.path.first() else { continue };
+        let place = format!("src/{}:{}", relative.display(), import.line);
+        let [a, b] = STRANGERS;
+        for (here, there) in [(a, b), (b, a)] {
+            if module.starts_with(&here.map(String::from)) && import.path.starts_with(&there.map(String::from)) {
+                found.push(format!("{place}: {} imports {}", here.join("::"), import.path.join("::")));
+            }
+        }
+        // Unit tests may build their input with any module.
+        if other == own || import.in_test || file_is_test || !TABLE.iter().any(|(name, _)| name == other) {
+            continue;
+        }
+        let allowed = match may {
+            May::Only(list) => list.contains(&other.as_str()),
+            May::AllBut(list) => !list.contains(&other.as_str()),
+        };
+        if !allowed {
+            found.push(format!("{place}: `{own}` must not import `{}`", import.path.join("::")));
+        }
+    }
+    found
+}
+
+#[test]
+fn imports_follow_the_table() {
+    let src = root().join("src");
+    let mut found = Vec::new();
+    for file in files(&src, "rs") {
+        let source = fs::read_to_string(&file).expect("readable source");
+        found.extend(violations(file.strip_prefix(&src).expect("below src"), &source));
+    }
+    assert!(found.is_empty(), "imports against the design:\n{}", found.join("\n"));
+}
+
+#[test]
+fn every_module_of_the_crate_is_in_the_table() {
+    let lib = fs::read_to_string(root().join("src/lib.rs")).expect("src/lib.rs");
+    let tokens = tokens(&lib);
+    let modules: BTreeSet<&str> = tokens.windows(2).filter(|w| w[0].0 == "mod").map(|w| w[1].0.as_str()).collect();
+    let table: BTreeSet<&str> = TABLE.iter().map(|(name, _)| *name).collect();
+    assert_eq!(modules, table);
+}
+
+#[test]
+fn a_forbidden_import_is_seen_however_it_is_written() {
+    let native = Path::new("adjust/native/lm.rs");
+    for (file, source) in [
+        (Path::new("inject/noise.rs"), "use crate::effects::Effect;"),
+        (Path::new("inject/noise.rs"), "use crate::{math, block::{Block, Image}, problem as p};"),
+        (Path::new("inject/noise.rs"), "fn f() { let x = crate::adjust::Options::default(); }"),
+        (Path::new("inject/noise.rs"), "use super::super::effects;"),
+        (Path::new("evaluate/mod.rs"), "mod inner { use super::super::adjust::Solver; }"),
+        (Path::new("evaluate/mod.rs"), "const Q: char = '\"'; use crate::adjust::Solver; const R: char = '\"';"),
+        (native, "use super::super::ceres::Ceres;"),
+        (native, "use crate::adjust::{ceres::Ceres};"),
+        (native, "#[cfg(test)] mod tests { use crate::adjust::ceres::Ceres; }"),
+    ] {
+        assert_eq!(violations(file, source).len(), 1, "{source}");
+    }
+    for (file, source) in [
+        (Path::new("inject/noise.rs"), "/// Unlike [`crate::effects`].\nuse crate::block::Block; // crate::effects"),
+        (Path::new("inject/noise.rs"), "const S: &str = r#\"crate::effects \" crate::adjust\"#;"),
+        (Path::new("inject/noise.rs"), "#[cfg(test)] mod tests { use crate::effects::find; use super::*; }"),
+        (native, "use super::schur; use crate::adjust::{Options, native::covariance}; impl<'a> X<'a> {}"),
+        (Path::new("cli/mod.rs"), "use crate::{adjust::ceres, inject};"),
+    ] {
+        assert_eq!(violations(file, source), Vec::<String>::new(), "{source}");
+    }
+}
+
+#[test]
+fn unsafe_stands_in_three_files_alone() {
+    let src = root().join("src");
+    for file in files(&src, "rs") {
+        let relative = file.strip_prefix(&src).expect("below src");
+        if UNSAFE_FILES.iter().any(|allowed| relative == Path::new(allowed)) {
+            continue;
+        }
+        let source = fs::read_to_string(&file).expect("readable source");
+        // `unsafe_code` in an attribute would switch the lint off.
+        for (text, line) in tokens(&source) {
+            let declared = relative == Path::new("adjust/ceres/mod.rs") || relative == Path::new("effects/mod.rs");
+            assert!(text != "unsafe", "src/{}:{line}: unsafe", relative.display());
+            assert!(text != "unsafe_code" || declared, "src/{}:{line}: the lint is switched off", relative.display());
+        }
+    }
+}
+
+#[test]
+fn every_effect_has_two_derivations_under_one_name() {
+    // Name of each file of a folder, and whether it defines an effect.
+    let names = |folder: &str, extension: &str, mark: &[&str]| -> Vec<(String, bool)> {
+        let name = |path: &Path| path.file_stem().expect("a name").to_str().expect("UTF-8").replace('_', "-");
+        let defines = |path: &Path| {
+            let tokens = tokens(&fs::read_to_string(path).expect("readable source"));
+            tokens.windows(mark.len()).any(|w| w.iter().map(|(text, _)| text.as_str()).eq(mark.iter().copied()))
+        };
+        files(&root().join(folder), extension).iter().map(|path| (name(path), defines(path))).collect()
+    };
+    let registry: BTreeSet<String> =
+        misclosure::effects::catalogue().iter().map(|effect| effect.descriptor().id.to_string()).collect();
+    for (folder, extension, mark) in
+        [("src/effects", "rs", &["impl", "Effect", "for"][..]), ("cpp/effects", "h", &["MISCLOSURE_EFFECT", "("][..])]
+    {
+        let names = names(folder, extension, mark);
+        for id in &registry {
+            assert!(names.iter().any(|(name, _)| name == id), "no {folder}/{id}.{extension} for the effect `{id}`");
+        }
+        for (name, defines) in names {
+            let known = !defines || name == PLUGIN || registry.contains(&name);
+            assert!(known, "{folder}/{name}.{extension} defines an effect that the registry does not have");
+        }
+    }
+}
