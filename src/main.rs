@@ -1,2 +1,5 @@
 //! The `misclosure` program.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    misclosure::cli::main()
+}

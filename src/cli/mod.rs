@@ -1,1 +1,161 @@
-//! See the design: cli.
+//! The commands, one file each. A command reads files, calls the library and gives back an [`Answer`]; it computes nothing itself.
+//!
+//! Results go to standard output (as JSON with `--json`), progress and messages to standard error.
+
+mod console;
+mod effects;
+mod exit;
+pub mod model_options;
+mod text;
+
+pub use console::{Console, Progress};
+pub use exit::{Exit, Usage};
+
+use clap::{Args, Parser, Subcommand};
+use std::io::Write;
+use std::process::ExitCode;
+
+/// Finds out why an adjustment of images does not meet its measurements.
+#[derive(Debug, Parser)]
+#[command(name = "misclosure", version, max_term_width = 120, arg_required_else_help = true)]
+#[command(after_help = "Exit codes: 0 done; 1 any other failure; 2 bad usage or bad input; 3 the adjustment failed \
+(not converged, singular); 4 the two solvers disagree.")]
+struct Arguments {
+    #[command(flatten)]
+    global: Global,
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// Options of every command.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Global options")]
+struct Global {
+    /// Threads to use [default: one per processor]; results do not depend on it
+    #[arg(long, global = true, value_name = "N")]
+    threads: Option<std::num::NonZeroUsize>,
+    /// Print the main result as JSON on standard output
+    #[arg(long, global = true)]
+    json: bool,
+    /// No progress and no messages, only the result and errors
+    #[arg(long, global = true)]
+    quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Effects(effects::Arguments),
+}
+
+/// What a command found.
+#[derive(Debug, Default)]
+pub struct Answer {
+    /// For people.
+    pub text: String,
+    /// The same for programs.
+    pub json: serde_json::Value,
+    /// The command did its work, but its outcome is a failure: printed after the result, and decides the exit code.
+    pub failure: Option<anyhow::Error>,
+}
+
+/// Parses the command line, runs the command, prints its answer or the chain of errors, and gives the exit code.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    // A panic is a bug; it must still end with a code that scripts know, after the default hook's message.
+    let exit = std::panic::catch_unwind(|| execute(arguments)).unwrap_or_else(|_| {
+        console::write_error(
+            "error: internal error, described above: please report it with the command that led to it",
+        );
+        Exit::Other
+    });
+    exit.into()
+}
+
+fn execute(arguments: Arguments) -> Exit {
+    let Arguments { global, command } = arguments;
+    let console = Console::new(global.quiet);
+    let threads = global.threads.map_or_else(available_threads, usize::from);
+    let outcome = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .map_err(anyhow::Error::from)
+        .and_then(|()| command.run(&console, threads));
+    let failure = match outcome {
+        Err(error) => Some(error),
+        Ok(answer) => match print(&answer, global.json) {
+            // Whoever reads our output may stop reading; the work is done.
+            Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => answer.failure,
+            Err(error) => Some(anyhow::Error::from(error).context("cannot write to standard output")),
+            Ok(()) => answer.failure,
+        },
+    };
+    let Some(error) = failure else { return Exit::Done };
+    console::write_error(&error_chain(&error));
+    Exit::of(&error)
+}
+
+impl Command {
+    fn run(self, _console: &Console, _threads: usize) -> anyhow::Result<Answer> {
+        match self {
+            Command::Effects(arguments) => effects::run(&arguments),
+        }
+    }
+}
+
+fn available_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+fn print(answer: &Answer, json: bool) -> std::io::Result<()> {
+    let mut out = std::io::stdout().lock();
+    if json {
+        serde_json::to_writer_pretty(&mut out, &answer.json)?;
+        writeln!(out)?;
+    } else if !answer.text.is_empty() {
+        writeln!(out, "{}", answer.text.trim_end())?;
+    }
+    out.flush()
+}
+
+/// `error: ...` and a line `  caused by: ...` per cause. A cause that its effect's message already ends with is not repeated.
+fn error_chain(error: &anyhow::Error) -> String {
+    let mut text = format!("error: {error}");
+    let mut last = error.to_string();
+    for cause in error.chain().skip(1).map(ToString::to_string) {
+        if !last.ends_with(&cause) {
+            text += &format!("\n  caused by: {cause}");
+        }
+        last = cause;
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_shows_examples() {
+        for command in Arguments::command().get_subcommands() {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            assert!(help.contains(&format!("  misclosure {}", command.get_name())), "{}", command.get_name());
+        }
+    }
+
+    #[test]
+    fn error_chain_names_every_cause_once() {
+        let error = anyhow::anyhow!("no such file").context("cannot read images.csv").context("block `dike`");
+        assert_eq!(
+            error_chain(&error),
+            "error: block `dike`\n  caused by: cannot read images.csv\n  caused by: no such file"
+        );
+        let error = anyhow::anyhow!("no such file").context("cannot read images.csv: no such file");
+        assert_eq!(error_chain(&error), "error: cannot read images.csv: no such file");
+    }
+}

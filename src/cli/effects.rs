@@ -1,0 +1,137 @@
+//! `misclosure effects [ID]`: the catalogue, or one effect's page; all of it generated from the descriptors.
+
+use super::text::{paragraph, table};
+use super::{Answer, Usage};
+use crate::effects::{self, Descriptor, Domain, Kind, Need, Parameter, Role, Scope};
+use serde_json::{Value, json};
+
+/// Lists the effects that a model can have, or describes one of them
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  misclosure effects                    the catalogue
+  misclosure effects rolling-shutter    one effect's page
+  misclosure effects --json             the catalogue for a program")]
+pub struct Arguments {
+    /// Effect to describe
+    id: Option<String>,
+}
+
+/// Column at which the text of a page begins.
+const INDENT: usize = 16;
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
+    let descriptors: Vec<&Descriptor> = effects::catalogue().iter().map(|effect| effect.descriptor()).collect();
+    let Some(id) = &arguments.id else {
+        let json = json!({ "format": 1, "effects": descriptors.iter().map(|d| as_json(d)).collect::<Vec<_>>() });
+        return Ok(Answer { text: catalogue(&descriptors), json, failure: None });
+    };
+    let descriptor = descriptors.iter().find(|d| d.id == *id).ok_or_else(|| Usage(unknown(id)))?;
+    Ok(Answer { text: page(descriptor), json: as_json(descriptor), failure: None })
+}
+
+/// What to say about an id that the catalogue does not have.
+pub(super) fn unknown(id: &str) -> String {
+    let known: Vec<String> = effects::catalogue().iter().map(|effect| effect.descriptor().id.to_string()).collect();
+    format!("unknown effect `{id}`; the catalogue has: {}", known.join(", "))
+}
+
+fn catalogue(descriptors: &[&Descriptor]) -> String {
+    let header = ["id", "stage", "kind", "parameters", "needs"].map(String::from).to_vec();
+    let row = |d: &&Descriptor| {
+        let parameters: Vec<String> = d.parameters.iter().map(|p| format!("{} ({})", p.name, p.unit)).collect();
+        let shown = match parameters.len() {
+            0..=4 => parameters.join(", "),
+            n => format!("{}, ... {n} in all", parameters[..2].join(", ")),
+        };
+        vec![d.id.to_string(), d.stage.name().into(), kind(d.kind).into(), shown, needs(d)]
+    };
+    let rows: Vec<Vec<String>> = std::iter::once(header).chain(descriptors.iter().map(row)).collect();
+    table(&rows) + "\n`misclosure effects ID` describes one of them.\n"
+}
+
+fn page(d: &Descriptor) -> String {
+    let mut text = format!("{}: acts on the {} stage, {}\n\n", d.id, d.stage.name(), kind(d.kind));
+    text += &paragraph("What happens", INDENT, &d.summary);
+    text += &paragraph("Formula", INDENT, &d.formula);
+    text += &paragraph("Needs", INDENT, &needs(d));
+    text += &paragraph("Confused with", INDENT, &d.confused_with);
+    text += &paragraph("Source", INDENT, &d.source);
+    let header = ["parameter", "unit", "values", "nominal", "typical", "how it gets its value"].map(String::from);
+    let row = |p: &Parameter| {
+        let size = |value: f64| format!("{value}");
+        vec![p.name.to_string(), p.unit.to_string(), scope(p).into(), size(p.nominal), size(p.typical), role(&p.role)]
+    };
+    let rows: Vec<Vec<String>> = std::iter::once(header.to_vec()).chain(d.parameters.iter().map(row)).collect();
+    text += "\n";
+    text += &table(&rows);
+    text += &format!("\nIn a model: misclosure adjust BLOCK -o RUN --add {}\n", d.id);
+    text
+}
+
+fn kind(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Physical => "physical",
+        Kind::Empirical => "empirical",
+    }
+}
+
+fn needs(d: &Descriptor) -> String {
+    let words: Vec<&str> = d.needs.iter().map(need).collect();
+    if words.is_empty() { "-".into() } else { words.join(", ") }
+}
+
+fn need(need: &Need) -> &'static str {
+    match need {
+        Need::Time => "time_s",
+        Need::Temperature => "temperature_c",
+        Need::Flights => "two flights or more",
+        Need::Velocity => "velocity (or time_s)",
+        Need::Gnss => "GNSS in the datum",
+        Need::Control => "control in the datum",
+        Need::Vertical => "a datum that is not free",
+    }
+}
+
+fn scope(parameter: &Parameter) -> &'static str {
+    match (&parameter.role, parameter.scope) {
+        (Role::Random(_), _) => "one per image, random",
+        (_, Scope::Global) => "one",
+        (_, Scope::Camera) => "one per camera",
+        (_, Scope::Flight) => "one per flight",
+        (_, Scope::FlightButFirst) => "one per flight, first nominal",
+        (_, Scope::Image) => "one per image",
+    }
+}
+
+fn role(role: &Role) -> String {
+    match role {
+        Role::Estimated => "estimated".into(),
+        Role::Searched(domain) => format!("estimated; searched {}", range(domain)),
+        Role::Given(names) if names.is_empty() => "given".into(),
+        Role::Given(names) => {
+            format!("given: {}", names.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" or "))
+        }
+        Role::Random(deviation) => format!("standard deviation `{deviation}` estimated"),
+    }
+}
+
+fn range(domain: &Domain) -> String {
+    match domain {
+        Domain::SensorX => "over the sensor's width".into(),
+        Domain::SensorY => "over the sensor's height".into(),
+        Domain::SensorFraction(a, b) => format!("from {a} to {b} of the sensor's half diagonal"),
+        Domain::Range(a, b) => format!("from {a} to {b}"),
+    }
+}
+
+fn as_json(d: &Descriptor) -> Value {
+    let parameter = |p: &Parameter| {
+        json!({ "name": p.name, "unit": p.unit, "values": scope(p), "nominal": p.nominal, "typical": p.typical,
+                "role": role(&p.role) })
+    };
+    json!({ "id": d.id, "stage": d.stage.name(), "kind": kind(d.kind), "summary": d.summary, "formula": d.formula,
+            "parameters": d.parameters.iter().map(parameter).collect::<Vec<_>>(),
+            "needs": d.needs.iter().map(need).collect::<Vec<_>>(),
+            "confused_with": d.confused_with, "source": d.source })
+}

@@ -1,0 +1,61 @@
+//! Exit codes: which error means which code, in one place.
+
+use crate::adjust::AdjustError;
+use std::process::ExitCode;
+
+/// How the program ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exit {
+    /// Everything was done.
+    Done = 0,
+    /// A failure without a code of its own.
+    Other = 1,
+    /// Bad usage or bad input.
+    BadInput = 2,
+    /// The adjustment failed: not converged, singular.
+    AdjustmentFailed = 3,
+    /// The two solvers disagree.
+    Disagreement = 4,
+}
+
+/// The command line, or a file that it names, asks for something that does not exist or does not fit together.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Usage(pub String);
+
+impl Exit {
+    /// The code of an error: that of the outermost cause that has one.
+    pub fn of(error: &anyhow::Error) -> Exit {
+        error.chain().find_map(code).unwrap_or(Exit::Other)
+    }
+}
+
+fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
+    if cause.is::<Usage>() {
+        return Some(Exit::BadInput);
+    }
+    cause.downcast_ref::<AdjustError>().map(|error| match error {
+        AdjustError::Singular { .. } | AdjustError::NotConverged { .. } => Exit::AdjustmentFailed,
+        AdjustError::BadStart { .. } | AdjustError::Unsupported { .. } => Exit::BadInput,
+        AdjustError::Cancelled { .. } | AdjustError::Bridge(_) => Exit::Other,
+    })
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        ExitCode::from(exit as u8)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn code_is_found_under_context() {
+        let singular = AdjustError::Singular { solver: "native", directions: Vec::new() };
+        assert_eq!(Exit::of(&anyhow::Error::from(singular).context("block `dike`")), Exit::AdjustmentFailed);
+        assert_eq!(Exit::of(&anyhow::Error::from(Usage("no".into())).context("a").context("b")), Exit::BadInput);
+        assert_eq!(Exit::of(&anyhow::anyhow!("disk full")), Exit::Other);
+    }
+}

@@ -1,0 +1,257 @@
+//! The model options of `adjust`, `diagnose` and `improve`, and the [`Model`] that they describe.
+
+use super::Usage;
+use crate::camera::{GROUPS, PARAMETERS, parameter_indices};
+use crate::effects::{Descriptor, Parameter, Role};
+use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, TieWeights};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Options that describe a model. What is not given stays as `--model` says, else as by default.
+#[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Model options")]
+pub struct ModelOptions {
+    /// Model to begin with; the other options change it
+    #[arg(long, value_name = "model.toml")]
+    pub model: Option<PathBuf>,
+    /// Free camera parameters, the others are held: names of `f pp dc radial decentring affinity all none`, or single
+    /// ones as `k1`, separated by commas [default: all]
+    #[arg(long, value_name = "LIST")]
+    pub free: Vec<String>,
+    /// Camera parameters to hold, taken from those that are free
+    #[arg(long, value_name = "LIST")]
+    pub fix: Vec<String>,
+    /// `dc=pp`: the centre of distortion is the principal point and moves with it (the ten-parameter form)
+    #[arg(long, value_name = "dc=pp")]
+    pub tie: Option<Tie>,
+    /// Effect to add, with start values where the nominal ones do not serve (repeatable; see `misclosure effects`)
+    #[arg(long, value_name = "EFFECT[:param=start,...]")]
+    pub add: Vec<String>,
+    /// What defines position, orientation and scale [default: free for adjust; all for diagnose and improve]
+    #[arg(long)]
+    pub datum: Option<Datum>,
+    /// Robust loss on image measurements [default: none]
+    #[arg(long)]
+    pub loss: Option<Loss>,
+    /// Weights of tie points by the number m of their images: 1, m (m - 1), m (m - 1)^2 [default: unit]
+    #[arg(long, value_name = "WEIGHTS")]
+    pub tie_weights: Option<TieWeights>,
+}
+
+/// The one tie there is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Tie {
+    /// The centre of distortion to the principal point.
+    #[value(name = "dc=pp")]
+    DcToPp,
+}
+
+macro_rules! value_enum {
+    ($type:ty: $($variant:path = $name:literal $help:literal),+) => {
+        impl clap::ValueEnum for $type {
+            fn value_variants<'a>() -> &'a [Self] { &[$($variant),+] }
+            fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
+                Some(match self { $($variant => clap::builder::PossibleValue::new($name).help($help)),+ })
+            }
+        }
+    };
+}
+value_enum!(Datum:
+    Datum::Free = "free" "tie points alone, then a similarity from the control points",
+    Datum::Control = "control" "control points as weighted observations",
+    Datum::Gnss = "gnss" "GNSS positions as weighted observations",
+    Datum::All = "all" "whatever the block has of the two");
+value_enum!(Loss:
+    Loss::None = "none" "least squares",
+    Loss::Huber = "huber" "linear beyond the scale",
+    Loss::Cauchy = "cauchy" "logarithmic beyond the scale");
+value_enum!(TieWeights:
+    TieWeights::Unit = "unit" "by sigma alone",
+    TieWeights::Multi = "multi" "as MicMac weights multi-points",
+    TieWeights::Pairs = "pairs" "as MicMac weights points that come as pairs");
+
+impl ModelOptions {
+    /// The model: `base` (of `--model`, or the default) as the options change it.
+    ///
+    /// # Errors
+    /// [`Usage`] names what is unknown and lists what there is.
+    pub fn apply(&self, base: Model, find: &dyn Fn(&str) -> Option<EffectRef>) -> Result<Model, Usage> {
+        let mut model = base;
+        if !self.free.is_empty() {
+            model.free = [false; PARAMETERS.len()];
+            indices(&self.free, "--free")?.into_iter().for_each(|k| model.free[k] = true);
+        }
+        indices(&self.fix, "--fix")?.into_iter().for_each(|k| model.free[k] = false);
+        model.tie_dc_to_pp |= self.tie == Some(Tie::DcToPp);
+        for text in &self.add {
+            let term = effect_term(text, find)?;
+            let id = &term.effect.descriptor().id;
+            if model.effects.iter().any(|other| other.effect.descriptor().id == *id) {
+                return Err(Usage(format!("--add {text}: the model has `{id}` already")));
+            }
+            model.effects.push(term);
+        }
+        model.datum = self.datum.unwrap_or(model.datum);
+        model.loss = self.loss.unwrap_or(model.loss);
+        model.tie_weights = self.tie_weights.unwrap_or(model.tie_weights);
+        Ok(model)
+    }
+}
+
+/// Indices into [`PARAMETERS`] of all names of the lists.
+fn indices(lists: &[String], option: &str) -> Result<Vec<usize>, Usage> {
+    let names = lists.iter().flat_map(|list| list.split([',', ' '])).filter(|name| !name.is_empty());
+    let mut found = Vec::new();
+    for name in names {
+        found.extend(parameter_indices(name).ok_or_else(|| {
+            let groups: Vec<&str> = GROUPS.iter().map(|(group, _)| *group).collect();
+            Usage(format!(
+                "{option} {name}: no such parameter; there are the groups {} all none and the parameters {}",
+                groups.join(" "),
+                PARAMETERS.join(" ")
+            ))
+        })?);
+    }
+    Ok(found)
+}
+
+/// Parses `EFFECT[:param=start,...]`. One value of a scoped parameter is `param[flight]=start`.
+fn effect_term(text: &str, find: &dyn Fn(&str) -> Option<EffectRef>) -> Result<EffectTerm, Usage> {
+    let (id, list) = text.split_once(':').unwrap_or((text, ""));
+    let effect = find(id).ok_or_else(|| Usage(format!("--add {text}: {}", super::effects::unknown(id))))?;
+    let mut values = BTreeMap::new();
+    for setting in list.split(',').filter(|setting| !setting.is_empty()) {
+        let (key, value) = setting
+            .split_once('=')
+            .ok_or_else(|| Usage(format!("--add {text}: `{setting}` is not of the form param=value")))?;
+        let parameter =
+            parameter(effect.descriptor(), key.trim()).map_err(|what| Usage(format!("--add {text}: {what}")))?;
+        let number = number(parameter, value.trim()).map_err(|what| Usage(format!("--add {text}: {what}")))?;
+        if values.insert(key.trim().to_string(), number).is_some() {
+            return Err(Usage(format!("--add {text}: `{key}` stands there twice")));
+        }
+    }
+    Ok(EffectTerm { effect, values, held: Vec::new() })
+}
+
+fn parameter<'a>(descriptor: &'a Descriptor, key: &str) -> Result<&'a Parameter, String> {
+    let name = key.split_once('[').map_or(key, |(name, _)| name);
+    descriptor.parameters.iter().find(|parameter| parameter.name == name).ok_or_else(|| {
+        let names: Vec<&str> = descriptor.parameters.iter().map(|parameter| parameter.name.as_ref()).collect();
+        format!("`{}` has no parameter `{name}`; it has: {}", descriptor.id, names.join(", "))
+    })
+}
+
+/// A finite number, or the name of a value of a given parameter.
+fn number(parameter: &Parameter, text: &str) -> Result<f64, String> {
+    let named: &[(&str, f64)] = match &parameter.role {
+        Role::Given(names) => names,
+        _ => &[],
+    };
+    if let Some((_, value)) = named.iter().find(|(name, _)| *name == text) {
+        return Ok(*value);
+    }
+    let expected = || {
+        let names: String = named.iter().map(|(name, _)| format!(" or `{name}`")).collect();
+        format!("`{}={text}`: expected a number ({}){names}", parameter.name, parameter.unit)
+    };
+    text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(expected)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{Context, Effect, Kind, OutsideDomain, Scope, Stage};
+    use clap::Parser;
+    use std::sync::Arc;
+
+    #[derive(Debug, Parser)]
+    struct Line {
+        #[command(flatten)]
+        options: ModelOptions,
+    }
+
+    struct Drift(Descriptor);
+
+    impl Effect for Drift {
+        fn descriptor(&self) -> &Descriptor {
+            &self.0
+        }
+        fn eval(
+            &self,
+            _: &Context<'_>,
+            _: &[f64],
+            _: &[f64],
+            _: &mut [f64],
+            _: Option<&mut [f64]>,
+            _: Option<&mut [f64]>,
+        ) -> Result<(), OutsideDomain> {
+            Err(OutsideDomain)
+        }
+    }
+
+    fn find(id: &str) -> Option<EffectRef> {
+        let parameter = |name: &'static str, role| Parameter {
+            name: name.into(),
+            unit: "px".into(),
+            scope: Scope::Flight,
+            nominal: 0.0,
+            typical: 1.0,
+            role,
+        };
+        let given = Role::Given((&[("time", 0.0), ("order", 1.0)]).into());
+        let descriptor = Descriptor {
+            id: "drift".into(),
+            stage: Stage::Interior,
+            kind: Kind::Physical,
+            summary: "".into(),
+            formula: "".into(),
+            parameters: vec![parameter("a", Role::Estimated), parameter("against", given)],
+            needs: Vec::new(),
+            confused_with: "".into(),
+            source: "".into(),
+        };
+        (id == "drift").then(|| EffectRef::Plugin(Arc::new(Drift(descriptor))))
+    }
+
+    fn model(arguments: &[&str]) -> Result<Model, Usage> {
+        let line = Line::try_parse_from(["x"].iter().chain(arguments)).expect("a valid command line");
+        line.options.apply(Model::default(), &find)
+    }
+
+    #[test]
+    fn nothing_given_is_the_default() {
+        let (model, default) = (model(&[]).unwrap(), Model::default());
+        assert_eq!(format!("{model:?}"), format!("{default:?}"));
+    }
+
+    #[test]
+    fn free_replaces_and_fix_takes_away() {
+        let free = model(&["--free", "f,radial", "--fix", "k3"]).unwrap().free;
+        let names: Vec<&str> = PARAMETERS.iter().zip(free).filter(|(_, free)| *free).map(|(name, _)| *name).collect();
+        assert_eq!(names, ["f", "k1", "k2"]);
+        assert_eq!(model(&["--free", "none"]).unwrap().free, [false; 12]);
+        assert_eq!(model(&["--fix", "f pp", "--fix", "k1"]).unwrap().free.iter().filter(|free| **free).count(), 8);
+    }
+
+    #[test]
+    fn effects_take_start_values_and_named_ones() {
+        let model = model(&["--add", "drift:a=1.5,a[nadir]=-2e-1,against=order", "--tie", "dc=pp"]).unwrap();
+        let values: Vec<(&str, f64)> = model.effects[0].values.iter().map(|(key, v)| (key.as_str(), *v)).collect();
+        assert_eq!(values, [("a", 1.5), ("a[nadir]", -0.2), ("against", 1.0)]);
+        assert!(model.tie_dc_to_pp);
+    }
+
+    #[test]
+    fn what_is_unknown_is_named_with_what_there_is() {
+        let message = |arguments: &[&str]| model(arguments).unwrap_err().0;
+        assert!(message(&["--free", "f,q"]).starts_with("--free q: no such parameter; there are the groups f pp dc"));
+        assert!(message(&["--add", "wind"]).starts_with("--add wind: unknown effect `wind`; the catalogue has:"));
+        assert!(message(&["--add", "drift:b=1"]).ends_with("`drift` has no parameter `b`; it has: a, against"));
+        assert!(message(&["--add", "drift:a"]).ends_with("`a` is not of the form param=value"));
+        assert!(message(&["--add", "drift:a=NaN"]).ends_with("`a=NaN`: expected a number (px)"));
+        assert!(message(&["--add", "drift:against=x"]).ends_with("expected a number (px) or `time` or `order`"));
+        assert!(message(&["--add", "drift:a=1,a=2"]).ends_with("`a` stands there twice"));
+        assert!(message(&["--add", "drift", "--add", "drift"]).ends_with("the model has `drift` already"));
+    }
+}
