@@ -1,0 +1,398 @@
+// The contract of an effect, in C and in C++. This is the one header that an extension needs.
+//
+// An effect is written once, as a formula that works for any number type:
+//
+//   #include "effect.h"
+//   namespace misclosure {
+//   struct FocalTime {
+//     static constexpr const char* id = "focal-time";
+//     static constexpr Stage stage = Stage::kInterior;
+//     ...                                                          // see cpp/effects/focal-time.h
+//     template <class T>
+//     static bool Apply(const Context& context, const T* in, const T* theta, T* out);
+//   };
+//   MISCLOSURE_EFFECT(FocalTime)
+//   }
+//
+// Derivatives follow from it by automatic differentiation. A header in cpp/effects/ is built in. The same file, unchanged, is a
+// plug-in when compiled with
+//
+//   c++ -std=c++17 -O2 -fPIC -shared -fvisibility=hidden -DMISCLOSURE_PLUGIN -I cpp -I /usr/include/eigen3 -x c++ focal-time.h -o focal-time.so
+//
+// which exports one symbol, `misclosure_plugin`.
+//
+// Two laws: at the nominal values of its parameters an effect is exactly the identity, and it has no state, throws nothing and
+// may be called from several threads at once.
+
+#ifndef MISCLOSURE_EFFECT_H_
+#define MISCLOSURE_EFFECT_H_
+
+#include <stdint.h>
+
+// ---------------------------------------------------------------------------------------------------------------- C ABI
+
+// Raised by one whenever a struct below changes.
+#define MISCLOSURE_ABI_VERSION 1u
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// Observed constants, never unknowns. NaN: not known.
+typedef struct misclosure_context {
+  uint32_t image, flight, camera;                    // positions in their lists
+  uint32_t image_count, flight_count, camera_count;  // of the block
+  double width_px, height_px;                        // sensor
+  double column_px, row_px;                          // observed image point; NaN where the stage has none
+  double time_s;                                     // exposure
+  double tau;                                        // (t - mean t) / (max t - min t) over the block's images
+  double tau_order;                                  // the same from the place in the table
+  double flight_time_s, flight_span_s;               // since the flight's first image; length of the flight
+  double temperature_c, mean_temperature_c;
+  const double* temperature_history;                 // time_s, temperature_c, time_s, ... by time
+  uint64_t temperature_history_length;               // number of pairs
+  double velocity[3];                                // m/s, world axes
+  double angular_velocity[3];                        // rad/s, camera axes
+  double exposure_s, focus_m;
+  double block_centre[3];                            // mean of the projection centres' start values, m
+  double survey_mean[3];                             // mean of the surveyed points, m
+} misclosure_context;
+
+// A name for a value of a given parameter: `against=order` is 1.
+typedef struct misclosure_name {
+  const char* name;
+  double value;
+} misclosure_name;
+
+typedef struct misclosure_parameter {
+  const char* name;
+  const char* unit;
+  uint32_t scope;                 // misclosure::Scope
+  uint32_t role;                  // misclosure::Role
+  double nominal;                 // the identity; for searched and given ones the default
+  double typical;                 // a size met in practice, not zero
+  uint32_t domain;                // misclosure::Domain, of a searched parameter
+  uint32_t name_count;            // of a given parameter
+  double domain_min, domain_max;  // of a searched parameter, where its domain has limits
+  const misclosure_name* names;   // of a given parameter
+  const char* deviation;          // of a random parameter: name of its standard deviation
+} misclosure_parameter;
+
+// Writes out (m), and where not null d_in (m x n) and d_theta (m x p), row-major and whole. Returns 0 where the effect cannot be
+// evaluated, else 1. Columns of d_theta of given parameters are zero.
+typedef int (*misclosure_eval)(void* self, const misclosure_context* context, const double* in, const double* theta,
+                               double* out, double* d_in, double* d_theta);
+
+typedef struct misclosure_effect {
+  uint32_t abi_version;  // MISCLOSURE_ABI_VERSION
+  uint32_t effect_size, parameter_size, name_size, context_size;  // sizeof of the structs here
+  uint32_t stage;        // misclosure::Stage
+  uint32_t kind;         // misclosure::Kind
+  uint32_t parameter_count, need_count;
+  const char* id;
+  const char* summary;
+  const char* formula;
+  const char* confused_with;
+  const char* source;
+  const misclosure_parameter* parameters;
+  const uint32_t* needs;  // misclosure::Need
+  void* self;             // handed to eval
+  misclosure_eval eval;
+} misclosure_effect;
+
+#ifdef __cplusplus
+}  // extern "C"
+
+// ------------------------------------------------------------------------------------------------------------------ C++
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+
+#include "ceres/jet.h"
+
+namespace misclosure {
+
+using Context = misclosure_context;
+using Name = misclosure_name;
+using Parameter = misclosure_parameter;
+
+// Where in the measurement chain an effect acts. r: rotation vector of R (world to camera); C: projection centre; P: object point;
+// interior: f, ppx, ppy, dcx, dcy, k1, k2, k3, p1, p2, b1, b2.
+enum class Stage : uint32_t {
+  kExposure = 0,  // r 3, C 3 -> r 3, C 3
+  kRay = 1,       // r 3, C 3, P 3 -> P 3
+  kInterior = 2,  // interior 12, r 3 -> interior 12
+  kImage = 3,     // x, y, interior 12 -> x, y
+  kPosition = 4,  // r 3, C 3 -> antenna 3
+  kControl = 5,   // P 3 -> surveyed 3
+};
+
+constexpr int Inputs(Stage stage) {
+  constexpr int inputs[] = {6, 9, 15, 14, 6, 3};
+  return inputs[static_cast<uint32_t>(stage)];
+}
+
+constexpr int Outputs(Stage stage) {
+  constexpr int outputs[] = {6, 3, 12, 2, 3, 3};
+  return outputs[static_cast<uint32_t>(stage)];
+}
+
+// Output k of the identity is input IdentityOffset + k.
+constexpr int IdentityOffset(Stage stage) {
+  return stage == Stage::kRay ? 6 : stage == Stage::kPosition ? 3 : 0;
+}
+
+enum class Kind : uint32_t { kPhysical = 0, kEmpirical = 1 };
+
+enum class Scope : uint32_t { kGlobal = 0, kCamera = 1, kFlight = 2, kFlightButFirst = 3, kImage = 4 };
+
+enum class Role : uint32_t { kEstimated = 0, kSearched = 1, kGiven = 2, kRandom = 3 };
+
+// Search domain: the sensor's width or height (px), two fractions of half its diagonal (px), two values.
+enum class Domain : uint32_t { kNone = 0, kSensorX = 1, kSensorY = 2, kSensorFraction = 3, kRange = 4 };
+
+enum class Need : uint32_t {
+  kTime = 0,
+  kTemperature = 1,
+  kFlights = 2,
+  kVelocity = 3,
+  kGnss = 4,
+  kControl = 5,
+  kVertical = 6,
+};
+
+// Parameters by role; `nominal` is the value of the identity.
+constexpr Parameter Estimated(const char* name, const char* unit, Scope scope, double nominal, double typical) {
+  return {name, unit, static_cast<uint32_t>(scope), static_cast<uint32_t>(Role::kEstimated), nominal, typical, 0, 0, 0.0, 0.0,
+          nullptr, nullptr};
+}
+
+constexpr Parameter Searched(const char* name, const char* unit, Scope scope, double start, double typical, Domain domain,
+                             double domain_min = 0.0, double domain_max = 0.0) {
+  return {name, unit, static_cast<uint32_t>(scope), static_cast<uint32_t>(Role::kSearched), start, typical,
+          static_cast<uint32_t>(domain), 0, domain_min, domain_max, nullptr, nullptr};
+}
+
+constexpr Parameter Given(const char* name, const char* unit, double value) {
+  return {name, unit, 0, static_cast<uint32_t>(Role::kGiven), value, 1.0, 0, 0, 0.0, 0.0, nullptr, nullptr};
+}
+
+template <std::size_t N>
+constexpr Parameter Given(const char* name, const char* unit, double value, const Name (&names)[N]) {
+  return {name, unit, 0, static_cast<uint32_t>(Role::kGiven), value, 1.0, 0, static_cast<uint32_t>(N), 0.0, 0.0, names, nullptr};
+}
+
+constexpr Parameter Random(const char* name, const char* unit, double typical, const char* deviation) {
+  return {name, unit, static_cast<uint32_t>(Scope::kImage), static_cast<uint32_t>(Role::kRandom), 0.0, typical, 0, 0, 0.0, 0.0,
+          nullptr, deviation};
+}
+
+// -------------------------------------------------------------------------------------- rotations, for Apply functions
+
+// v = R p with R = exp([r]x) (Rodrigues); a series near r = 0, where the angle has no derivative.
+template <class T>
+void Rotate(const T r[3], const T p[3], T v[3]) {
+  using std::cos;
+  using std::sin;
+  using std::sqrt;
+  const T angle2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+  T a, b;  // sin(angle) / angle, (1 - cos(angle)) / angle^2
+  if (angle2 > 1e-8) {
+    const T angle = sqrt(angle2);
+    a = sin(angle) / angle;
+    b = (T(1.0) - cos(angle)) / angle2;
+  } else {
+    a = T(1.0) - angle2 / 6.0;
+    b = T(0.5) - angle2 / 24.0;
+  }
+  const T c[3] = {r[1] * p[2] - r[2] * p[1], r[2] * p[0] - r[0] * p[2], r[0] * p[1] - r[1] * p[0]};
+  const T d[3] = {r[1] * c[2] - r[2] * c[1], r[2] * c[0] - r[0] * c[2], r[0] * c[1] - r[1] * c[0]};
+  for (int k = 0; k < 3; ++k) v[k] = p[k] + a * c[k] + b * d[k];
+}
+
+// v = R^T p: camera to world.
+template <class T>
+void RotateBack(const T r[3], const T p[3], T v[3]) {
+  const T back[3] = {-r[0], -r[1], -r[2]};
+  Rotate(back, p, v);
+}
+
+// Quaternion (w, x, y, z) of a rotation vector.
+template <class T>
+void QuaternionOf(const T r[3], T q[4]) {
+  using std::cos;
+  using std::sin;
+  using std::sqrt;
+  const T angle2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+  T k;  // sin(angle / 2) / angle
+  if (angle2 > 1e-8) {
+    const T angle = sqrt(angle2);
+    q[0] = cos(angle * 0.5);
+    k = sin(angle * 0.5) / angle;
+  } else {
+    q[0] = T(1.0) - angle2 / 8.0 + angle2 * angle2 / 384.0;
+    k = T(0.5) - angle2 / 48.0;
+  }
+  for (int i = 0; i < 3; ++i) q[i + 1] = k * r[i];
+}
+
+// Rotation vector, length at most pi, of a unit quaternion (w, x, y, z).
+template <class T>
+void RotationVectorOf(const T q[4], T r[3]) {
+  using std::atan2;
+  using std::sqrt;
+  const T sine2 = q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+  T k;  // angle / sin(angle / 2)
+  if (sine2 > 1e-8) {
+    const T sine = sqrt(sine2);
+    k = 2.0 * (q[0] < 0.0 ? atan2(-sine, -q[0]) : atan2(sine, q[0])) / sine;
+  } else {
+    const T ratio2 = sine2 / (q[0] * q[0]);
+    k = (T(2.0) - ratio2 * (2.0 / 3.0)) / q[0];
+  }
+  for (int i = 0; i < 3; ++i) r[i] = k * q[i + 1];
+}
+
+// Rotation vector of exp([a]x) exp([r]x): r turned by a in the camera's axes. Where a is zero this is r itself, to the last bit,
+// as the null law wants it; the derivative there is the limit (inverse left Jacobian of r).
+template <class T>
+void Turn(const T a[3], const T r[3], T out[3]) {
+  if (a[0] == 0.0 && a[1] == 0.0 && a[2] == 0.0) {
+    using std::sqrt;
+    using std::tan;
+    const T angle2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+    T k;
+    if (angle2 > 1e-8) {
+      const T angle = sqrt(angle2);
+      k = T(1.0) / angle2 - T(0.5) / (angle * tan(angle * 0.5));
+    } else {
+      k = T(1.0 / 12.0) + angle2 / 720.0;
+    }
+    const T c[3] = {r[1] * a[2] - r[2] * a[1], r[2] * a[0] - r[0] * a[2], r[0] * a[1] - r[1] * a[0]};
+    const T d[3] = {r[1] * c[2] - r[2] * c[1], r[2] * c[0] - r[0] * c[2], r[0] * c[1] - r[1] * c[0]};
+    for (int i = 0; i < 3; ++i) out[i] = r[i] + a[i] - 0.5 * c[i] + k * d[i];
+    return;
+  }
+  T p[4], q[4], s[4];
+  QuaternionOf(a, p);
+  QuaternionOf(r, q);
+  s[0] = p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3];
+  s[1] = p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2];
+  s[2] = p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1];
+  s[3] = p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0];
+  RotationVectorOf(s, out);
+}
+
+// ------------------------------------------------------------------------------------- from Apply to the C ABI
+
+namespace internal {
+
+template <std::size_t N>
+constexpr std::array<uint32_t, N> Numbers(const std::array<Need, N>& needs) {
+  std::array<uint32_t, N> numbers{};
+  for (std::size_t k = 0; k < N; ++k) numbers[k] = static_cast<uint32_t>(needs[k]);
+  return numbers;
+}
+
+constexpr bool IsGiven(const Parameter& parameter) { return parameter.role == static_cast<uint32_t>(Role::kGiven); }
+
+template <class E>
+constexpr int DifferentiableCount() {
+  int count = 0;
+  for (std::size_t k = 0; k < std::size(E::parameters); ++k) count += IsGiven(E::parameters[k]) ? 0 : 1;
+  return count;
+}
+
+inline bool AllFinite(const double* values, int count) {
+  for (int k = 0; k < count; ++k) {
+    if (!std::isfinite(values[k])) return false;
+  }
+  return true;
+}
+
+// Apply on doubles, or on Jets over the inputs and the parameters that are not given. What is not finite is outside the domain.
+template <class E>
+int Eval(void*, const misclosure_context* context, const double* in, const double* theta, double* out, double* d_in,
+         double* d_theta) noexcept {
+  constexpr int n = Inputs(E::stage);
+  constexpr int m = Outputs(E::stage);
+  constexpr int p = static_cast<int>(std::size(E::parameters));
+  if (d_in == nullptr && d_theta == nullptr) {
+    return E::Apply(*context, in, theta, out) && AllFinite(out, m) ? 1 : 0;
+  }
+  using Jet = ceres::Jet<double, n + DifferentiableCount<E>()>;
+  Jet jet_in[n], jet_theta[p > 0 ? p : 1], jet_out[m];
+  for (int k = 0; k < n; ++k) jet_in[k] = Jet(in[k], k);
+  int column[p > 0 ? p : 1];
+  int next = n;
+  for (int k = 0; k < p; ++k) {
+    column[k] = IsGiven(E::parameters[k]) ? -1 : next++;
+    jet_theta[k] = column[k] < 0 ? Jet(theta[k]) : Jet(theta[k], column[k]);
+  }
+  if (!E::Apply(*context, jet_in, jet_theta, jet_out)) return 0;
+  for (int i = 0; i < m; ++i) {
+    out[i] = jet_out[i].a;
+    if (d_in != nullptr) {
+      for (int k = 0; k < n; ++k) d_in[i * n + k] = jet_out[i].v[k];
+    }
+    if (d_theta != nullptr) {
+      for (int k = 0; k < p; ++k) d_theta[i * p + k] = column[k] < 0 ? 0.0 : jet_out[i].v[column[k]];
+    }
+  }
+  const bool finite = AllFinite(out, m) && (d_in == nullptr || AllFinite(d_in, m * n)) &&
+                      (d_theta == nullptr || AllFinite(d_theta, m * p));
+  return finite ? 1 : 0;
+}
+
+template <class E>
+struct Table {
+  static constexpr auto needs = Numbers(E::needs);
+  static constexpr misclosure_effect value = {
+      MISCLOSURE_ABI_VERSION,
+      sizeof(misclosure_effect),
+      sizeof(misclosure_parameter),
+      sizeof(misclosure_name),
+      sizeof(misclosure_context),
+      static_cast<uint32_t>(E::stage),
+      static_cast<uint32_t>(E::kind),
+      static_cast<uint32_t>(std::size(E::parameters)),
+      static_cast<uint32_t>(needs.size()),
+      E::id,
+      E::summary,
+      E::formula,
+      E::confused_with,
+      E::source,
+      std::data(E::parameters),
+      needs.data(),
+      nullptr,
+      &Eval<E>,
+  };
+};
+
+}  // namespace internal
+
+// What a header that is included for its formula alone (a test) gets.
+template <class E>
+constexpr const misclosure_effect& EffectOf() {
+  return internal::Table<E>::value;
+}
+
+}  // namespace misclosure
+
+// Makes a type an effect: the exported symbol of a plug-in, or the entry that the generated registry of built-in effects calls.
+#if defined(MISCLOSURE_PLUGIN)
+#define MISCLOSURE_EFFECT(Type)                                                                                       \
+  extern "C" __attribute__((visibility("default"))) const misclosure_effect* misclosure_plugin(void) {               \
+    return &::misclosure::EffectOf<Type>();                                                                           \
+  }
+#elif defined(MISCLOSURE_BUILTIN)
+#define MISCLOSURE_EFFECT(Type)                                                                                       \
+  extern "C" const misclosure_effect* MISCLOSURE_BUILTIN(void) { return &::misclosure::EffectOf<Type>(); }
+#else
+#define MISCLOSURE_EFFECT(Type) static_assert(sizeof(::misclosure::EffectOf<Type>()) != 0, "an effect");
+#endif
+
+#endif  // __cplusplus
+#endif  // MISCLOSURE_EFFECT_H_
