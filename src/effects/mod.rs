@@ -11,7 +11,16 @@
 //! Several effects of one stage act one after the other, in the order of the model. Two laws hold for every effect: at the nominal
 //! parameters it is exactly the identity (*null law*), and it has no state and is thread-safe (*purity*).
 
+mod common;
+pub mod laws;
 mod registry;
+
+// One file per effect, in catalogue order.
+pub mod focal_time;
+
+pub mod local_flaw;
+
+pub mod gnss_lever_arm;
 
 pub use registry::{catalogue, find};
 

@@ -1,0 +1,70 @@
+//! What the built-in effects share: short constructors of parameters, and small steps of filling Jacobians. No physics here.
+
+use super::{Domain, OutsideDomain, Parameter, Role, Scope, Stage};
+use nalgebra::{Matrix3, Vector3};
+use std::borrow::Cow;
+
+/// An estimated parameter that is zero at the identity.
+pub(super) fn estimated(
+    name: impl Into<Cow<'static, str>>,
+    unit: &'static str,
+    scope: Scope,
+    typical: f64,
+) -> Parameter {
+    Parameter { name: name.into(), unit: unit.into(), scope, nominal: 0.0, typical, role: Role::Estimated }
+}
+
+/// A parameter that a score test scans; `default` is its value where nobody says anything.
+pub(super) fn searched(
+    name: &'static str,
+    unit: &'static str,
+    default: f64,
+    typical: f64,
+    domain: Domain,
+) -> Parameter {
+    let role = Role::Searched(domain);
+    Parameter { name: name.into(), unit: unit.into(), scope: Scope::Global, nominal: default, typical, role }
+}
+
+/// A choice of the user with its default; `values` are the names that some values have.
+pub(super) fn given(
+    name: &'static str,
+    unit: &'static str,
+    default: f64,
+    values: &'static [(&'static str, f64)],
+) -> Parameter {
+    let role = Role::Given(Cow::Borrowed(values));
+    Parameter { name: name.into(), unit: unit.into(), scope: Scope::Global, nominal: default, typical: 1.0, role }
+}
+
+/// The value, or outside the domain where it is not known.
+pub(super) fn known(value: f64) -> Result<f64, OutsideDomain> {
+    if value.is_finite() { Ok(value) } else { Err(OutsideDomain) }
+}
+
+/// Writes the identity of `stage` to `out`.
+pub(super) fn hand_on(stage: Stage, input: &[f64], out: &mut [f64]) {
+    let offset = stage.identity_offset();
+    out.copy_from_slice(&input[offset..offset + stage.outputs()]);
+}
+
+/// The three numbers from `offset` as a vector.
+pub(super) fn vector(values: &[f64], offset: usize) -> Vector3<f64> {
+    Vector3::new(values[offset], values[offset + 1], values[offset + 2])
+}
+
+/// Adds `block` to a row-major matrix of `columns` columns, its corner at (`row`, `column`).
+pub(super) fn add_block(matrix: &mut [f64], columns: usize, row: usize, column: usize, block: &Matrix3<f64>) {
+    for i in 0..3 {
+        for j in 0..3 {
+            matrix[(row + i) * columns + column + j] += block[(i, j)];
+        }
+    }
+}
+
+/// Adds `values` to a column of a row-major matrix of `columns` columns, from `row` down.
+pub(super) fn add_column(matrix: &mut [f64], columns: usize, row: usize, column: usize, values: &Vector3<f64>) {
+    for i in 0..3 {
+        matrix[(row + i) * columns + column] += values[i];
+    }
+}

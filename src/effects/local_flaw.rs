@@ -1,0 +1,137 @@
+//! `local-flaw`: a spot of the sensor displaces image points away from its centre, and only near it.
+//!
+//! ```text
+//! q = (x, y) - (centre_x, centre_y)        s = |q|        g = exp(-s^2 / sigma^2)
+//! smooth=off:  (x', y') = (x, y) + lambda g q / s        the identity at s = 0
+//! smooth=on:   (x', y') = (x, y) + lambda g q / sigma
+//! ```
+//!
+//! All in pixels; positive lambda pushes outwards. The sharp variant is that of the seed study (its equation 3 with the
+//! sign that decays): it jumps at the centre, where it is defined as the identity with zero derivative. `centre` and
+//! `sigma` are searched: the effect is nonlinear in them. Domain: `sigma > 0`.
+//!
+//! Source: seed study, equation 3.
+//!
+//! Worked numbers, centre (1000, 1400), sigma 350, lambda 2: the point (1350, 1400) goes to (1350 + 2/e, 1400) =
+//! (1350.7357588823, 1400), sharp or smooth; the point (1000, 1300) goes to (1000, 1298.1567791054) sharp.
+
+use super::common::{estimated, given, hand_on, searched};
+use super::{Context, Descriptor, Domain, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use std::sync::LazyLock;
+
+/// See the [module](self).
+pub struct LocalFlaw;
+
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+    id: "local-flaw".into(),
+    stage: Stage::Image,
+    kind: Kind::Physical,
+    summary: "A spot of the sensor, or of the glass before it, displaces image points radially around its centre."
+        .into(),
+    formula: "(x, y) += lambda exp(-s^2/sigma^2) q/s, q = (x, y) - centre, s = |q| (smooth=on: q/sigma)".into(),
+    parameters: vec![
+        estimated("lambda", "px", Scope::Global, 1.0),
+        searched("centre_x", "px", 0.0, 1000.0, Domain::SensorX),
+        searched("centre_y", "px", 0.0, 1000.0, Domain::SensorY),
+        searched("sigma", "px", 200.0, 200.0, Domain::SensorFraction(0.03, 0.5)),
+        given("smooth", "1", 0.0, &[("off", 0.0), ("on", 1.0)]),
+    ],
+    needs: vec![],
+    confused_with: "unflatness (smooth over the whole sensor), image-grid and image-fourier (empirical; they take the \
+                    shape away but do not place it)"
+        .into(),
+    source: "Seed study, equation 3 with the sign that decays".into(),
+});
+
+impl Effect for LocalFlaw {
+    fn descriptor(&self) -> &Descriptor {
+        &DESCRIPTOR
+    }
+
+    fn eval(
+        &self,
+        _: &Context<'_>,
+        input: &[f64],
+        theta: &[f64],
+        out: &mut [f64],
+        mut d_input: Option<&mut [f64]>,
+        mut d_theta: Option<&mut [f64]>,
+    ) -> Result<(), OutsideDomain> {
+        let &[lambda, centre_x, centre_y, sigma, smooth] = theta else { return Err(OutsideDomain) };
+        if sigma.is_nan() || sigma <= 0.0 {
+            return Err(OutsideDomain);
+        }
+        hand_on(Stage::Image, input, out);
+        if let Some(matrix) = d_input.as_deref_mut() {
+            fill_identity(Stage::Image, matrix);
+        }
+        if let Some(matrix) = d_theta.as_deref_mut() {
+            matrix.fill(0.0);
+        }
+        let q = [input[0] - centre_x, input[1] - centre_y];
+        let s = q[0].hypot(q[1]);
+        let sharp = smooth == 0.0;
+        if sharp && s == 0.0 {
+            return Ok(());
+        }
+        let t = s / sigma;
+        let g = (-t * t).exp();
+        let length = if sharp { s } else { sigma };
+        let n = q.map(|value| value / length);
+        // Displacement per lambda is g n; its derivative by q is `isotropic I + outer n n^T`, by sigma `by_sigma n`.
+        let isotropic = g / length;
+        let (outer, by_sigma) = if sharp {
+            (-isotropic * (1.0 + 2.0 * t * t), 2.0 * g * t * t / sigma)
+        } else {
+            (-2.0 * isotropic, g * (2.0 * t * t - 1.0) / sigma)
+        };
+        for i in 0..2 {
+            out[i] += lambda * g * n[i];
+            for j in 0..2 {
+                let slope = lambda * (outer * n[i] * n[j] + if i == j { isotropic } else { 0.0 });
+                if let Some(matrix) = d_input.as_deref_mut() {
+                    matrix[i * 14 + j] += slope;
+                }
+                if let Some(matrix) = d_theta.as_deref_mut() {
+                    matrix[i * 5 + 1 + j] = -slope;
+                }
+            }
+            if let Some(matrix) = d_theta.as_deref_mut() {
+                matrix[i * 5] = g * n[i];
+                matrix[i * 5 + 3] = lambda * by_sigma * n[i];
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ImageContext, laws};
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn at(x: f64, y: f64, smooth: f64) -> Vec<f64> {
+        let mut input = [0.0; 14];
+        (input[0], input[1]) = (x, y);
+        laws::value(&LocalFlaw, &ImageContext::default(), &input, &[2.0, 1000.0, 1400.0, 350.0, smooth])
+    }
+
+    #[test]
+    fn worked_numbers() {
+        for smooth in [0.0, 1.0] {
+            let point = at(1350.0, 1400.0, smooth);
+            assert_relative_eq!(point[0], 1_350.735_758_882_3, epsilon = 1e-9);
+            assert_eq!(point[1], 1400.0);
+        }
+        let point = at(1000.0, 1300.0, 0.0);
+        assert_eq!(point[0], 1000.0);
+        assert_relative_eq!(point[1], 1_298.156_779_105_4, epsilon = 1e-9);
+    }
+
+    #[test]
+    fn the_centre_stays() {
+        assert_eq!(at(1000.0, 1400.0, 0.0), [1000.0, 1400.0]);
+        assert_eq!(at(1000.0, 1400.0, 1.0), [1000.0, 1400.0]);
+    }
+}
