@@ -3,6 +3,8 @@
 //! Lengths in object space are metres, image coordinates pixels from the outer corner of the top-left pixel (x right, y
 //! down), angles radians, times seconds, temperatures degrees Celsius.
 
+pub mod inventory;
+
 use crate::camera::Camera;
 use nalgebra::{UnitQuaternion, Vector3};
 

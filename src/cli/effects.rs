@@ -39,7 +39,7 @@ pub(super) fn unknown(id: &str) -> String {
 fn catalogue(descriptors: &[&Descriptor]) -> String {
     let header = ["id", "stage", "kind", "parameters", "needs"].map(String::from).to_vec();
     let row = |d: &&Descriptor| {
-        let parameters: Vec<String> = d.parameters.iter().map(|p| format!("{} ({})", p.name, p.unit)).collect();
+        let parameters: Vec<String> = d.parameters.iter().map(parameter).collect();
         let shown = match parameters.len() {
             0..=4 => parameters.join(", "),
             n => format!("{}, ... {n} in all", parameters[..2].join(", ")),
@@ -67,6 +67,16 @@ fn page(d: &Descriptor) -> String {
     text += &table(&rows);
     text += &format!("\nIn a model: misclosure adjust BLOCK -o RUN --add {}\n", d.id);
     text
+}
+
+/// Name and unit, or name and named values.
+fn parameter(p: &Parameter) -> String {
+    match &p.role {
+        Role::Given(names) if !names.is_empty() => {
+            format!("{}={}", p.name, names.iter().map(|(name, _)| *name).collect::<Vec<_>>().join("|"))
+        }
+        _ => format!("{} ({})", p.name, p.unit),
+    }
 }
 
 fn kind(kind: Kind) -> &'static str {
