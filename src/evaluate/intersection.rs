@@ -1,0 +1,278 @@
+//! Object points from their image measurements, the images held: space intersection.
+//!
+//! [`Method::Image`] minimises `sum |(observed - projected) / sigma|^2` by Gauss-Newton from the intersection of the rays.
+//! [`Method::Rays`] minimises the sum of squared distances to the rays in space, as the control-point tools of MicMac do: it
+//! gives far images more weight than their precision deserves, and is here to follow published figures.
+
+use super::ImageModel;
+use crate::block::{Block, ImageId, Measurement, PointId};
+use crate::math::intersect::intersect_rays;
+use nalgebra::{Matrix3, Vector2, Vector3};
+use rayon::prelude::*;
+
+/// Gauss-Newton has converged at a step below this, in standard deviations of the point. Convergence is fast (the rays start
+/// it within a few sigma), so the step after would be smaller by orders of magnitude still.
+const CONVERGED_SIGMA: f64 = 1e-7;
+/// A step of this many roundings of the coordinates cannot be improved on, whatever the precision asks for.
+const ROUNDINGS: f64 = 8.0;
+/// Iterations; three to five are needed.
+const MAX_ITERATIONS: usize = 50;
+/// Times that a step which does not lower the cost is halved.
+const MAX_HALVINGS: usize = 20;
+/// Rise of the cost (sum of squares) that is rounding: residuals are differences of image coordinates of thousands of px.
+const COST_ROUNDING: f64 = 1e-12;
+
+/// What is minimised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Weighted image residuals.
+    #[default]
+    Image,
+    /// Distances to the rays in space, unweighted.
+    Rays,
+}
+
+/// One image measurement of the point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observation {
+    /// Image.
+    pub image: ImageId,
+    /// Measured image point, px.
+    pub xy: [f64; 2],
+    /// Standard deviation of each coordinate, px.
+    pub sigma: f64,
+}
+
+/// An intersected point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Intersection {
+    /// Which point.
+    pub point: PointId,
+    /// Its coordinates, m.
+    pub position: Vector3<f64>,
+    /// Covariance (m^2) from the a-priori sigma of the measurements alone, the images taken as free of error.
+    pub covariance: Matrix3<f64>,
+    /// Index of each of its measurements in the list they came from.
+    pub measurements: Vec<usize>,
+    /// Observed minus projected (px), in the order of `measurements`.
+    pub residuals: Vec<Vector2<f64>>,
+    /// Gauss-Newton iterations, none for [`Method::Rays`].
+    pub iterations: usize,
+}
+
+/// Why a point has no intersection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Failure {
+    /// Fewer than two measurements.
+    #[error("{0} image measurement(s), an intersection needs 2")]
+    TooFewMarks(usize),
+    /// The camera cannot be inverted at a measured image point.
+    #[error("no viewing ray: a measurement lies outside the domain of the distortion")]
+    NoRay,
+    /// Rays (nearly) parallel, or all from one place.
+    #[error("the rays are parallel")]
+    Parallel,
+    /// The intersection lies behind an image.
+    #[error("the point lies behind an image that measured it")]
+    Behind,
+    /// Gauss-Newton found no minimum.
+    #[error("the intersection diverged")]
+    Diverged,
+}
+
+/// A point without intersection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FailedIntersection {
+    /// Which point.
+    pub point: PointId,
+    /// Why.
+    pub reason: Failure,
+}
+
+/// All points of a list: each is in one of the two.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Intersections {
+    /// Intersected, in the order of the points.
+    pub points: Vec<Intersection>,
+    /// Not intersected, in the order of the points.
+    pub failed: Vec<FailedIntersection>,
+}
+
+/// Coordinates, covariance, residuals and iterations of one point.
+type Solved = (Vector3<f64>, Matrix3<f64>, Vec<Vector2<f64>>, usize);
+
+/// Intersects every surveyed point of the block from its marks.
+pub fn intersect_surveyed(model: &impl ImageModel, block: &Block, method: Method) -> Intersections {
+    intersect_all(model, &block.marks, block.surveyed.len(), block.sigma.mark_px, method)
+}
+
+/// Intersects every tie point of the block from its measurements.
+pub fn intersect_ties(model: &impl ImageModel, block: &Block, method: Method) -> Intersections {
+    intersect_all(model, &block.ties, block.tie_points.len(), block.sigma.tie_px, method)
+}
+
+/// Intersects the points `0..count` from their measurements, `sigma_px` where a measurement gives none. Runs in parallel; the
+/// result does not depend on the number of threads.
+pub fn intersect_all(
+    model: &impl ImageModel,
+    measurements: &[Measurement],
+    count: usize,
+    sigma_px: f64,
+    method: Method,
+) -> Intersections {
+    let mut of_point = vec![Vec::new(); count];
+    for (index, measurement) in measurements.iter().enumerate() {
+        of_point[measurement.point.index()].push(index);
+    }
+    let outcomes: Vec<_> = of_point
+        .into_par_iter()
+        .enumerate()
+        .map(|(point, indices)| {
+            let observations: Vec<_> = indices
+                .iter()
+                .map(|&index| {
+                    let Measurement { image, x, y, sigma, .. } = measurements[index];
+                    Observation { image, xy: [x, y], sigma: sigma.unwrap_or(sigma_px) }
+                })
+                .collect();
+            let point = PointId::from(point);
+            match intersect_point(model, &observations, method) {
+                Ok((position, covariance, residuals, iterations)) => {
+                    Ok(Intersection { point, position, covariance, measurements: indices, residuals, iterations })
+                }
+                Err(reason) => Err(FailedIntersection { point, reason }),
+            }
+        })
+        .collect();
+    let mut result = Intersections::default();
+    for outcome in outcomes {
+        match outcome {
+            Ok(intersection) => result.points.push(intersection),
+            Err(failed) => result.failed.push(failed),
+        }
+    }
+    result
+}
+
+/// Intersects one point: coordinates (m), their covariance, residuals (px) and iterations.
+///
+/// # Errors
+/// [`Failure`].
+pub fn intersect_point(
+    model: &impl ImageModel,
+    observations: &[Observation],
+    method: Method,
+) -> Result<Solved, Failure> {
+    if observations.len() < 2 {
+        return Err(Failure::TooFewMarks(observations.len()));
+    }
+    let rays: Vec<_> = observations.iter().map(|o| model.ray(o.image, o.xy)).collect();
+    // An effect may leave one image without an inverse; two rays are enough to start from, but not for a fit of rays.
+    let usable: Vec<_> =
+        rays.iter().zip(observations).filter_map(|(ray, o)| Some((model.centre(o.image), (*ray)?))).collect();
+    if usable.len() < 2 || (method == Method::Rays && usable.len() < observations.len()) {
+        return Err(Failure::NoRay);
+    }
+    let (centres, directions): (Vec<_>, Vec<_>) = usable.into_iter().unzip();
+    let start = intersect_rays(&centres, &directions).ok_or(Failure::Parallel)?;
+    match method {
+        Method::Image => minimise_in_images(model, observations, start),
+        Method::Rays => {
+            let covariance = covariance_of_rays(model, observations, &start, &directions)?;
+            Ok((start, covariance, Normal::at(model, observations, &start).ok_or(Failure::Behind)?.residuals, 0))
+        }
+    }
+}
+
+/// Normal equations of the image residuals at a point.
+struct Normal {
+    matrix: Matrix3<f64>,
+    right: Vector3<f64>,
+    cost: f64,
+    residuals: Vec<Vector2<f64>>,
+}
+
+impl Normal {
+    /// `None` when an image does not see the point.
+    fn at(model: &impl ImageModel, observations: &[Observation], point: &Vector3<f64>) -> Option<Self> {
+        let mut normal = Normal {
+            matrix: Matrix3::zeros(),
+            right: Vector3::zeros(),
+            cost: 0.0,
+            residuals: Vec::with_capacity(observations.len()),
+        };
+        for o in observations {
+            let (projected, jacobian) = model.project(o.image, o.xy, point)?;
+            let residual = Vector2::from(o.xy) - Vector2::from(projected);
+            let weight = 1.0 / (o.sigma * o.sigma);
+            normal.matrix += jacobian.transpose() * jacobian * weight;
+            normal.right += jacobian.transpose() * residual * weight;
+            normal.cost += residual.norm_squared() * weight;
+            normal.residuals.push(residual);
+        }
+        normal.cost.is_finite().then_some(normal)
+    }
+}
+
+fn minimise_in_images(
+    model: &impl ImageModel,
+    observations: &[Observation],
+    start: Vector3<f64>,
+) -> Result<Solved, Failure> {
+    let mut position = start;
+    let mut normal = Normal::at(model, observations, &position).ok_or(Failure::Behind)?;
+    for iteration in 1..=MAX_ITERATIONS {
+        let factor = normal.matrix.cholesky().ok_or(Failure::Parallel)?;
+        let mut step = factor.solve(&normal.right);
+        let size_in_sigma = step.dot(&normal.right).max(0.0).sqrt();
+        let converged = size_in_sigma < CONVERGED_SIGMA || step.amax() <= ROUNDINGS * f64::EPSILON * position.amax();
+        let allowed = normal.cost * (1.0 + COST_ROUNDING) + COST_ROUNDING;
+        let mut next = None;
+        for _ in 0..=MAX_HALVINGS {
+            next = Normal::at(model, observations, &(position + step)).filter(|trial| trial.cost <= allowed);
+            if next.is_some() {
+                break;
+            }
+            step *= 0.5;
+        }
+        match next {
+            Some(better) => {
+                position += step;
+                normal = better;
+            }
+            // At the minimum rounding alone may make every step look worse.
+            None if converged => {}
+            None => return Err(Failure::Diverged),
+        }
+        if converged {
+            let covariance = normal.matrix.cholesky().ok_or(Failure::Parallel)?.inverse();
+            return Ok((position, covariance, normal.residuals, iteration));
+        }
+    }
+    Err(Failure::Diverged)
+}
+
+/// Law of propagation for the intersection of rays: an image error `e` shifts a ray at the point by `J^+ e` across itself
+/// (`J` has the ray as null space), and the point by `N^-1` times the sum of the shifts, `N` the sum of `I - d d'`.
+fn covariance_of_rays(
+    model: &impl ImageModel,
+    observations: &[Observation],
+    point: &Vector3<f64>,
+    directions: &[Vector3<f64>],
+) -> Result<Matrix3<f64>, Failure> {
+    let mut across = Matrix3::zeros();
+    let mut shifts = Matrix3::zeros();
+    for (o, direction) in observations.iter().zip(directions) {
+        let (_, jacobian) = model.project(o.image, o.xy, point).ok_or(Failure::Behind)?;
+        let square = (jacobian * jacobian.transpose()).try_inverse().ok_or(Failure::Diverged)?;
+        let pseudo_inverse = jacobian.transpose() * square;
+        across += Matrix3::identity() - direction * direction.transpose();
+        shifts += pseudo_inverse * pseudo_inverse.transpose() * (o.sigma * o.sigma);
+    }
+    let inverse = across.try_inverse().ok_or(Failure::Parallel)?;
+    Ok(inverse * shifts * inverse)
+}
+
+#[cfg(test)]
+#[path = "intersection_tests.rs"]
+mod tests;
