@@ -36,7 +36,8 @@ macro_rules! index {
 }
 index!(CameraId, FlightId, ImageId, PointId);
 
-/// A-priori standard deviations, used where a row gives none.
+/// A-priori standard deviations, used where a row gives none; infinite where the block gives none either, which reading a block
+/// allows only for what no row uses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sigma {
     /// Tie-point image coordinate, px.
@@ -51,6 +52,18 @@ pub struct Sigma {
     pub gnss_xy_m: f64,
     /// GNSS position, height, m.
     pub gnss_z_m: f64,
+}
+
+impl Sigma {
+    /// A block that gives none.
+    pub const NOT_GIVEN: Self = Self {
+        tie_px: f64::INFINITY,
+        mark_px: f64::INFINITY,
+        control_xy_m: f64::INFINITY,
+        control_z_m: f64::INFINITY,
+        gnss_xy_m: f64::INFINITY,
+        gnss_z_m: f64::INFINITY,
+    };
 }
 
 /// Exterior orientation of an image.

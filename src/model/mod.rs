@@ -1,6 +1,6 @@
 //! What we believe about a block: which camera parameters are free, which effects are in, weights, priors and datum.
 
-use crate::effects::Effect;
+use crate::effects::{Effect, Parameter, Role, Scope};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -74,6 +74,25 @@ impl std::ops::Deref for EffectRef {
             EffectRef::Builtin(effect) => *effect,
             EffectRef::Plugin(effect) => effect.as_ref(),
         }
+    }
+}
+
+impl EffectRef {
+    /// The parameter that a key of [`EffectTerm::values`] or [`EffectTerm::held`] stands for: `name`, or `name[element]` for one
+    /// value of a parameter with a scope. A random parameter may also be called by the name of its standard deviation.
+    /// Whether the element is one of the block's is not known here.
+    pub fn parameter_of(&self, key: &str) -> Option<&Parameter> {
+        let (name, element) = match key.strip_suffix(']').and_then(|key| key.split_once('[')) {
+            Some((name, element)) => (name, Some(element)),
+            None => (key, None),
+        };
+        let is_called = |parameter: &&Parameter| match parameter.role {
+            Role::Random(deviation) if deviation == name => true,
+            _ => parameter.name == name,
+        };
+        let parameter = self.descriptor().parameters.iter().find(is_called)?;
+        let fits = element.is_none_or(|element| !element.is_empty() && parameter.scope != Scope::Global);
+        fits.then_some(parameter)
     }
 }
 

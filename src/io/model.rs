@@ -1,0 +1,238 @@
+//! `model.toml`: the model as it was used, complete, so that it repeats a run.
+//!
+//! ```toml
+//! format = 1
+//! free = ["f", "pp", "dc", "radial", "decentring", "affinity"]   # or "all", "none", single parameters; absent: all
+//! tie = "dc=pp"                # absent: the centre of distortion is of its own
+//! datum = "free"               # free, control, gnss, all; absent: free
+//! loss = "none"                # none, huber, cauchy; absent: none
+//! tie_weights = "unit"         # unit, multi, pairs; absent: unit
+//!
+//! [camera.cam]                 # start values that replace the block's
+//! f = 5510.0
+//!
+//! [[effect]]                   # in the order in which they act
+//! id = "local-flaw"
+//! held = ["width"]             # parameters that stay at their value
+//! values = { x0 = 1200.0 }     # start values; "name[flight]" for one value of a parameter with a scope
+//!
+//! [[prior]]                    # weak observation of a camera parameter
+//! camera = "cam"
+//! parameter = "k3"
+//! value = 0.0
+//! sigma = 1e-24
+//! ```
+//!
+//! What is absent is as in [`Model::default`]; [`write_model`] writes every key. An effect of a plug-in is known by its id:
+//! the library is given again when the model is read.
+
+use super::error::{Error, advice, shown};
+use super::toml_table::{Source, Table, quoted};
+use crate::camera::{GROUPS, PARAMETERS, parameter_indices};
+use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, Prior, TieWeights};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::ops::Range;
+use std::path::Path;
+use toml::de::DeTable;
+
+/// The format that this program reads and writes.
+const FORMAT: u32 = 1;
+/// The one tie there is.
+const DC_TO_PP: &str = "dc=pp";
+
+const KEYS: [&str; 9] = ["format", "free", "tie", "datum", "loss", "tie_weights", "camera", "effect", "prior"];
+const DATUMS: [(&str, Datum); 4] =
+    [("free", Datum::Free), ("control", Datum::Control), ("gnss", Datum::Gnss), ("all", Datum::All)];
+const LOSSES: [(&str, Loss); 3] = [("none", Loss::None), ("huber", Loss::Huber), ("cauchy", Loss::Cauchy)];
+const TIE_WEIGHTS: [(&str, TieWeights); 3] =
+    [("unit", TieWeights::Unit), ("multi", TieWeights::Multi), ("pairs", TieWeights::Pairs)];
+
+/// Reads a model; `resolve` finds the effect of an id.
+///
+/// Names of cameras, flights and images are not checked here: they belong to a block.
+///
+/// # Errors
+/// [`Error`] with line and column: not TOML, unknown keys and names, values of a wrong type.
+pub fn read_model(path: &Path, resolve: &dyn Fn(&str) -> Option<EffectRef>) -> Result<Model, Error> {
+    let source = Source::read(path, path.display().to_string(), "a run folder has the model of its run as model.toml")?;
+    let root = source.parse()?;
+    let table = Table::new(&source, "model.toml", root.get_ref(), &KEYS)?;
+    table.expect_format(FORMAT, &(0..0))?;
+    let default = Model::default();
+    let mut model = Model {
+        free: free(&source, &table)?.unwrap_or(default.free),
+        tie_dc_to_pp: choice(&table, "tie", &[(DC_TO_PP, true)])?.unwrap_or(default.tie_dc_to_pp),
+        datum: choice(&table, "datum", &DATUMS)?.unwrap_or(default.datum),
+        loss: choice(&table, "loss", &LOSSES)?.unwrap_or(default.loss),
+        tie_weights: choice(&table, "tie_weights", &TIE_WEIGHTS)?.unwrap_or(default.tie_weights),
+        ..default
+    };
+    if let Some((cameras, _)) = table.table("camera")? {
+        let cameras = Table::of_names(&source, "[camera]", cameras);
+        for (id, _) in cameras.keys() {
+            if let Some((values, _)) = cameras.table(id)? {
+                let name = format!("[camera.{id}]");
+                let values = numbers(&Table::new(&source, &name, values, &PARAMETERS)?)?;
+                model.camera_values.insert(id.to_owned(), values);
+            }
+        }
+    }
+    for (entries, span) in table.tables("effect")? {
+        let term = effect(&source, entries, &span, resolve)?;
+        let id = &term.effect.descriptor().id;
+        if model.effects.iter().any(|other| other.effect.descriptor().id == *id) {
+            return Err(source.refuse(&span, format!("effect {id} stands twice; keep one")));
+        }
+        model.effects.push(term);
+    }
+    for (entries, span) in table.tables("prior")? {
+        model.priors.push(prior(&source, entries, &span)?);
+    }
+    Ok(model)
+}
+
+fn free(source: &Source, table: &Table<'_>) -> Result<Option<[bool; 12]>, Error> {
+    let Some(names) = table.texts("free")? else { return Ok(None) };
+    let mut free = [false; 12];
+    for (name, span) in names {
+        let indices = parameter_indices(name).ok_or_else(|| {
+            let groups = GROUPS.iter().map(|(group, _)| *group);
+            let known: Vec<&str> = groups.chain(["all", "none"]).chain(PARAMETERS).collect();
+            let problem = format!("unknown parameter {}; {}", shown(name.as_bytes()), advice(name, &known));
+            source.refuse(&span, problem)
+        })?;
+        indices.into_iter().for_each(|index| free[index] = true);
+    }
+    Ok(Some(free))
+}
+
+/// One of several words.
+fn choice<T: Copy>(table: &Table<'_>, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, Error> {
+    let (Some(text), Some(value)) = (table.text(key)?, table.value(key)) else { return Ok(None) };
+    match choices.iter().find(|(word, _)| *word == text) {
+        Some((_, choice)) => Ok(Some(*choice)),
+        None => {
+            let words: Vec<&str> = choices.iter().map(|(word, _)| *word).collect();
+            Err(table.refuse(key, value, &words.join(", ")))
+        }
+    }
+}
+
+/// All numbers of a table.
+fn numbers(table: &Table<'_>) -> Result<BTreeMap<String, f64>, Error> {
+    let mut numbers = BTreeMap::new();
+    for (key, _) in table.keys() {
+        if let Some(number) = table.number(key)? {
+            numbers.insert(key.to_owned(), number);
+        }
+    }
+    Ok(numbers)
+}
+
+fn effect(
+    source: &Source,
+    entries: &DeTable<'_>,
+    span: &Range<usize>,
+    resolve: &dyn Fn(&str) -> Option<EffectRef>,
+) -> Result<EffectTerm, Error> {
+    let table = Table::new(source, "[[effect]]", entries, &["id", "held", "values"])?;
+    let id = table.required("id", span, table.text("id")?)?;
+    let id_span = table.value("id").map_or(span.clone(), |value| value.span());
+    let effect = resolve(id).ok_or_else(|| {
+        let problem = format!(
+            "unknown effect {}; `misclosure effects` lists those built in, one of a plug-in needs --plugin FILE.so",
+            shown(id.as_bytes())
+        );
+        source.refuse(&id_span, problem)
+    })?;
+    let refuse_unknown = |key: &str, span: &Range<usize>| match effect.parameter_of(key) {
+        Some(_) => Ok(()),
+        None => {
+            let known: Vec<&str> = effect.descriptor().parameters.iter().map(|p| p.name.as_ref()).collect();
+            let problem = format!("effect {id} has no parameter {}; {}", shown(key.as_bytes()), advice(key, &known));
+            Err(source.refuse(span, problem))
+        }
+    };
+    let mut held = Vec::new();
+    for (name, span) in table.texts("held")?.unwrap_or_default() {
+        refuse_unknown(name, &span)?;
+        held.push(name.to_owned());
+    }
+    let values = match table.table("values")? {
+        None => BTreeMap::new(),
+        Some((values, _)) => {
+            let values = Table::of_names(source, "values", values);
+            values.keys().iter().try_for_each(|(key, span)| refuse_unknown(key, span))?;
+            numbers(&values)?
+        }
+    };
+    Ok(EffectTerm { effect, values, held })
+}
+
+fn prior(source: &Source, entries: &DeTable<'_>, span: &Range<usize>) -> Result<Prior, Error> {
+    let table = Table::new(source, "[[prior]]", entries, &["camera", "parameter", "value", "sigma"])?;
+    let words = PARAMETERS.map(|parameter| (parameter, parameter));
+    Ok(Prior {
+        camera: table.required("camera", span, table.text("camera")?)?.to_owned(),
+        parameter: table.required("parameter", span, choice(&table, "parameter", &words)?)?.to_owned(),
+        value: table.required("value", span, table.number("value")?)?,
+        sigma: table.required("sigma", span, table.positive("sigma")?)?,
+    })
+}
+
+/// Writes a model, complete.
+///
+/// # Errors
+/// [`Error::Write`]; [`Error::Content`] for NaN or infinity, which could not be read again.
+pub fn write_model(model: &Model, path: &Path) -> Result<(), Error> {
+    let camera_values = model.camera_values.values().flat_map(|values| values.values());
+    let effect_values = model.effects.iter().flat_map(|term| term.values.values());
+    let priors = model.priors.iter().flat_map(|prior| [&prior.value, &prior.sigma]);
+    if let Some(number) = camera_values.chain(effect_values).chain(priors).find(|number| !number.is_finite()) {
+        let problem = format!("{number} cannot be written; it is not a number to read");
+        return Err(Error::content(path.display().to_string(), super::Place::File, problem));
+    }
+    super::write_atomically(path, text(model).as_bytes())
+}
+
+fn text(model: &Model) -> String {
+    let word = |choice: Option<&str>| quoted(choice.unwrap_or_default());
+    let free: Vec<&str> =
+        PARAMETERS.into_iter().zip(model.free).filter(|(_, free)| *free).map(|(name, _)| name).collect();
+    let datum = DATUMS.iter().find(|(_, datum)| *datum == model.datum).map(|(word, _)| *word);
+    let loss = LOSSES.iter().find(|(_, loss)| *loss == model.loss).map(|(word, _)| *word);
+    let weights = TIE_WEIGHTS.iter().find(|(_, weights)| *weights == model.tie_weights).map(|(word, _)| *word);
+    let mut text = format!("format = {FORMAT}\nfree = {}\n", list(&free));
+    // Writing into a String does not fail.
+    if model.tie_dc_to_pp {
+        let _ = writeln!(text, "tie = {}", quoted(DC_TO_PP));
+    }
+    let _ = writeln!(text, "datum = {}\nloss = {}\ntie_weights = {}", word(datum), word(loss), word(weights));
+    for (id, values) in &model.camera_values {
+        let _ = writeln!(text, "\n[camera.{}]", quoted(id));
+        write_values(&mut text, values);
+    }
+    for term in &model.effects {
+        let held: Vec<&str> = term.held.iter().map(String::as_str).collect();
+        let _ = writeln!(text, "\n[[effect]]\nid = {}\nheld = {}", quoted(&term.effect.descriptor().id), list(&held));
+        text.push_str("[effect.values]\n");
+        write_values(&mut text, &term.values);
+    }
+    for Prior { camera, parameter, value, sigma } in &model.priors {
+        let _ = writeln!(text, "\n[[prior]]\ncamera = {}\nparameter = {}", quoted(camera), quoted(parameter));
+        let _ = writeln!(text, "value = {value:?}\nsigma = {sigma:?}");
+    }
+    text
+}
+
+fn write_values(text: &mut String, values: &BTreeMap<String, f64>) {
+    for (name, value) in values {
+        let _ = writeln!(text, "{} = {value:?}", quoted(name));
+    }
+}
+
+fn list(words: &[&str]) -> String {
+    let words: Vec<String> = words.iter().map(|word| quoted(word)).collect();
+    format!("[{}]", words.join(", "))
+}
