@@ -1,1 +1,123 @@
-//! See the design: scenario.
+//! Simulated blocks: what a flight over a terrain would have measured, without errors.
+//!
+//! A [`Scenario`] is a TOML file: cameras, terrain, flights, tie points, surveyed points. Presets are such files inside the
+//! binary ([`preset_names`]). [`simulate`] makes a [`Simulation`] of it; [`twin_of`] makes one of a real block.
+//!
+//! What the simulation states and leaves out:
+//! - World axes are x east, y north, z up. The terrain's long axis is north-south through the origin.
+//! - A nadir image has its y axis against the heading and its x axis to the right of it (long side across track), or with
+//!   `long_side = "along"` its x axis along the heading.
+//! - A point is seen where it is in front of the camera, at least [`SENSOR_MARGIN_PX`] inside the sensor, inside the domain where the
+//!   distortion is monotonic, and where the surface faces the camera (at most [`MAX_INCIDENCE_DEG`] off its normal). Occlusion
+//!   of one part of the terrain by another is ignored: the terrain is gentle.
+//! - The GNSS antenna stands in the projection centre.
+//! - Every object has a random stream of its own, so results do not depend on the number of threads.
+
+mod description;
+mod flight;
+mod noise;
+mod overlap;
+mod preset;
+mod random;
+mod simulate;
+mod terrain;
+mod twin;
+mod visibility;
+
+pub use description::{
+    CameraModel, Control, Detection, Flight, GnssModel, LongSide, Parameter, Points, Ring, Scenario, SigmaModel,
+    Surveyed, Temperature, Terrain, Ties,
+};
+pub use noise::{Perturbation, SurveyNoise, add_noise, add_survey_noise};
+pub use overlap::{Dropped, FlightOverlap, OverlapReport};
+pub use preset::{preset_names, preset_text};
+pub use simulate::simulate;
+pub use twin::twin_of;
+pub use visibility::{MAX_INCIDENCE_DEG, SENSOR_MARGIN_PX};
+
+use crate::block::Block;
+
+/// A simulated block with the truth it was made from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Simulation {
+    /// The measurements, with approximations that equal the truth until they are perturbed.
+    pub block: Block,
+    /// True cameras, poses, points and antenna positions; no measurements.
+    pub truth: Block,
+    /// Overlap and multiplicity that result.
+    pub report: OverlapReport,
+}
+
+/// Why a scenario cannot be simulated.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ScenarioError {
+    /// The text is not a scenario; the message has line and column.
+    #[error("{file}: {message}")]
+    Toml {
+        /// File or preset.
+        file: String,
+        /// The parser's message.
+        message: String,
+    },
+    /// A value is out of its range.
+    #[error("{scenario}: {key} = {value}: expected {expected}")]
+    Value {
+        /// Scenario's name.
+        scenario: String,
+        /// Dotted path of the value.
+        key: String,
+        /// What stands there.
+        value: String,
+        /// What may stand there.
+        expected: String,
+    },
+    /// No preset of this name.
+    #[error("unknown preset \"{name}\": expected one of {}", preset_names().join(", "))]
+    UnknownPreset {
+        /// The name asked for.
+        name: String,
+    },
+    /// The scenario has no such parameter.
+    #[error("{scenario} has no parameter \"{name}\": expected {known}")]
+    UnknownParameter {
+        /// Scenario.
+        scenario: String,
+        /// The name asked for.
+        name: String,
+        /// The parameters it has.
+        known: String,
+    },
+    /// A kind of point is seen by too few images wherever it is put.
+    #[error("{scenario}: no place found for {what}: none of {attempts} is seen by {images} images")]
+    Unseen {
+        /// Scenario.
+        scenario: String,
+        /// Kind of point.
+        what: &'static str,
+        /// Places that were tried.
+        attempts: usize,
+        /// Images needed.
+        images: usize,
+    },
+    /// Not a usable argument of a function.
+    #[error("{what} = {value}: expected {expected}")]
+    Argument {
+        /// Name.
+        what: &'static str,
+        /// Value given.
+        value: f64,
+        /// What is allowed.
+        expected: &'static str,
+    },
+    /// A block of which no twin can be made.
+    #[error("block {block}: {message}")]
+    Twin {
+        /// Block's name.
+        block: String,
+        /// What is missing.
+        message: String,
+    },
+}
+
+/// Result of this module.
+pub type Result<T> = std::result::Result<T, ScenarioError>;

@@ -1,0 +1,595 @@
+//! The scenario as it is written down, and what its values may be.
+
+use super::{Result, ScenarioError};
+use crate::block::Sigma;
+use crate::camera::{Camera, undistort::monotonic_radius};
+use serde::Deserialize;
+use std::collections::{BTreeMap, HashSet};
+use std::fmt::Debug;
+
+/// A scenario: everything a simulation needs but the seed.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// Name of the block.
+    pub name: String,
+    /// One sentence for people.
+    #[serde(default)]
+    pub about: String,
+    /// Coordinate system, free text.
+    #[serde(default = "local")]
+    pub crs: String,
+    /// Numbers that can be given from outside.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, Parameter>,
+    /// A-priori precision.
+    pub sigma: SigmaModel,
+    /// Cameras.
+    #[serde(rename = "camera")]
+    pub cameras: Vec<CameraModel>,
+    /// Terrain.
+    pub terrain: Terrain,
+    /// Flights in strips, in the order in which they are flown.
+    #[serde(default, rename = "flight")]
+    pub flights: Vec<Flight>,
+    /// Rings of convergent images, after the flights.
+    #[serde(default, rename = "ring")]
+    pub rings: Vec<Ring>,
+    /// Time between two flights, s.
+    #[serde(default)]
+    pub pause_s: f64,
+    /// Tie points.
+    pub ties: Ties,
+    /// Surveyed points.
+    #[serde(default)]
+    pub surveyed: Surveyed,
+    /// Camera temperature; absent: not recorded.
+    pub temperature: Option<Temperature>,
+    /// GNSS; absent: not recorded.
+    pub gnss: Option<GnssModel>,
+}
+
+fn local() -> String {
+    "local".into()
+}
+
+/// A number of a scenario that can be given from outside.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Parameter {
+    /// What it is.
+    pub about: String,
+    /// Dotted paths of the values that it sets (`flight.0.tilt_deg`).
+    pub sets: Vec<String>,
+    /// Dotted paths of the values that it takes the place of.
+    #[serde(default)]
+    pub replaces: Vec<String>,
+    /// Least value.
+    pub min: f64,
+    /// Greatest value.
+    pub max: f64,
+}
+
+/// A-priori standard deviations, as in `block.toml`.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SigmaModel {
+    /// Tie-point image coordinate, px.
+    pub tie_px: f64,
+    /// Image coordinate of a surveyed point, px.
+    pub mark_px: f64,
+    /// Surveyed coordinate, horizontal, m.
+    pub control_xy_m: f64,
+    /// Surveyed height, m.
+    pub control_z_m: f64,
+    /// GNSS position, horizontal, m.
+    pub gnss_xy_m: f64,
+    /// GNSS height, m.
+    pub gnss_z_m: f64,
+}
+
+/// A camera, as in `block.toml`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // the names and units of block.toml
+pub struct CameraModel {
+    pub id: String,
+    pub width_px: u32,
+    pub height_px: u32,
+    pub pixel_um: Option<f64>,
+    pub f: f64,
+    pub ppx: f64,
+    pub ppy: f64,
+    pub dcx: f64,
+    pub dcy: f64,
+    #[serde(default)]
+    pub k1: f64,
+    #[serde(default)]
+    pub k2: f64,
+    #[serde(default)]
+    pub k3: f64,
+    #[serde(default)]
+    pub p1: f64,
+    #[serde(default)]
+    pub p2: f64,
+    #[serde(default)]
+    pub b1: f64,
+    #[serde(default)]
+    pub b2: f64,
+}
+
+/// Terrain; lengths run north-south, widths east-west, both about the origin. Surveyed points lie within length and
+/// width, tie points also in the margin around.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub enum Terrain {
+    /// Trapezoid profile along the axis, on relief.
+    Dike {
+        /// m.
+        length_m: f64,
+        /// m.
+        width_m: f64,
+        /// Ground around with tie points only, m.
+        margin_m: f64,
+        /// Width of the crest, m.
+        crest_width_m: f64,
+        /// Height of the crest above the plain, m.
+        crest_height_m: f64,
+        /// Horizontal run of the slope per metre of height.
+        slope_run: f64,
+        /// Root mean square of the relief, m.
+        relief_m: f64,
+        /// Its typical wavelength, m.
+        wavelength_m: f64,
+        /// Single points stand up to this far above or below the surface, m.
+        roughness_m: f64,
+    },
+    /// Relief alone.
+    Plain {
+        /// m.
+        length_m: f64,
+        /// m.
+        width_m: f64,
+        /// Ground around with tie points only, m.
+        margin_m: f64,
+        /// Root mean square of the relief, m.
+        relief_m: f64,
+        /// Its typical wavelength, m.
+        wavelength_m: f64,
+        /// Single points stand up to this far above or below the surface, m.
+        roughness_m: f64,
+    },
+    /// Signalised targets that face upwards, anywhere in a box on the origin's plane.
+    Targets {
+        /// m.
+        length_m: f64,
+        /// m.
+        width_m: f64,
+        /// Height of the box, m.
+        height_m: f64,
+    },
+}
+
+/// Which side of the sensor lies across the track.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LongSide {
+    /// x axis to the right of the heading.
+    #[default]
+    Across,
+    /// x axis along the heading.
+    Along,
+}
+
+/// Parallel strips flown one after the other. They are laid so that the principal rays of the nominal images meet the
+/// plane z = 0 along the strips' axes: a tilted flight starts that much earlier.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Flight {
+    /// Name of the flight.
+    pub name: String,
+    /// Camera's id; needed when there are several.
+    pub camera: Option<String>,
+    /// Middle of the strips, m.
+    #[serde(default)]
+    pub centre_m: [f64; 2],
+    /// Heading of the first strip, clockwise from north.
+    #[serde(default)]
+    pub heading_deg: f64,
+    /// Length of the strips, m; absent: the terrain's in this heading.
+    pub length_m: Option<f64>,
+    /// Number of strips.
+    #[serde(default = "one")]
+    pub strips: usize,
+    /// Distance of the strips, m.
+    pub strip_spacing_m: Option<f64>,
+    /// Or the part of the nadir footprint (at the flying height) that neighbouring strips share.
+    pub side_overlap: Option<f64>,
+    /// Images of each strip, spread evenly over its length.
+    pub images: Option<Vec<usize>>,
+    /// Or the part of the nadir footprint (at the flying height) that neighbouring images share.
+    pub forward_overlap: Option<f64>,
+    /// Height above z = 0, m.
+    pub height_m: f64,
+    /// Ground speed, m/s.
+    pub speed_mps: f64,
+    /// Tilt of the camera in the direction of the heading.
+    #[serde(default)]
+    pub tilt_deg: f64,
+    /// Every second strip is flown back.
+    #[serde(default = "yes")]
+    pub alternate: bool,
+    /// Side of the sensor across the track.
+    #[serde(default)]
+    pub long_side: LongSide,
+    /// Time of a turn between two strips, s.
+    #[serde(default)]
+    pub turn_s: f64,
+    /// Exposure time, s.
+    pub exposure_s: Option<f64>,
+    /// Standard deviation of the crab angle of a strip.
+    #[serde(default)]
+    pub crab_sigma_deg: f64,
+    /// Standard deviation of each coordinate of a projection centre about its nominal place, m.
+    #[serde(default)]
+    pub position_sigma_m: f64,
+    /// Standard deviation of each attitude angle.
+    #[serde(default)]
+    pub attitude_sigma_deg: f64,
+    /// Standard deviation of each angular velocity; absent: not recorded.
+    pub angular_rate_sigma_deg_s: Option<f64>,
+}
+
+fn one() -> usize {
+    1
+}
+fn yes() -> bool {
+    true
+}
+
+/// Convergent images on a circle, which look at the middle of the targets.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ring {
+    /// Name of the image set.
+    pub name: String,
+    /// Camera's id; needed when there are several.
+    pub camera: Option<String>,
+    /// Number of images, spread evenly.
+    pub images: usize,
+    /// Radius of the circle, m.
+    pub radius_m: f64,
+    /// Height of the circle above z = 0, m.
+    pub height_m: f64,
+    /// Azimuth of the first image from the middle, clockwise from north.
+    #[serde(default)]
+    pub start_deg: f64,
+    /// Rolls about the optical axis, taken in turn.
+    pub rolls_deg: Vec<f64>,
+    /// Time between two images, s.
+    pub interval_s: f64,
+    /// Standard deviation of each coordinate of the point that is looked at, m.
+    #[serde(default)]
+    pub aim_sigma_m: f64,
+    /// Standard deviation of each coordinate of a projection centre about its nominal place, m.
+    #[serde(default)]
+    pub position_sigma_m: f64,
+}
+
+/// Tie points.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ties {
+    /// Number.
+    pub count: Option<usize>,
+    /// Or number per square metre of terrain with margin.
+    pub per_m2: Option<f64>,
+    /// How likely an image that sees a point also measures it.
+    pub detection: Detection,
+}
+
+/// A point has a probability `best * u^decay` of its own (`u` uniform in 0..1) to be found in each image that sees it. Points found
+/// once are no tie points and drawn again. A decay above 1 gives many points of low multiplicity and a long thin tail, as in
+/// real blocks.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Detection {
+    /// Probability of the most distinctive point.
+    pub best: f64,
+    /// Exponent.
+    pub decay: f64,
+}
+
+/// Surveyed points.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Surveyed {
+    /// Control points.
+    #[serde(default)]
+    pub control: Control,
+    /// Check points.
+    #[serde(default)]
+    pub check: Points,
+}
+
+/// Control points: each is put as far from the others as a place can be found.
+pub type Control = Points;
+
+/// A number of surveyed points.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Points {
+    /// Number.
+    pub count: usize,
+    /// Images in which a point is marked at most; absent: all that see it.
+    pub max_marks: Option<usize>,
+}
+
+/// Temperature of the camera: `start + rise (1 - exp(-t / time_constant))`, t from the first exposure.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Temperature {
+    /// At the first exposure, degrees Celsius.
+    pub start_c: f64,
+    /// Rise after a long time, K.
+    pub rise_k: f64,
+    /// Time constant, s.
+    pub time_constant_s: f64,
+}
+
+/// GNSS positions, in the projection centres.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GnssModel {
+    /// Standard deviation given with each position, horizontal, m; absent: the block's.
+    pub sigma_xy_m: Option<f64>,
+    /// Standard deviation given with each height, m; absent: the block's.
+    pub sigma_z_m: Option<f64>,
+}
+
+impl From<SigmaModel> for Sigma {
+    fn from(s: SigmaModel) -> Self {
+        let SigmaModel { tie_px, mark_px, control_xy_m, control_z_m, gnss_xy_m, gnss_z_m } = s;
+        Sigma { tie_px, mark_px, control_xy_m, control_z_m, gnss_xy_m, gnss_z_m }
+    }
+}
+
+impl From<&CameraModel> for Camera {
+    fn from(c: &CameraModel) -> Self {
+        Camera {
+            id: c.id.clone(),
+            width_px: c.width_px,
+            height_px: c.height_px,
+            pixel_um: c.pixel_um,
+            interior: [c.f, c.ppx, c.ppy, c.dcx, c.dcy, c.k1, c.k2, c.k3, c.p1, c.p2, c.b1, c.b2],
+        }
+    }
+}
+
+impl Terrain {
+    /// Length, width and margin, m.
+    pub fn extent(&self) -> [f64; 3] {
+        match *self {
+            Terrain::Dike { length_m, width_m, margin_m, .. } | Terrain::Plain { length_m, width_m, margin_m, .. } => {
+                [length_m, width_m, margin_m]
+            }
+            Terrain::Targets { length_m, width_m, .. } => [length_m, width_m, 0.0],
+        }
+    }
+}
+
+impl Scenario {
+    /// Number of tie points.
+    pub fn tie_count(&self) -> usize {
+        let [length, width, margin] = self.terrain.extent();
+        let area = (length + 2.0 * margin) * (width + 2.0 * margin);
+        self.ties.count.unwrap_or_else(|| (self.ties.per_m2.unwrap_or(0.0) * area).round() as usize)
+    }
+
+    /// Position in `cameras` of the one named, or of the only one.
+    pub(super) fn camera_index(&self, id: Option<&str>) -> Option<usize> {
+        match id {
+            Some(id) => self.cameras.iter().position(|camera| camera.id == id),
+            None => (self.cameras.len() == 1).then_some(0),
+        }
+    }
+
+    /// Refuses values that no simulation can use, by name.
+    pub(super) fn validate(&self) -> Result<()> {
+        let check = Check(&self.name);
+        check.that(!self.name.is_empty(), "name", &self.name, "a name")?;
+        self.validate_sigma(&check)?;
+        self.validate_cameras(&check)?;
+        self.validate_terrain(&check)?;
+        let names: Vec<_> = self.flights.iter().map(|f| &f.name).chain(self.rings.iter().map(|r| &r.name)).collect();
+        check.that(!names.is_empty(), "flight", "none", "at least one [[flight]] or [[ring]]")?;
+        check.unique("flight.name", &names)?;
+        for (index, flight) in self.flights.iter().enumerate() {
+            self.validate_flight(&check, &format!("flight.{index}"), flight)?;
+        }
+        for (index, ring) in self.rings.iter().enumerate() {
+            self.validate_ring(&check, &format!("ring.{index}"), ring)?;
+        }
+        check.at_least_zero("pause_s", self.pause_s)?;
+        match (self.ties.count, self.ties.per_m2) {
+            (Some(_), None) => {}
+            (None, Some(density)) => check.positive("ties.per_m2", density)?,
+            both => check.that(false, "ties.count, ties.per_m2", &both, "one of the two")?,
+        }
+        // Keeps indices inside 32 bits, with room for the measurements' own.
+        let count = self.tie_count();
+        check.that((1..=100_000_000).contains(&count), "number of tie points", &count, "1 to 100 million")?;
+        let Detection { best, decay } = self.ties.detection;
+        check.that(best > 0.0 && best <= 1.0, "ties.detection.best", &best, "more than 0, at most 1")?;
+        check.at_least_zero("ties.detection.decay", decay)?;
+        for (key, points) in [("control", &self.surveyed.control), ("check", &self.surveyed.check)] {
+            let least = super::simulate::MIN_MARKS;
+            let max = points.max_marks;
+            check.that(
+                max.is_none_or(|max| max >= least),
+                &format!("surveyed.{key}.max_marks"),
+                &max,
+                &format!("at least {least}"),
+            )?;
+            let limit = 10_000_000;
+            check.that(points.count <= limit, &format!("surveyed.{key}.count"), &points.count, "at most 10 million")?;
+        }
+        if let Some(Temperature { start_c, rise_k, time_constant_s }) = self.temperature {
+            check.that(start_c.is_finite(), "temperature.start_c", &start_c, "a number")?;
+            check.that(rise_k.is_finite(), "temperature.rise_k", &rise_k, "a number")?;
+            check.positive("temperature.time_constant_s", time_constant_s)?;
+        }
+        if let Some(gnss) = self.gnss {
+            for (key, sigma) in [("gnss.sigma_xy_m", gnss.sigma_xy_m), ("gnss.sigma_z_m", gnss.sigma_z_m)] {
+                sigma.map_or(Ok(()), |sigma| check.positive(key, sigma))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_sigma(&self, check: &Check) -> Result<()> {
+        let s = self.sigma;
+        check.positive("sigma.tie_px", s.tie_px)?;
+        check.positive("sigma.mark_px", s.mark_px)?;
+        check.positive("sigma.control_xy_m", s.control_xy_m)?;
+        check.positive("sigma.control_z_m", s.control_z_m)?;
+        check.positive("sigma.gnss_xy_m", s.gnss_xy_m)?;
+        check.positive("sigma.gnss_z_m", s.gnss_z_m)
+    }
+
+    fn validate_cameras(&self, check: &Check) -> Result<()> {
+        check.that(!self.cameras.is_empty(), "camera", "none", "at least one [[camera]]")?;
+        check.unique("camera.id", &self.cameras.iter().map(|camera| &camera.id).collect::<Vec<_>>())?;
+        for (index, model) in self.cameras.iter().enumerate() {
+            let key = |name: &str| format!("camera.{index}.{name}");
+            let camera = Camera::from(model);
+            check.that(model.width_px >= 16, &key("width_px"), &model.width_px, "at least 16")?;
+            check.that(model.height_px >= 16, &key("height_px"), &model.height_px, "at least 16")?;
+            check.positive(&key("f"), model.f)?;
+            for (name, value) in crate::camera::PARAMETERS.iter().zip(camera.interior) {
+                check.that(value.is_finite(), &key(name), &value, "a number")?;
+            }
+            let radius = monotonic_radius(&camera.interior, camera.half_diagonal_px());
+            check.that(radius > 0.0, &key("b1, b2"), &(model.b1, model.b2), "a camera that does not fold the image")?;
+        }
+        Ok(())
+    }
+
+    fn validate_terrain(&self, check: &Check) -> Result<()> {
+        let [length, width, margin] = self.terrain.extent();
+        check.positive("terrain.length_m", length)?;
+        check.positive("terrain.width_m", width)?;
+        check.at_least_zero("terrain.margin_m", margin)?;
+        match self.terrain {
+            Terrain::Dike { crest_width_m, crest_height_m, slope_run, relief_m, wavelength_m, roughness_m, .. } => {
+                check.at_least_zero("terrain.dike.crest_width_m", crest_width_m)?;
+                check.at_least_zero("terrain.dike.crest_height_m", crest_height_m)?;
+                check.positive("terrain.dike.slope_run", slope_run)?;
+                check.at_least_zero("terrain.dike.relief_m", relief_m)?;
+                check.positive("terrain.dike.wavelength_m", wavelength_m)?;
+                check.at_least_zero("terrain.dike.roughness_m", roughness_m)
+            }
+            Terrain::Plain { relief_m, wavelength_m, roughness_m, .. } => {
+                check.at_least_zero("terrain.plain.relief_m", relief_m)?;
+                check.positive("terrain.plain.wavelength_m", wavelength_m)?;
+                check.at_least_zero("terrain.plain.roughness_m", roughness_m)
+            }
+            Terrain::Targets { height_m, .. } => check.at_least_zero("terrain.targets.height_m", height_m),
+        }
+    }
+
+    fn validate_flight(&self, check: &Check, path: &str, flight: &Flight) -> Result<()> {
+        let key = |name: &str| format!("{path}.{name}");
+        self.validate_camera_of(check, &key("camera"), flight.camera.as_deref())?;
+        check.positive(&key("height_m"), flight.height_m)?;
+        check.positive(&key("speed_mps"), flight.speed_mps)?;
+        check.that(flight.strips >= 1, &key("strips"), &flight.strips, "at least 1")?;
+        for (name, value) in [("centre_m", flight.centre_m[0]), ("centre_m", flight.centre_m[1])] {
+            check.that(value.is_finite(), &key(name), &value, "a number")?;
+        }
+        check.that(flight.heading_deg.is_finite(), &key("heading_deg"), &flight.heading_deg, "a number")?;
+        check.that(flight.tilt_deg.abs() <= 60.0, &key("tilt_deg"), &flight.tilt_deg, "-60 to 60")?;
+        if let Some(length) = flight.length_m {
+            check.positive(&key("length_m"), length)?;
+        }
+        match (flight.strip_spacing_m, flight.side_overlap) {
+            (Some(spacing), None) => check.positive(&key("strip_spacing_m"), spacing)?,
+            (None, Some(overlap)) => check.overlap(&key("side_overlap"), overlap)?,
+            (None, None) if flight.strips == 1 => {}
+            both => check.that(false, &key("strip_spacing_m, side_overlap"), &both, "one of the two")?,
+        }
+        match (&flight.images, flight.forward_overlap) {
+            (Some(images), None) => {
+                let usable = images.len() == flight.strips && images.iter().all(|n| (1..=1_000_000).contains(n));
+                check.that(
+                    usable,
+                    &key("images"),
+                    images,
+                    &format!("{} numbers from 1 to a million", flight.strips),
+                )?;
+            }
+            (None, Some(overlap)) => check.overlap(&key("forward_overlap"), overlap)?,
+            both => check.that(false, &key("images, forward_overlap"), &both, "one of the two")?,
+        }
+        check.at_least_zero(&key("turn_s"), flight.turn_s)?;
+        if let Some(exposure) = flight.exposure_s {
+            check.at_least_zero(&key("exposure_s"), exposure)?;
+        }
+        check.at_least_zero(&key("crab_sigma_deg"), flight.crab_sigma_deg)?;
+        check.at_least_zero(&key("position_sigma_m"), flight.position_sigma_m)?;
+        check.at_least_zero(&key("attitude_sigma_deg"), flight.attitude_sigma_deg)?;
+        flight.angular_rate_sigma_deg_s.map_or(Ok(()), |s| check.at_least_zero(&key("angular_rate_sigma_deg_s"), s))
+    }
+
+    fn validate_ring(&self, check: &Check, path: &str, ring: &Ring) -> Result<()> {
+        let key = |name: &str| format!("{path}.{name}");
+        self.validate_camera_of(check, &key("camera"), ring.camera.as_deref())?;
+        check.that((1..=100_000).contains(&ring.images), &key("images"), &ring.images, "1 to 100000")?;
+        check.positive(&key("radius_m"), ring.radius_m)?;
+        check.that(ring.height_m.is_finite(), &key("height_m"), &ring.height_m, "a number")?;
+        check.that(ring.start_deg.is_finite(), &key("start_deg"), &ring.start_deg, "a number")?;
+        let usable = !ring.rolls_deg.is_empty() && ring.rolls_deg.iter().all(|roll| roll.is_finite());
+        check.that(usable, &key("rolls_deg"), &ring.rolls_deg, "at least one angle")?;
+        check.at_least_zero(&key("interval_s"), ring.interval_s)?;
+        check.at_least_zero(&key("aim_sigma_m"), ring.aim_sigma_m)?;
+        check.at_least_zero(&key("position_sigma_m"), ring.position_sigma_m)
+    }
+
+    fn validate_camera_of(&self, check: &Check, key: &str, id: Option<&str>) -> Result<()> {
+        let known: Vec<_> = self.cameras.iter().map(|camera| camera.id.as_str()).collect();
+        check.that(self.camera_index(id).is_some(), key, &id, &format!("one of {}", known.join(", ")))
+    }
+}
+
+/// Checks of values, each of which names the scenario and the key.
+struct Check<'a>(&'a str);
+
+impl Check<'_> {
+    fn that(&self, holds: bool, key: &str, value: &(impl Debug + ?Sized), expected: &str) -> Result<()> {
+        if holds {
+            return Ok(());
+        }
+        let (scenario, key, expected) = (self.0.into(), key.into(), expected.into());
+        Err(ScenarioError::Value { scenario, key, value: format!("{value:?}"), expected })
+    }
+
+    fn positive(&self, key: &str, value: f64) -> Result<()> {
+        self.that(value > 0.0 && value.is_finite(), key, &value, "more than 0")
+    }
+
+    fn at_least_zero(&self, key: &str, value: f64) -> Result<()> {
+        self.that(value >= 0.0 && value.is_finite(), key, &value, "at least 0")
+    }
+
+    fn overlap(&self, key: &str, value: f64) -> Result<()> {
+        self.that((0.0..=0.99).contains(&value), key, &value, "0 to 0.99")
+    }
+
+    fn unique(&self, key: &str, names: &[&String]) -> Result<()> {
+        let mut seen = HashSet::new();
+        match names.iter().find(|name| name.is_empty() || !seen.insert(**name)) {
+            Some(name) => self.that(false, key, name, "a name of its own"),
+            None => Ok(()),
+        }
+    }
+}
