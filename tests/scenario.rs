@@ -1,6 +1,7 @@
 //! Simulated blocks, judged from outside: counts, exactness against a projection of the test's own, determinism, messages.
 
 use misclosure::block::{Block, Image, Measurement, Role};
+use misclosure::io::block::{read_block, write_block};
 use misclosure::scenario::{
     Perturbation, Scenario, Simulation, SurveyNoise, add_noise, add_survey_noise, preset_names, preset_text, simulate,
     twin_of,
@@ -379,6 +380,12 @@ fn wrong_scenarios_are_refused_by_line_or_key() {
         ("height_m = 50.0", "height_m = nan", "flight.0.height_m = NaN: expected more than 0"),
         ("[15, 14, 15]", "[15, 29]", "flight.0.images = [15, 29]: expected 3 numbers from 1 to a million"),
         ("images = [15, 14, 15]", "", "flight.0.images, forward_overlap = (None, None): expected one of the two"),
+        ("[15, 14, 15]", "[900000, 900000, 1]", "flight.0.images = 1800001.0: expected at most a million"),
+        (
+            "control = { count = 10 }",
+            "control = { count = 10_001 }",
+            "surveyed.control.count = 10001: expected at most 10000",
+        ),
         ("side_overlap = 0.7", "side_overlap = 1.0", "flight.0.side_overlap = 1.0: expected 0 to 0.99"),
         ("\"nadir50\"", "\"oblique50\"", "flight.name = \"oblique50\": expected a name of its own"),
         ("[[flight]]", "[[flight]]\ncamera = \"x\"", "flight.0.camera = Some(\"x\"): expected one of cam"),
@@ -437,4 +444,52 @@ long_side = "along"
     assert!((flight.forward_overlap.unwrap() - (1.0 - 100.0 / 7.0 / 80.0)).abs() < 0.05, "{flight:?}");
     assert!((flight.side_overlap.unwrap() - 0.6).abs() < 0.05, "{flight:?}");
     assert!(simulation.block.images.iter().all(|image| image.gnss.is_none() && image.temperature_c.is_none()));
+}
+
+#[test]
+fn twins_of_real_blocks_are_exact_and_complete() {
+    let data = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    if !data.is_dir() {
+        println!("skipped: no ../shared/data");
+        return;
+    }
+    for name in ["dbat-camcal", "dbat-camcal-exom", "dbat-prague-cam", "dbat-sxb", "uav-caliterra", "uav-seneca"] {
+        let block = read_block(&data.join(name)).unwrap_or_else(|error| panic!("{error}")).block;
+        let twin = twin_of(&block).unwrap_or_else(|error| panic!("{error}"));
+        println!("{name}\n{}", twin.report);
+        assert_exact(&twin, 0.0);
+        let points = block.tie_points.len() + block.surveyed.len();
+        assert_eq!(twin.block.tie_points.len() + twin.block.surveyed.len() + twin.report.dropped.total(), points);
+        // Nearly all of a measured block meets in front of its cameras; what is left out lies at the sensor's edges or is far away.
+        assert!(twin.report.dropped.total() * 20 <= points, "{:?} of {points}", twin.report.dropped);
+        // The twin is the block without its errors, not another block.
+        let mut distances: Vec<f64> = Vec::new();
+        let names = |block: &Block, tie: &Measurement| {
+            let (image, point) = (&block.images[tie.image.index()].name, &block.tie_points[tie.point.index()].name);
+            (image.clone(), point.clone())
+        };
+        let measured: BTreeMap<_, _> = block.ties.iter().map(|tie| (names(&block, tie), [tie.x, tie.y])).collect();
+        for tie in &twin.block.ties {
+            let [x, y] = measured[&names(&twin.block, tie)];
+            distances.push((tie.x - x).hypot(tie.y - y));
+        }
+        distances.sort_by(f64::total_cmp);
+        let median = distances[distances.len() / 2];
+        println!("median {median:.3} px");
+        // One block comes with a coarse orientation; the others are within 1 px.
+        assert!(median < 0.02 * block.cameras[0].half_diagonal_px(), "{median}");
+    }
+}
+
+#[test]
+fn a_written_block_is_still_exact() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut simulation = simulation("dike", 2);
+    write_block(&simulation.block, folder.path()).unwrap();
+    let read = read_block(folder.path()).unwrap();
+    assert!(read.set_aside.is_empty(), "{}", read.set_aside);
+    simulation.block = read.block;
+    assert_exact(&simulation, 1.0);
+    let images = |block: &Block| block.images.iter().map(|image| (image.time_s, image.gnss)).collect::<Vec<_>>();
+    assert_eq!(images(&simulation.block), images(&simulation.truth));
 }

@@ -1,6 +1,6 @@
 //! The inverse of the distortion, with a stated domain.
 //!
-//! The distortion of [`fraser`](super::fraser) maps the ideal point `q` (px from the centre of distortion, `r = |q|`) to
+//! The distortion of [`fraser`] maps the ideal point `q` (px from the centre of distortion, `r = |q|`) to
 //! `F(q)`. The symmetric part of its derivative has no eigenvalue below
 //!
 //! ```text

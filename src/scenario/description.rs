@@ -1,11 +1,19 @@
 //! The scenario as it is written down, and what its values may be.
 
+use super::simulate::MIN_MARKS;
 use super::{Result, ScenarioError};
 use crate::block::Sigma;
 use crate::camera::{Camera, undistort::monotonic_radius};
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashSet};
 use std::fmt::Debug;
+
+/// Limits far beyond any real block: a slip of the pen ends in a message, not in a machine without memory.
+const MAX_IMAGES: f64 = 1e6;
+const MAX_TIES: usize = 100_000_000;
+const MAX_CHECKS: usize = 10_000_000;
+/// The choice of well distributed points takes time with the square of their number.
+const MAX_CONTROL: usize = 10_000;
 
 /// A scenario: everything a simulation needs but the seed.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -416,23 +424,18 @@ impl Scenario {
             (None, Some(density)) => check.positive("ties.per_m2", density)?,
             both => check.that(false, "ties.count, ties.per_m2", &both, "one of the two")?,
         }
-        // Keeps indices inside 32 bits, with room for the measurements' own.
         let count = self.tie_count();
-        check.that((1..=100_000_000).contains(&count), "number of tie points", &count, "1 to 100 million")?;
+        check.that((1..=MAX_TIES).contains(&count), "number of tie points", &count, "1 to 100 million")?;
         let Detection { best, decay } = self.ties.detection;
         check.that(best > 0.0 && best <= 1.0, "ties.detection.best", &best, "more than 0, at most 1")?;
         check.at_least_zero("ties.detection.decay", decay)?;
-        for (key, points) in [("control", &self.surveyed.control), ("check", &self.surveyed.check)] {
-            let least = super::simulate::MIN_MARKS;
-            let max = points.max_marks;
-            check.that(
-                max.is_none_or(|max| max >= least),
-                &format!("surveyed.{key}.max_marks"),
-                &max,
-                &format!("at least {least}"),
-            )?;
-            let limit = 10_000_000;
-            check.that(points.count <= limit, &format!("surveyed.{key}.count"), &points.count, "at most 10 million")?;
+        let Surveyed { control, check: checks } = &self.surveyed;
+        for (key, points, limit) in [("control", control, MAX_CONTROL), ("check", checks, MAX_CHECKS)] {
+            let (count, marks) = (points.count, points.max_marks);
+            check.that(count <= limit, &format!("surveyed.{key}.count"), &count, &format!("at most {limit}"))?;
+            let enough = marks.is_none_or(|marks| marks >= MIN_MARKS);
+            let expected = format!("at least {MIN_MARKS}");
+            check.that(enough, &format!("surveyed.{key}.max_marks"), &marks, &expected)?;
         }
         if let Some(Temperature { start_c, rise_k, time_constant_s }) = self.temperature {
             check.that(start_c.is_finite(), "temperature.start_c", &start_c, "a number")?;
@@ -531,6 +534,12 @@ impl Scenario {
             (None, Some(overlap)) => check.overlap(&key("forward_overlap"), overlap)?,
             both => check.that(false, &key("images, forward_overlap"), &both, "one of the two")?,
         }
+        check.that(
+            super::flight::image_count(self, flight) <= MAX_IMAGES,
+            &key("images"),
+            &super::flight::image_count(self, flight),
+            "at most a million",
+        )?;
         check.at_least_zero(&key("turn_s"), flight.turn_s)?;
         if let Some(exposure) = flight.exposure_s {
             check.at_least_zero(&key("exposure_s"), exposure)?;

@@ -54,15 +54,26 @@ fn strip_length(scenario: &Scenario, flight: &Flight) -> f64 {
     flight.length_m.unwrap_or(length * cos.abs() + width * sin.abs())
 }
 
+/// Images of a strip whose images follow from the overlap.
+fn images_by_overlap(scenario: &Scenario, flight: &Flight) -> f64 {
+    let base = (1.0 - flight.forward_overlap.unwrap_or(0.0)) * footprint(scenario, flight)[1];
+    // Never less overlap than asked for; a length that is a multiple of the base to rounding needs no further image.
+    (strip_length(scenario, flight) / base - 1e-3).ceil().max(0.0) + 1.0
+}
+
 /// Images of a strip.
 fn strip_images(scenario: &Scenario, flight: &Flight, strip: usize) -> usize {
-    match (&flight.images, flight.forward_overlap) {
-        (Some(images), _) => images[strip],
-        (None, overlap) => {
-            let base = (1.0 - overlap.unwrap_or(0.0)) * footprint(scenario, flight)[1];
-            // Never less overlap than asked for; a length that is a multiple of the base to rounding needs no further image.
-            (strip_length(scenario, flight) / base - 1e-3).ceil() as usize + 1
-        }
+    match &flight.images {
+        Some(images) => images[strip],
+        None => images_by_overlap(scenario, flight) as usize,
+    }
+}
+
+/// Images of a flight; a float, so that no number is too large to be refused.
+pub(super) fn image_count(scenario: &Scenario, flight: &Flight) -> f64 {
+    match &flight.images {
+        Some(images) => images.iter().map(|count| *count as f64).sum(),
+        None => flight.strips as f64 * images_by_overlap(scenario, flight),
     }
 }
 
