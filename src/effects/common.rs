@@ -1,4 +1,5 @@
-//! What the built-in effects share: short constructors of parameters, and small steps of filling Jacobians. No physics here.
+//! What the built-in effects share: short constructors of parameters, and small steps of filling Jacobians. No physics
+//! here.
 
 use super::{Domain, OutsideDomain, Parameter, Role, Scope, Stage};
 use nalgebra::{Matrix3, Vector3};
@@ -67,4 +68,29 @@ pub(super) fn add_column(matrix: &mut [f64], columns: usize, row: usize, column:
     for i in 0..3 {
         matrix[(row + i) * columns + column] += values[i];
     }
+}
+/// One value per image, normally distributed with the standard deviation `sigma`.
+pub(super) fn random(name: &'static str, unit: &'static str, typical: f64, sigma: &'static str) -> Parameter {
+    let role = Role::Random(sigma);
+    Parameter { name: name.into(), unit: unit.into(), scope: Scope::Image, nominal: 0.0, typical, role }
+}
+
+/// The vector, or outside the domain where it is not known.
+pub(super) fn known_vector(vector: &Vector3<f64>) -> Result<Vector3<f64>, OutsideDomain> {
+    if vector.iter().all(|value| value.is_finite()) { Ok(*vector) } else { Err(OutsideDomain) }
+}
+
+/// Moves principal point and centre of distortion of an interior orientation by `shift` (px).
+pub(super) fn shift_centres(interior: &mut [f64], shift: [f64; 2]) {
+    for axis in 0..2 {
+        interior[1 + axis] += shift[axis];
+        interior[3 + axis] += shift[axis];
+    }
+}
+
+/// Derivative of [`shift_centres`] by a quantity that moves `axis` with `slope`, added to a column of a matrix of
+/// `columns` columns.
+pub(super) fn shift_centres_column(matrix: &mut [f64], columns: usize, axis: usize, column: usize, slope: f64) {
+    matrix[(1 + axis) * columns + column] += slope;
+    matrix[(3 + axis) * columns + column] += slope;
 }

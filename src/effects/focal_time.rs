@@ -4,12 +4,13 @@
 //! f' = f + a tau        tau = (t - mean t) / (max t - min t) over the block's images, without unit
 //! ```
 //!
-//! `a` is in pixels over the block's whole span; positive: the focal length grows with time. With `against=order` tau is
-//! taken from the image's place in the table (`tau_order`) instead of its time.
+//! `a` is in pixels over the block's whole span; positive: the focal length grows with time. With `against=order` tau
+//! is taken from the image's place in the table (`tau_order`) instead of its time.
 //!
 //! Source: gradual change of focal length in the seed study.
 //!
-//! Worked numbers: f = 5000, a = 8, tau = 0.25 gives 5002; f = 5000, a = -3, `against=order`, tau_order = -0.5 gives 5001.5.
+//! Worked numbers: f = 5000, a = 8, tau = 0.25 gives 5002; f = 5000, a = -3, `against=order`, tau_order = -0.5 gives
+//! 5001.5.
 
 use super::common::{estimated, given, hand_on, known};
 use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};

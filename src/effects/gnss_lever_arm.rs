@@ -6,8 +6,8 @@
 //!
 //! Source: direct georeferencing, e.g. Cramer, Stallmann, Haala (2000).
 //!
-//! Worked numbers: `R = 1`, C = (1, 2, 3), l = (0.05, -0.03, 0.1) gives (1.05, 1.97, 3.1); a nadir camera, r = (pi, 0, 0), with
-//! an antenna 0.1 m behind it, l = (0, 0, -0.1), gives (1, 2, 3.1): the antenna is above.
+//! Worked numbers: `R = 1`, C = (1, 2, 3), l = (0.05, -0.03, 0.1) gives (1.05, 1.97, 3.1); a nadir camera, r = (pi, 0,
+//! 0), with an antenna 0.1 m behind it, l = (0, 0, -0.1), gives (1, 2, 3.1): the antenna is above.
 
 use super::common::{add_block, add_column, estimated, vector};
 use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};

@@ -14,13 +14,34 @@
 mod common;
 pub mod laws;
 mod registry;
+mod spline;
 
-// One file per effect, in catalogue order.
+// One file per effect; their order is the registry's.
+pub mod decentring_high;
+pub mod earth_curvature;
+pub mod flat_port;
+pub mod focal_flight;
+pub mod focal_image;
+pub mod focal_spline;
+pub mod focal_temperature;
 pub mod focal_time;
-
-pub mod local_flaw;
-
+pub mod forward_motion;
+pub mod gnss_delay;
+pub mod gnss_drift;
 pub mod gnss_lever_arm;
+pub mod gnss_shift;
+pub mod gravity_sag;
+pub mod image_fourier;
+pub mod image_grid;
+pub mod local_flaw;
+pub mod map_scale;
+pub mod pp_flight;
+pub mod pp_image;
+pub mod pp_time;
+pub mod radial_high;
+pub mod refraction;
+pub mod rolling_shutter;
+pub mod unflatness;
 
 pub use registry::{catalogue, find};
 

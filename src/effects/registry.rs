@@ -2,7 +2,33 @@
 
 use super::*;
 
-static CATALOGUE: &[&dyn Effect] = &[&focal_time::FocalTime, &local_flaw::LocalFlaw, &gnss_lever_arm::GnssLeverArm];
+static CATALOGUE: &[&dyn Effect] = &[
+    &focal_time::FocalTime,
+    &focal_temperature::FocalTemperature,
+    &focal_flight::FocalFlight,
+    &focal_image::FocalImage,
+    &pp_time::PpTime,
+    &pp_flight::PpFlight,
+    &pp_image::PpImage,
+    &gravity_sag::GravitySag,
+    &local_flaw::LocalFlaw,
+    &unflatness::Unflatness,
+    &radial_high::RadialHigh,
+    &decentring_high::DecentringHigh,
+    &rolling_shutter::RollingShutter,
+    &forward_motion::ForwardMotion,
+    &refraction::Refraction,
+    &flat_port::FlatPort,
+    &earth_curvature::EarthCurvature,
+    &map_scale::MapScale,
+    &gnss_lever_arm::GnssLeverArm,
+    &gnss_delay::GnssDelay,
+    &gnss_shift::GnssShift,
+    &gnss_drift::GnssDrift,
+    &image_grid::ImageGrid,
+    &image_fourier::ImageFourier,
+    &focal_spline::FocalSpline,
+];
 
 /// Every built-in effect, in catalogue order.
 pub fn catalogue() -> &'static [&'static dyn Effect] {

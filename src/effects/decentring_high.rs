@@ -1,0 +1,104 @@
+//! `decentring-high`: decentring distortion of the next order, from lens elements off their axis.
+//!
+//! ```text
+//! d = (dx, dy) = (x, y) - (dcx, dcy)        r2 = dx^2 + dy^2
+//! x' = x + r2 (q1 (r2 + 2 dx^2) + 2 q2 dx dy)
+//! y' = y + r2 (q2 (r2 + 2 dy^2) + 2 q1 dx dy)
+//! ```
+//!
+//! `q1, q2` in px^-3: p1, p2 of the camera with a factor r2. `(x, y)` is the predicted point, the camera's distortion
+//! included.
+//!
+//! Source: Brown (1966), decentering distortion of lenses.
+//!
+//! Worked numbers, dc (2500, 1900): q = (1e-15, 0) moves (3500, 1900) to (3500.003, 1900); q = (3e-15, -2e-15) moves
+//! (3500, 3900) to (3500.065, 3899.93).
+
+use super::common::{estimated, hand_on};
+use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use std::sync::LazyLock;
+
+/// See the [module](self).
+pub struct DecentringHigh;
+
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+    id: "decentring-high".into(),
+    stage: Stage::Image,
+    kind: Kind::Physical,
+    summary: "Decentring distortion of the next order: lens elements off their axis.".into(),
+    formula: "(x, y) += r^2 (q1 (r^2+2dx^2) + 2 q2 dx dy, q2 (r^2+2dy^2) + 2 q1 dx dy)".into(),
+    parameters: ["q1", "q2"].map(|name| estimated(name, "px^-3", Scope::Global, 1e-15)).to_vec(),
+    needs: vec![],
+    confused_with:
+        "unflatness (nearly the same columns over flat ground), a wrong p1, p2 or centre of distortion that the \
+                    model holds fixed"
+            .into(),
+    source: "Brown 1966".into(),
+});
+
+impl Effect for DecentringHigh {
+    fn descriptor(&self) -> &Descriptor {
+        &DESCRIPTOR
+    }
+
+    fn eval(
+        &self,
+        _: &Context<'_>,
+        input: &[f64],
+        theta: &[f64],
+        out: &mut [f64],
+        d_input: Option<&mut [f64]>,
+        d_theta: Option<&mut [f64]>,
+    ) -> Result<(), OutsideDomain> {
+        let (q1, q2) = (theta[0], theta[1]);
+        let (dx, dy) = (input[0] - input[5], input[1] - input[6]);
+        let r2 = dx * dx + dy * dy;
+        let (along_x, along_y, cross) = (r2 + 2.0 * dx * dx, r2 + 2.0 * dy * dy, 2.0 * dx * dy);
+        let shift = [q1 * along_x + q2 * cross, q2 * along_y + q1 * cross];
+        hand_on(Stage::Image, input, out);
+        for axis in 0..2 {
+            out[axis] += r2 * shift[axis];
+        }
+        if let Some(matrix) = d_input {
+            fill_identity(Stage::Image, matrix);
+            let slopes = [
+                [
+                    2.0 * dx * shift[0] + r2 * (6.0 * q1 * dx + 2.0 * q2 * dy),
+                    2.0 * dy * shift[0] + r2 * 2.0 * (q1 * dy + q2 * dx),
+                ],
+                [
+                    2.0 * dx * shift[1] + r2 * 2.0 * (q2 * dx + q1 * dy),
+                    2.0 * dy * shift[1] + r2 * (6.0 * q2 * dy + 2.0 * q1 * dx),
+                ],
+            ];
+            for i in 0..2 {
+                for j in 0..2 {
+                    matrix[i * 14 + j] += slopes[i][j];
+                    matrix[i * 14 + 5 + j] -= slopes[i][j];
+                }
+            }
+        }
+        if let Some(matrix) = d_theta {
+            matrix.copy_from_slice(&[r2 * along_x, r2 * cross, r2 * cross, r2 * along_y]);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ImageContext, laws};
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn worked_numbers() {
+        let moved = |x: f64, y: f64, q: [f64; 2]| {
+            let mut input = [0.0; 14];
+            input[..7].copy_from_slice(&[x, y, 5000.0, 0.0, 0.0, 2500.0, 1900.0]);
+            laws::value(&DecentringHigh, &ImageContext::default(), &input, &q)
+        };
+        assert_relative_eq!(moved(3500.0, 1900.0, [1e-15, 0.0])[..], [3500.003, 1900.0], epsilon = 1e-11);
+        assert_relative_eq!(moved(3500.0, 3900.0, [3e-15, -2e-15])[..], [3500.065, 3899.93], epsilon = 1e-11);
+    }
+}

@@ -1,0 +1,78 @@
+//! `forward-motion`: the image is the mean over the exposure, half an exposure after the pose that belongs to its time
+//! stamp.
+//!
+//! ```text
+//! C' = C + v t_e / 2        t_e exposure time, s; v velocity, world axes, m/s
+//! ```
+//!
+//! The same shift for every point of an image: tie points alone never see it, GNSS or control do.
+//!
+//! Source: centroid of the motion blur; formula of the catalogue.
+//!
+//! Worked numbers, v = (0, 5, 0): t_e = 0.004 shifts C by (0, 0.01, 0), t_e = -0.002 by (0, -0.005, 0).
+
+use super::common::{add_column, estimated, hand_on, known_vector};
+use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use std::sync::LazyLock;
+
+/// See the [module](self).
+pub struct ForwardMotion;
+
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+    id: "forward-motion".into(),
+    stage: Stage::Exposure,
+    kind: Kind::Physical,
+    summary: "The image is the mean over the exposure: its projection centre is that of mid-exposure, not of the time \
+                    stamp."
+        .into(),
+    formula: "C += v t_e / 2".into(),
+    parameters: vec![estimated("t_e", "s", Scope::Global, 0.004)],
+    needs: vec![Need::Velocity],
+    confused_with: "gnss-delay: always (the same columns up to sign, unless control fixes the images)".into(),
+    source: "Catalogue: centroid of the motion blur".into(),
+});
+
+impl Effect for ForwardMotion {
+    fn descriptor(&self) -> &Descriptor {
+        &DESCRIPTOR
+    }
+
+    fn eval(
+        &self,
+        context: &Context<'_>,
+        input: &[f64],
+        theta: &[f64],
+        out: &mut [f64],
+        d_input: Option<&mut [f64]>,
+        d_theta: Option<&mut [f64]>,
+    ) -> Result<(), OutsideDomain> {
+        let half = known_vector(&context.image.velocity)? * 0.5;
+        hand_on(Stage::Exposure, input, out);
+        for axis in 0..3 {
+            out[3 + axis] += half[axis] * theta[0];
+        }
+        if let Some(matrix) = d_input {
+            fill_identity(Stage::Exposure, matrix);
+        }
+
+        if let Some(matrix) = d_theta {
+            matrix.fill(0.0);
+            add_column(matrix, 1, 3, 0, &half);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ImageContext, laws};
+    use super::*;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn worked_numbers() {
+        let image = ImageContext { velocity: Vector3::new(0.0, 5.0, 0.0), ..Default::default() };
+        assert_eq!(laws::value(&ForwardMotion, &image, &[0.0; 6], &[0.004])[3..], [0.0, 0.01, 0.0]);
+        assert_eq!(laws::value(&ForwardMotion, &image, &[0.0; 6], &[-0.002])[3..], [0.0, -0.005, 0.0]);
+    }
+}

@@ -1,0 +1,74 @@
+//! `pp-flight`: the lens was refitted between flights, and sits elsewhere.
+//!
+//! ```text
+//! (ppx, ppy)' = (ppx, ppy) + (ax, ay)_k        (dcx, dcy)' = (dcx, dcy) + (ax, ay)_k        px, first flight 0
+//! ```
+//!
+//! Source: formula of the catalogue; a lens taken off and fitted again.
+//!
+//! Worked numbers: pp (2500, 1900), dc (2540, 1950): a = (2, -1) gives pp (2502, 1899), dc (2542, 1949); a = (-0.5,
+//! 0.25) gives pp (2499.5, 1900.25), dc (2539.5, 1950.25).
+
+use super::common::{estimated, hand_on, shift_centres, shift_centres_column};
+use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use std::sync::LazyLock;
+
+/// See the [module](self).
+pub struct PpFlight;
+
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+    id: "pp-flight".into(),
+    stage: Stage::Interior,
+    kind: Kind::Physical,
+    summary: "Principal point and centre of distortion differ from flight to flight: the lens was refitted.".into(),
+    formula: "(ppx, ppy) and (dcx, dcy) += (ax, ay)_k, first flight 0".into(),
+    parameters: ["ax", "ay"].map(|name| estimated(name, "px", Scope::FlightButFirst, 3.0)).to_vec(),
+    needs: vec![Need::Flights],
+    confused_with: "pp-time (a slope within the flights instead of a step between them)".into(),
+    source: "Catalogue: lens refitted between flights".into(),
+});
+
+impl Effect for PpFlight {
+    fn descriptor(&self) -> &Descriptor {
+        &DESCRIPTOR
+    }
+
+    fn eval(
+        &self,
+        _: &Context<'_>,
+        input: &[f64],
+        theta: &[f64],
+        out: &mut [f64],
+        d_input: Option<&mut [f64]>,
+        d_theta: Option<&mut [f64]>,
+    ) -> Result<(), OutsideDomain> {
+        hand_on(Stage::Interior, input, out);
+        shift_centres(out, [theta[0], theta[1]]);
+        if let Some(matrix) = d_input {
+            fill_identity(Stage::Interior, matrix);
+        }
+        if let Some(matrix) = d_theta {
+            matrix.fill(0.0);
+            for axis in 0..2 {
+                shift_centres_column(matrix, 2, axis, axis, 1.0);
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ImageContext, laws};
+    use super::*;
+    #[test]
+    fn worked_numbers() {
+        let image = ImageContext::default();
+        let mut input = [0.0; 15];
+        input[..5].copy_from_slice(&[5000.0, 2500.0, 1900.0, 2540.0, 1950.0]);
+        let shifted = laws::value(&PpFlight, &image, &input, &[2.0, -1.0]);
+        assert_eq!(shifted[..5], [5000.0, 2502.0, 1899.0, 2542.0, 1949.0]);
+        let shifted = laws::value(&PpFlight, &image, &input, &[-0.5, 0.25]);
+        assert_eq!(shifted[..5], [5000.0, 2499.5, 1900.25, 2539.5, 1950.25]);
+    }
+}

@@ -1,0 +1,89 @@
+//! `radial-high`: radial distortion of a higher order than the camera's three terms, as in wide-angle lenses.
+//!
+//! ```text
+//! d = (x, y) - (dcx, dcy)        r = |d|        (x', y') = (x, y) + k4 r^8 d
+//! ```
+//!
+//! `k4` in px^-8; positive: outwards. `(x, y)` is the predicted point, the camera's distortion included.
+//!
+//! Source: Brown (1971), close-range camera calibration.
+//!
+//! Worked numbers, dc (2500, 1900), k4 = 1e-31: (5500, 1900) goes to (5501.9683, 1900); (2500, -100) goes to (2500,
+//! -100.0512).
+
+use super::common::{estimated, hand_on};
+use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use std::sync::LazyLock;
+
+/// See the [module](self).
+pub struct RadialHigh;
+
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+    id: "radial-high".into(),
+    stage: Stage::Image,
+    kind: Kind::Physical,
+    summary: "Radial distortion beyond the camera's third term.".into(),
+    formula: "(x, y) += k4 r^8 d".into(),
+    parameters: vec![estimated("k4", "px^-8", Scope::Global, 1e-31)],
+    needs: vec![],
+    confused_with: "unflatness, image-grid and image-fourier; most of it goes into k1, k2, k3 where these are free"
+        .into(),
+    source: "Brown 1971".into(),
+});
+
+impl Effect for RadialHigh {
+    fn descriptor(&self) -> &Descriptor {
+        &DESCRIPTOR
+    }
+
+    fn eval(
+        &self,
+        _: &Context<'_>,
+        input: &[f64],
+        theta: &[f64],
+        out: &mut [f64],
+        d_input: Option<&mut [f64]>,
+        d_theta: Option<&mut [f64]>,
+    ) -> Result<(), OutsideDomain> {
+        let d = [input[0] - input[5], input[1] - input[6]];
+        let r2 = d[0] * d[0] + d[1] * d[1];
+        let (r6, k4) = (r2 * r2 * r2, theta[0]);
+        let r8 = r6 * r2;
+        hand_on(Stage::Image, input, out);
+        for axis in 0..2 {
+            out[axis] += k4 * r8 * d[axis];
+        }
+        if let Some(matrix) = d_input {
+            fill_identity(Stage::Image, matrix);
+            for i in 0..2 {
+                for j in 0..2 {
+                    let slope = k4 * (8.0 * r6 * d[i] * d[j] + if i == j { r8 } else { 0.0 });
+                    matrix[i * 14 + j] += slope;
+                    matrix[i * 14 + 5 + j] -= slope;
+                }
+            }
+        }
+        if let Some(matrix) = d_theta {
+            matrix.copy_from_slice(&d.map(|value| r8 * value));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ImageContext, laws};
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn worked_numbers() {
+        let moved = |x: f64, y: f64| {
+            let mut input = [0.0; 14];
+            input[..7].copy_from_slice(&[x, y, 5000.0, 0.0, 0.0, 2500.0, 1900.0]);
+            laws::value(&RadialHigh, &ImageContext::default(), &input, &[1e-31])
+        };
+        assert_relative_eq!(moved(5500.0, 1900.0)[..], [5501.9683, 1900.0], epsilon = 1e-11);
+        assert_relative_eq!(moved(2500.0, -100.0)[..], [2500.0, -100.0512], epsilon = 1e-11);
+    }
+}

@@ -1,0 +1,136 @@
+//! `rolling-shutter`: the rows of the sensor are read one after the other while the platform moves and turns.
+//!
+//! ```text
+//! dt = t (y / h - 1/2)        C' = C + v dt        R' = exp(-[omega dt]x) R
+//! ```
+//!
+//! `t` in seconds from the top row's reading to the bottom row's (negative: bottom to top), `y` the observed row, `v`
+//! the velocity in world axes, `omega` the angular velocity in camera axes (zero where not measured). The pose is that
+//! of the middle row.
+//!
+//! Sign of the turn: with `omega` in camera axes a direction b fixed in the camera moves in the world as `d (R^T b)/dt
+//! = R^T (omega x b)`, so `d R^T/dt = R^T [omega]x`, `dR/dt = -[omega]x R`, and over dt `R(t + dt) = exp(-[omega dt]x)
+//! R(t)`: a camera that turns to the right (omega_y > 0, y down) sees the world turn to the left.
+//!
+//! Source: Vautherin, Rutishauser, Schneider-Zapp, Choi, Chovancova, Glass, Strecha (2016), photogrammetric accuracy
+//! and modeling of rolling shutter cameras.
+//!
+//! Worked numbers, v = (0, 5, 0), t = 0.02, h = 4000: row 4000 shifts C by (0, 0.05, 0), row 1000 by (0, -0.025, 0);
+//! with omega = (0, 0, 0.5) and R = 1, row 4000 has the rotation vector (0, 0, -0.005).
+
+use super::common::{add_block, add_column, estimated, hand_on, known, known_vector, vector};
+use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use crate::math::rotation::{exp, left_jacobian, left_jacobian_inverse, log};
+use nalgebra::{Matrix3, Vector3};
+use std::sync::LazyLock;
+
+/// See the [module](self).
+pub struct RollingShutter;
+
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+    id: "rolling-shutter".into(),
+    stage: Stage::Exposure,
+    kind: Kind::Physical,
+    summary: "The rows of the sensor are read one after the other while the platform moves (and turns, where the \
+                    angular velocity is measured)."
+        .into(),
+    formula: "C += v t (y/h - 1/2), R <- exp(-[omega t (y/h - 1/2)]x) R".into(),
+    parameters: vec![estimated("t", "s", Scope::Global, 0.02)],
+    needs: vec![Need::Velocity],
+    confused_with:
+        "forward-motion (the same shift in every row), an error of f or of the affinity when all images fly in \
+                    one direction"
+            .into(),
+    source: "Vautherin et al. 2016".into(),
+});
+
+impl Effect for RollingShutter {
+    fn descriptor(&self) -> &Descriptor {
+        &DESCRIPTOR
+    }
+
+    fn eval(
+        &self,
+        context: &Context<'_>,
+        input: &[f64],
+        theta: &[f64],
+        out: &mut [f64],
+        d_input: Option<&mut [f64]>,
+        d_theta: Option<&mut [f64]>,
+    ) -> Result<(), OutsideDomain> {
+        let image = context.image;
+        let velocity = known_vector(&image.velocity)?;
+        let turning = known_vector(&image.angular_velocity)?;
+        let place = known(context.row_px / image.height_px)? - 0.5;
+        let dt = theta[0] * place;
+        let turn = turning * -dt;
+        let r = vector(input, 0);
+        hand_on(Stage::Exposure, input, out);
+        for axis in 0..3 {
+            out[3 + axis] += velocity[axis] * dt;
+        }
+        let turned = turn != Vector3::zeros();
+        if turned {
+            out[..3].copy_from_slice(log(&(exp(&turn) * exp(&r))).as_slice());
+        }
+        // By the turn of the new rotation, camera axes.
+        let by_turn = left_jacobian_inverse(&vector(out, 0));
+        if let Some(matrix) = d_input {
+            fill_identity(Stage::Exposure, matrix);
+            if turned {
+                add_block(matrix, 6, 0, 0, &(by_turn * exp(&turn) * left_jacobian(&r) - Matrix3::identity()));
+            }
+        }
+        if let Some(matrix) = d_theta {
+            matrix.fill(0.0);
+            add_column(matrix, 1, 0, 0, &(by_turn * turning * -place));
+            add_column(matrix, 1, 3, 0, &(velocity * place));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{BlockContext, ImageContext, laws};
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn at(row_px: f64, image: &ImageContext, input: [f64; 6], t: f64) -> [f64; 6] {
+        let context = Context { block: &BlockContext::default(), image, column_px: 0.0, row_px };
+        let mut out = [0.0; 6];
+        RollingShutter.eval(&context, &input, &[t], &mut out, None, None).unwrap();
+        out
+    }
+
+    #[test]
+    fn worked_numbers() {
+        let mut image = ImageContext { height_px: 4000.0, velocity: Vector3::new(0.0, 5.0, 0.0), ..Default::default() };
+        let moved = at(4000.0, &image, [0.0; 6], 0.02);
+        assert_relative_eq!(moved[..], [0.0, 0.0, 0.0, 0.0, 0.05, 0.0], epsilon = 1e-15);
+        let moved = at(1000.0, &image, [0.0; 6], 0.02);
+        assert_relative_eq!(moved[..], [0.0, 0.0, 0.0, 0.0, -0.025, 0.0], epsilon = 1e-15);
+        image.angular_velocity = Vector3::new(0.0, 0.0, 0.5);
+        assert_relative_eq!(at(4000.0, &image, [0.0; 6], 0.02)[..3], [0.0, 0.0, -0.005], epsilon = 1e-15);
+    }
+
+    #[test]
+    fn a_camera_that_turns_right_sees_the_world_turn_left() {
+        let image = ImageContext {
+            height_px: 4000.0,
+            velocity: Vector3::zeros(),
+            angular_velocity: Vector3::new(0.0, 0.5, 0.0),
+            ..Default::default()
+        };
+        let later = at(4000.0, &image, [0.0; 6], 0.02);
+        let seen = exp(&vector(&later, 0)) * Vector3::z();
+        assert!(seen.x < 0.0, "{seen}");
+    }
+
+    #[test]
+    fn the_middle_row_has_the_pose() {
+        let image = ImageContext { height_px: 4000.0, velocity: Vector3::new(1.0, 2.0, 3.0), ..Default::default() };
+        let input = [0.1, 0.2, 0.3, 1.0, 2.0, 3.0];
+        assert_eq!(laws::value(&RollingShutter, &image, &input, &[0.5])[..], input);
+    }
+}
