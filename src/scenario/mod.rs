@@ -22,6 +22,7 @@ mod random;
 mod simulate;
 mod terrain;
 mod twin;
+mod validate;
 mod visibility;
 
 pub use description::{
