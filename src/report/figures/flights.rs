@@ -1,0 +1,113 @@
+//! Plan and profile of the flights.
+
+use super::super::axes::{Axis, drawable, extent};
+use super::super::frame::Frame;
+use super::super::scale::Scale;
+use super::super::sheet::{Key, Sheet};
+use super::super::style::{INK, Marker, VERMILLION, series_colour, series_marker};
+use super::flight_name;
+use super::plan::{Plan, WIDTH};
+use std::collections::BTreeSet;
+
+/// One image.
+#[derive(Debug, Clone, Copy)]
+pub struct Station {
+    /// Projection centre X, Y, Z, metres.
+    pub position_m: [f64; 3],
+    /// Index into [`FlightPlan::flights`].
+    pub flight: usize,
+}
+
+/// The flights of a block.
+#[derive(Debug, Clone, Default)]
+pub struct FlightPlan {
+    /// Title.
+    pub title: String,
+    /// Names of the flights.
+    pub flights: Vec<String>,
+    /// Images.
+    pub images: Vec<Station>,
+    /// Control points, metres.
+    pub control_m: Vec<[f64; 3]>,
+    /// Check points, metres.
+    pub check_m: Vec<[f64; 3]>,
+}
+
+/// Draws the projection centres, coloured by flight, and the control and check points: from above, and from the side
+/// that shows the block's length.
+pub fn flights_plan_profile(plan: &FlightPlan) -> String {
+    let mut sheet = Sheet::new(&plan.title, WIDTH);
+    let whole = |p: &[f64; 3]| p.iter().all(|v| drawable(*v));
+    let images: Vec<&Station> = plan.images.iter().filter(|s| whole(&s.position_m)).collect();
+    let control: Vec<[f64; 3]> = plan.control_m.iter().copied().filter(whole).collect();
+    let check: Vec<[f64; 3]> = plan.check_m.iter().copied().filter(whole).collect();
+    let total = plan.images.len() + plan.control_m.len() + plan.check_m.len();
+    sheet.left_out(total - images.len() - control.len() - check.len(), "not finite");
+
+    let flights: BTreeSet<usize> = images.iter().map(|s| s.flight).chain(0..plan.flights.len()).collect();
+    let mut entries: Vec<(Key, String)> = flights
+        .into_iter()
+        .map(|f| {
+            let n = images.iter().filter(|s| s.flight == f).count();
+            let name = flight_name(&plan.flights, f);
+            let key = Key::Point { colour: series_colour(f).into(), marker: series_marker(f) };
+            (key, format!("{name}: {n} images"))
+        })
+        .collect();
+    if !control.is_empty() {
+        entries.push((Key::Point { colour: INK.into(), marker: CONTROL }, format!("control: {}", control.len())));
+    }
+    if !check.is_empty() {
+        entries
+            .push((Key::Point { colour: "#A0A0A0".into(), marker: Marker::Circle }, format!("check: {}", check.len())));
+    }
+    sheet.legend(&entries);
+
+    let all = images.iter().map(|s| s.position_m).chain(control.iter().copied()).chain(check.iter().copied());
+    let top = sheet.y + 4.0;
+    let Some(map) = Plan::fit(all.clone().map(|p| [p[0], p[1]]), top, 14.0) else {
+        return sheet.finish_empty();
+    };
+    sheet.y = map.draw(&mut sheet.svg);
+    draw_points(&mut sheet, &images, &control, &check, |p| map.px([p[0], p[1]]));
+
+    // The profile shares the plan's long axis.
+    let height = Axis::new("Z", "m");
+    let top = sheet.y + 14.0;
+    if let Some(z) = Scale::fit(&height, extent(all.map(|p| p[2])), top + 200.0, top) {
+        let frame = Frame { x: map.frame.x, y: z };
+        frame.draw(&mut sheet.svg, &map.along, &height);
+        let k = usize::from(map.turned);
+        draw_points(&mut sheet, &images, &control, &check, |p| frame.px([p[k], p[2]]));
+        sheet.y = top + 200.0 + frame.margin(&map.along, &height, 600.0).bottom;
+        let ratio = (frame.y.px(0.0) - frame.y.px(1.0)) / (frame.x.px(1.0) - frame.x.px(0.0));
+        sheet.note(format!(
+            "Above: plan. Below: profile, heights drawn at {} times the scale of the length.",
+            super::super::numbers::significant(ratio, 2)
+        ));
+    }
+    if let Some(remark) = map.remark() {
+        sheet.note(remark);
+    }
+    sheet.finish()
+}
+
+const CONTROL: Marker = Marker::Triangle;
+
+fn draw_points(
+    sheet: &mut Sheet,
+    images: &[&Station],
+    control: &[[f64; 3]],
+    check: &[[f64; 3]],
+    px: impl Fn([f64; 3]) -> [f64; 2],
+) {
+    let dots: Vec<[f64; 2]> = check.iter().map(|p| px(*p)).collect();
+    sheet.svg.dots(&dots, 1.6, "#A0A0A0");
+    for s in images {
+        sheet.svg.marker(px(s.position_m), series_marker(s.flight), 3.6, series_colour(s.flight));
+    }
+    for p in control {
+        sheet.svg.marker(px(*p), CONTROL, 6.5, VERMILLION);
+        sheet.svg.marker(px(*p), CONTROL, 5.0, INK);
+    }
+}

@@ -1,0 +1,57 @@
+//! The falling curve: what each added effect did to data that the fit did not see.
+
+use super::super::axes::Axis;
+use super::lines::{LineChart, Panel, Series, line_chart};
+
+/// One model that was tried.
+#[derive(Debug, Clone, Default)]
+pub struct LedgerStep {
+    /// What was added, such as "base" or "+ rolling-shutter".
+    pub name: String,
+    /// RMS of held-out measurements, px.
+    pub heldout_px: f64,
+    /// 3D RMS at check points, mm; `None` without check points.
+    pub check_mm: Option<f64>,
+    /// Standard deviation of unit weight.
+    pub sigma0: f64,
+}
+
+/// The steps, in order.
+#[derive(Debug, Clone, Default)]
+pub struct Ledger {
+    /// Title.
+    pub title: String,
+    /// Models tried.
+    pub steps: Vec<LedgerStep>,
+}
+
+/// Draws three panels over the same steps: held-out measurements, check points, sigma0. Every axis begins at zero, so that a fall
+/// looks as large as it is.
+pub fn ledger(ledger: &Ledger) -> String {
+    let names = || ledger.steps.iter().enumerate().map(|(i, s)| format!("{i}  {}", s.name));
+    let numbers = || (0..ledger.steps.len()).map(|i| i.to_string());
+    let panel = |title: &str, unit: &str, values: Vec<(usize, f64)>| Panel {
+        title: title.into(),
+        x: Axis::named("", numbers()),
+        y: Axis::new("", unit).from_zero(),
+        series: vec![Series::new("", values.into_iter().map(|(i, v)| [i as f64, v]).collect())],
+    };
+    let each = |f: &dyn Fn(&LedgerStep) -> Option<f64>| {
+        ledger.steps.iter().enumerate().filter_map(|(i, s)| f(s).map(|v| (i, v))).collect::<Vec<_>>()
+    };
+    let mut panels = vec![panel("Held-out measurements, RMS (px)", "px", each(&|s| Some(s.heldout_px)))];
+    let check = each(&|s| s.check_mm);
+    let note = if check.is_empty() {
+        "The block has no check points."
+    } else {
+        "Check points only watch: no decision uses them."
+    };
+    if !check.is_empty() {
+        panels.push(panel("Check points, 3D RMS (mm)", "mm", check));
+    }
+    panels.push(panel("Standard deviation of unit weight, sigma0", "", each(&|s| Some(s.sigma0))));
+    if let Some(last) = panels.last_mut() {
+        last.x = Axis::named("", names());
+    }
+    line_chart(&LineChart { title: ledger.title.clone(), panels, columns: 1, note: note.into() })
+}

@@ -1,0 +1,58 @@
+//! Figures: plain data in, an SVG text out.
+//!
+//! Every function is pure and deterministic (same data, same bytes) and never panics. Values that cannot be drawn (not
+//! finite, or not positive on a log axis) are left out and counted in a note on the figure itself; a figure without
+//! any data says "no data". Legends and scale arrows stand above the plot, never over it.
+//!
+//! | function | shows |
+//! |---|---|
+//! | [`vector_field`] | displacements over the sensor |
+//! | [`heat_map`] | a grid of values, over the sensor or of a spectrum |
+//! | [`flights_plan_profile`] | images by flight, control and check points |
+//! | [`residuals_plan_arrows`], [`residuals_plan_signed`] | residuals at points in plan |
+//! | [`line_chart`], [`ledger`] | series in panels; the falling curve of a ledger |
+//! | [`profile`] | mean and sigma in bins, over a cloud of single values |
+//! | [`histogram`] | distributions |
+//! | [`image_bars`] | one value per image, by flight |
+//! | [`correlation_matrix`] | which candidates look alike |
+
+mod correlation;
+mod flights;
+mod heat_map;
+mod histogram;
+mod image_bars;
+mod ledger;
+mod lines;
+mod plan;
+mod residuals;
+mod vector_field;
+
+pub use super::axes::Axis;
+pub use correlation::{CorrelationMatrix, correlation_matrix};
+pub use flights::{FlightPlan, Station, flights_plan_profile};
+pub use heat_map::{Colours, HeatMap, heat_map};
+pub use histogram::{Histogram, Sample, histogram};
+pub use image_bars::{ImageBar, ImageBars, image_bars};
+pub use ledger::{Ledger, LedgerStep, ledger};
+pub use lines::{BinnedProfile, LineChart, LineStyle, Panel, Series, line_chart, profile};
+pub use residuals::{PlanArrows, PlanSigned, SignedStyle, residuals_plan_arrows, residuals_plan_signed};
+pub use vector_field::{Arrow, ArrowSet, VectorField, vector_field};
+
+#[cfg(test)]
+mod tests;
+
+use super::axes::round_below;
+use super::sheet::Key;
+
+/// Name of a flight; its number, counted from one, where it has no name.
+fn flight_name(names: &[String], flight: usize) -> String {
+    names.get(flight).cloned().unwrap_or_else(|| format!("flight {}", flight.saturating_add(1)))
+}
+
+/// Legend entry of a scale arrow: a round length near 60 pixels at `scale` pixels per unit.
+fn scale_entry(scale: f64, unit: &str) -> (Key, String) {
+    let value = round_below(75.0 / scale);
+    let text = super::numbers::significant(value, 1);
+    let key = Key::Arrow { colour: super::style::INK.into(), dashed: false, length: value * scale };
+    (key, format!("= {text} {unit}"))
+}

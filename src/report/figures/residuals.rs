@@ -1,0 +1,189 @@
+//! Residuals at points in plan: horizontal as arrows, signed values as strokes or dots.
+
+use super::super::axes::drawable;
+use super::super::numbers::significant;
+use super::super::sheet::{Key, Sheet};
+use super::super::style::{BLUE, VERMILLION};
+use super::super::svg::{Stroke, arrow};
+use super::plan::{Plan, WIDTH};
+use super::scale_entry;
+use super::vector_field::Arrow;
+
+/// Arrows more than this are thinned out, with a note: they would hide each other.
+const MOST_ARROWS: usize = 900;
+/// Length of the longest arrow where no scale is given, pixels.
+const LONGEST: f64 = 42.0;
+
+/// Horizontal residuals in plan.
+#[derive(Debug, Clone, Default)]
+pub struct PlanArrows {
+    /// Title.
+    pub title: String,
+    /// Place X, Y in metres, and residual in `unit`.
+    pub arrows: Vec<Arrow>,
+    /// Unit of the residuals.
+    pub unit: String,
+    /// Figure pixels per unit; `None` fits the longest arrow. Pictures to be compared share one.
+    pub scale: Option<f64>,
+}
+
+/// How a signed value is drawn.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum SignedStyle {
+    /// Arrows up (red) for positive, down (blue) for negative values.
+    #[default]
+    Strokes,
+    /// Dots whose area is the value: filled red for positive, open blue for negative values.
+    Dots,
+}
+
+/// A signed value at points in plan, such as the residual in height.
+#[derive(Debug, Clone, Default)]
+pub struct PlanSigned {
+    /// Title.
+    pub title: String,
+    /// Place X, Y in metres, and value in `unit`.
+    pub values: Vec<([f64; 2], f64)>,
+    /// Unit of the values.
+    pub unit: String,
+    /// Drawn as strokes or dots.
+    pub style: SignedStyle,
+    /// Figure pixels per unit; `None` fits the largest value. With dots, pixels of radius for a value of 1, growing with
+    /// the square root. Pictures to be compared share one.
+    pub scale: Option<f64>,
+}
+
+impl PlanArrows {
+    /// Figure pixels per unit at which the longest arrow has its usual length; `None` where all are zero.
+    pub fn natural_scale(&self) -> Option<f64> {
+        let all = self.arrows.iter().map(|(_, d)| d[0].hypot(d[1]));
+        natural(all).map(|longest| LONGEST / longest)
+    }
+}
+
+impl PlanSigned {
+    /// The scale that fits the largest value; `None` where all are zero.
+    pub fn natural_scale(&self) -> Option<f64> {
+        let largest = natural(self.values.iter().map(|(_, v)| v.abs()))?;
+        Some(match self.style {
+            SignedStyle::Strokes => LONGEST / largest,
+            SignedStyle::Dots => 9.0 / largest.sqrt(),
+        })
+    }
+}
+
+fn natural(lengths: impl Iterator<Item = f64>) -> Option<f64> {
+    lengths.filter(|v| drawable(*v) && *v > 1e-140).reduce(f64::max)
+}
+
+fn chosen(given: Option<f64>, natural: Option<f64>) -> Option<f64> {
+    given.filter(|s| drawable(*s) && *s > 0.0).or(natural)
+}
+
+/// Draws horizontal residuals as arrows in plan.
+pub fn residuals_plan_arrows(plan: &PlanArrows) -> String {
+    let mut sheet = Sheet::new(&plan.title, WIDTH);
+    let good: Vec<&Arrow> = plan.arrows.iter().filter(|(p, d)| p.iter().chain(d).all(|v| drawable(*v))).collect();
+    sheet.left_out(plan.arrows.len() - good.len(), "not finite");
+    let scale = chosen(plan.scale, plan.natural_scale());
+    sheet.legend(&scale.map(|s| scale_entry(s, &plan.unit)).into_iter().collect::<Vec<_>>());
+    let Some(map) = Plan::fit(good.iter().map(|a| a.0), sheet.y + 4.0, LONGEST) else {
+        return sheet.finish_empty();
+    };
+    sheet.y = map.draw(&mut sheet.svg);
+    let places: Vec<[f64; 2]> = good.iter().map(|a| a.0).collect();
+    let drawn = map.thinned(&places, MOST_ARROWS);
+    let mut d = String::new();
+    for (at, by) in drawn.iter().map(|k| good[*k]) {
+        let (from, by) = (map.px(*at), map.direction(*by, scale.unwrap_or(0.0)));
+        d += &arrow(from, [from[0] + by[0], from[1] + by[1]]);
+    }
+    sheet.svg.path(&d, Stroke::new(BLUE, 1.2));
+    remarks(&mut sheet, &map, [drawn.len(), good.len()], scale);
+    sheet.finish()
+}
+
+/// Draws signed values in plan: red and up for positive, blue and down for negative.
+pub fn residuals_plan_signed(plan: &PlanSigned) -> String {
+    let mut sheet = Sheet::new(&plan.title, WIDTH);
+    let good: Vec<&([f64; 2], f64)> =
+        plan.values.iter().filter(|(p, v)| p.iter().all(|v| drawable(*v)) && drawable(*v)).collect();
+    sheet.left_out(plan.values.len() - good.len(), "not finite");
+    let scale = chosen(plan.scale, plan.natural_scale());
+    sheet.legend(&signed_legend(plan, scale));
+    let Some(map) = Plan::fit(good.iter().map(|a| a.0), sheet.y + 4.0, LONGEST) else {
+        return sheet.finish_empty();
+    };
+    sheet.y = map.draw(&mut sheet.svg);
+    let places: Vec<[f64; 2]> = good.iter().map(|a| a.0).collect();
+    let drawn = map.thinned(&places, MOST_ARROWS);
+    let s = scale.unwrap_or(0.0);
+    match plan.style {
+        SignedStyle::Strokes => {
+            for (up, colour) in [(true, VERMILLION), (false, BLUE)] {
+                let mut d = String::new();
+                for (at, v) in drawn.iter().map(|k| good[*k]).filter(|a| (a.1 >= 0.0) == up) {
+                    let from = map.px(*at);
+                    d += &arrow(from, [from[0], from[1] - s * v]);
+                }
+                sheet.svg.path(&d, Stroke::new(colour, 1.2));
+            }
+        }
+        SignedStyle::Dots => {
+            // Large ones first, so that small ones stay visible.
+            let mut order: Vec<_> = drawn.iter().map(|k| good[*k]).collect();
+            order.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+            for (at, v) in order {
+                let at = map.px(*at);
+                dot(&mut sheet, at, s * v.abs().sqrt(), *v >= 0.0);
+            }
+        }
+    }
+    remarks(&mut sheet, &map, [drawn.len(), good.len()], scale);
+    sheet.finish()
+}
+
+fn dot(sheet: &mut Sheet, [x, y]: [f64; 2], radius: f64, positive: bool) {
+    if positive {
+        sheet.svg.dots(&[[x, y]], 2.0 * radius.max(0.4), VERMILLION);
+    } else {
+        // An open ring: a white disc inside a blue one.
+        sheet.svg.dots(&[[x, y]], 2.0 * radius.max(0.4), BLUE);
+        sheet.svg.dots(&[[x, y]], (2.0 * radius - 3.0).max(0.0), "#FFFFFF");
+    }
+}
+
+fn signed_legend(plan: &PlanSigned, scale: Option<f64>) -> Vec<(Key, String)> {
+    let unit = &plan.unit;
+    let mut entries = Vec::new();
+    match plan.style {
+        SignedStyle::Strokes => {
+            entries.push((Key::Upright { colour: VERMILLION.into(), up: true }, "positive (up)".into()));
+            entries.push((Key::Upright { colour: BLUE.into(), up: false }, "negative (down)".into()));
+            entries.extend(scale.map(|s| scale_entry(s, unit)));
+        }
+        SignedStyle::Dots => {
+            // A dot of radius 9 is the largest with the natural scale.
+            let largest = scale.map(|s| significant((9.0 / s).powi(2), 2));
+            let text = largest.map_or(String::new(), |v| format!(", this size = {v} {unit}"));
+            entries.push((Key::Disc { colour: VERMILLION.into(), open: false }, format!("positive{text}")));
+            entries.push((
+                Key::Disc { colour: BLUE.into(), open: true },
+                format!("negative{}", text.replace("= ", "= −")),
+            ));
+        }
+    }
+    entries
+}
+
+fn remarks(sheet: &mut Sheet, map: &Plan, [drawn, n]: [usize; 2], scale: Option<f64>) {
+    if scale.is_none() {
+        sheet.note("All residuals are zero.");
+    }
+    if drawn < n {
+        sheet.note(format!("{drawn} of {n} points are drawn, evenly spread, so that they stay apart."));
+    }
+    if let Some(remark) = map.remark() {
+        sheet.note(remark);
+    }
+}

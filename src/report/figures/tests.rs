@@ -1,0 +1,226 @@
+//! What holds for every figure: well formed, the same bytes twice, no panic on odd data, and honest about it.
+
+use super::super::svg::tests::assert_well_formed;
+use super::*;
+
+const NAN: f64 = f64::NAN;
+
+/// Every figure, drawn from the same few numbers.
+fn all(values: &[f64], title: &str) -> Vec<(&'static str, String)> {
+    let title: String = title.into();
+    let n = values.len() as f64;
+    let place = |i: usize| [100.0 * i as f64, 40.0 * (i % 3) as f64];
+    let arrows: Vec<Arrow> = values.iter().enumerate().map(|(i, v)| (place(i), [*v, 0.5 * v])).collect();
+    let points: Vec<[f64; 2]> = values.iter().enumerate().map(|(i, v)| [i as f64, *v]).collect();
+    let y = || Axis::new(title.clone(), "mm");
+    let panel = |log: bool| Panel {
+        title: title.clone(),
+        x: Axis::new("time", "s"),
+        y: if log { y().log() } else { y() },
+        series: vec![Series::new(title.clone(), points.clone()).sigma(values.to_vec())],
+    };
+    let signed = |style| PlanSigned {
+        title: title.clone(),
+        values: values.iter().enumerate().map(|(i, v)| (place(i), *v)).collect(),
+        unit: "mm".into(),
+        style,
+        scale: None,
+    };
+    let flagged = ArrowSet { label: title.clone(), arrows: arrows.clone(), significant: vec![true, false] };
+    let field = VectorField {
+        sets: vec![flagged, ArrowSet { label: "other".into(), arrows: arrows.clone(), ..ArrowSet::default() }],
+        marks: vec![(title.clone(), [10.0, 20.0])],
+        ..VectorField::single(&title, [500.0, 400.0], Vec::new(), "px")
+    };
+    let stations: Vec<Station> = values
+        .iter()
+        .enumerate()
+        .map(|(i, v)| Station { position_m: [place(i)[1], place(i)[0], *v], flight: i })
+        .collect();
+    let flights = FlightPlan {
+        title: title.clone(),
+        flights: vec![title.clone()],
+        images: stations,
+        control_m: values.iter().map(|v| [*v, 0.0, 1.0]).collect(),
+        check_m: Vec::new(),
+    };
+    let map = |colours, limit| HeatMap {
+        title: title.clone(),
+        columns: 2,
+        values: values.to_vec(),
+        marked: vec![true],
+        value: y(),
+        colours,
+        limit,
+        ..HeatMap::default()
+    };
+    let bar =
+        |(i, v): (usize, &f64)| ImageBar { value: *v, whisker: Some(v.abs()), flight: i, significant: i % 2 == 0 };
+    let bars = ImageBars {
+        title: title.clone(),
+        bars: values.iter().enumerate().map(bar).collect(),
+        y: y(),
+        flights: vec![title.clone()],
+        ..ImageBars::default()
+    };
+    let step = |v: &f64| LedgerStep { name: title.clone(), heldout_px: *v, check_mm: Some(*v), sigma0: *v };
+    let sample = |label: &str| Sample { label: label.into(), values: values.to_vec() };
+    let binned = BinnedProfile {
+        title: title.clone(),
+        x: Axis::new("row", "px"),
+        y: y(),
+        cloud: points.clone(),
+        bins: vec![(title.clone(), values.iter().map(|v| [n, *v, 0.1]).collect())],
+        bars: "± sigma".into(),
+    };
+    let chart = |log| LineChart { title: title.clone(), panels: vec![panel(log); 3], columns: 2, note: title.clone() };
+    let hist = |samples| Histogram { title: title.clone(), x: y(), samples, bins: 0 };
+    let names: Vec<String> = values.iter().map(|_| title.clone()).collect();
+    let matrix = CorrelationMatrix {
+        title: title.clone(),
+        values: values.iter().flat_map(|v| values.iter().map(move |w| v * w)).collect(),
+        names,
+        threshold: 0.9,
+    };
+    vec![
+        ("vector_field", vector_field(&field)),
+        (
+            "plan_arrows",
+            residuals_plan_arrows(&PlanArrows { title: title.clone(), arrows, unit: "mm".into(), scale: None }),
+        ),
+        ("plan_strokes", residuals_plan_signed(&signed(SignedStyle::Strokes))),
+        ("plan_dots", residuals_plan_signed(&signed(SignedStyle::Dots))),
+        ("flights", flights_plan_profile(&flights)),
+        ("lines", line_chart(&chart(false))),
+        ("log_lines", line_chart(&chart(true))),
+        ("profile", profile(&binned)),
+        ("ledger", ledger(&Ledger { title: title.clone(), steps: values.iter().map(step).collect() })),
+        ("histogram", histogram(&hist(vec![sample(&title)]))),
+        ("histograms", histogram(&hist(vec![sample("a"), sample("b")]))),
+        ("image_bars", image_bars(&bars)),
+        ("signed_map", heat_map(&map(Colours::Signed, Some(0.5)))),
+        ("magnitude_map", heat_map(&map(Colours::Magnitude, None))),
+        ("correlation", correlation_matrix(&matrix)),
+    ]
+}
+
+#[test]
+fn figures_are_well_formed_and_the_same_twice() {
+    let values = [0.2, -0.4, 0.9, 1.5, -0.01, 0.0, 0.7];
+    let hostile = "a < b & \"c\" </text><script>'";
+    let (first, second) = (all(&values, hostile), all(&values, hostile));
+    for ((name, a), (_, b)) in first.iter().zip(&second) {
+        assert_eq!(a, b, "{name}: same data, same bytes");
+        assert_well_formed(a);
+        assert!(a.contains("viewBox") && a.contains("a &lt; b &amp;") && !a.contains("<script"), "{name}");
+        assert!(!a.contains("no data"), "{name} has data");
+    }
+}
+
+#[test]
+fn empty_figures_say_so() {
+    for (name, svg) in all(&[], "t") {
+        assert_well_formed(&svg);
+        assert!(svg.contains("no data"), "{name}: an empty figure is not a picture of nothing");
+    }
+}
+
+#[test]
+fn odd_data_do_not_panic() {
+    let cases: [&[f64]; 9] = [
+        &[0.0],
+        &[5510.09],
+        &[0.0, 0.0],
+        &[1e-300, 2e-300],
+        &[1e300, -1e300, 1.0],
+        &[f64::MIN_POSITIVE, f64::MAX],
+        &[1.0, 1.0 + f64::EPSILON],
+        &[-1.0, -1.0],
+        &[1e140, -1e-140, 0.3],
+    ];
+    for values in cases {
+        for (name, svg) in all(values, "t") {
+            assert!(svg.len() < 2_000_000, "{name} of {values:?}");
+            assert_well_formed(&svg);
+        }
+    }
+}
+
+#[test]
+fn what_is_not_finite_is_left_out_with_a_visible_remark() {
+    for (name, svg) in all(&[0.3, NAN, 0.5, f64::INFINITY], "t") {
+        assert_well_formed(&svg);
+        let said = svg.contains("Not drawn:") || svg.contains("cells without value:");
+        assert!(said, "{name} says what it leaves out");
+    }
+    for (name, svg) in all(&[NAN], "t") {
+        assert!(svg.contains("no data"), "{name}");
+    }
+}
+
+#[test]
+fn wild_counts_do_not_panic() {
+    let bar = ImageBar { value: 1.0, flight: usize::MAX, ..ImageBar::default() };
+    assert_well_formed(&image_bars(&ImageBars { bars: vec![bar], ..ImageBars::default() }));
+    let images = vec![Station { position_m: [0.0; 3], flight: usize::MAX }];
+    assert_well_formed(&flights_plan_profile(&FlightPlan { images, ..FlightPlan::default() }));
+    assert_well_formed(&heat_map(&HeatMap { columns: usize::MAX, values: vec![1.0], ..HeatMap::default() }));
+    let samples = vec![Sample { label: "s".into(), values: vec![1.0, 2.0] }];
+    assert_well_formed(&histogram(&Histogram { bins: usize::MAX, samples, ..Histogram::default() }));
+    let panels = vec![Panel::default()];
+    assert_well_formed(&line_chart(&LineChart { columns: usize::MAX, panels, ..LineChart::default() }));
+}
+
+#[test]
+fn a_log_axis_counts_what_it_cannot_show() {
+    let series = vec![Series::new("s", vec![[1.0, 0.0], [2.0, 3.0], [3.0, -1.0]])];
+    let panel = Panel { y: Axis::new("v", "").log(), series, ..Panel::default() };
+    let svg = line_chart(&LineChart { panels: vec![panel], ..LineChart::default() });
+    assert!(svg.contains("Not drawn: 2 values are not positive"), "{svg}");
+}
+
+#[test]
+fn an_arrow_points_where_its_displacement_points() {
+    // Over the sensor y points down: a displacement of (+1, +1) px goes right and down the page.
+    let field = VectorField {
+        scale: Some(10.0),
+        ..VectorField::single("t", [100.0, 100.0], vec![([50.0, 50.0], [1.0, 1.0])], "px")
+    };
+    let svg = vector_field(&field);
+    let shaft = svg.split("<path d=\"M").find(|p| p.contains("#0072B2")).expect("the arrow");
+    let numbers: Vec<f64> = shaft.split(['L', ' ', 'M']).take(4).map(|v| v.parse().expect("a coordinate")).collect();
+    assert!(
+        (numbers[2] - numbers[0] - 10.0).abs() < 0.02 && (numbers[3] - numbers[1] - 10.0).abs() < 0.02,
+        "{numbers:?}"
+    );
+}
+
+#[test]
+fn a_crowd_of_points_is_thinned_and_the_figure_says_so() {
+    let values = (0..5000).map(|i| ([(i % 100) as f64, (i / 100) as f64], 1.0)).collect();
+    let svg = residuals_plan_signed(&PlanSigned { values, unit: "mm".into(), ..PlanSigned::default() });
+    let (drawn, rest) = svg.split_once(" of 5000 points are drawn").expect("the remark");
+    assert!(!rest.is_empty());
+    let drawn: usize = drawn.rsplit('>').next().and_then(|n| n.parse().ok()).expect("a count");
+    assert!((300..=1000).contains(&drawn), "{drawn}");
+    // One shaft and two barbs per arrow.
+    let arrows = svg.split("<path d=\"").find(|p| p.contains("stroke=\"#D55E00\"") && p.len() > 2000).expect("arrows");
+    assert_eq!(arrows.matches('M').count(), 2 * drawn);
+}
+
+#[test]
+fn a_plan_is_turned_but_never_mirrored() {
+    let shaft = |points: [[f64; 2]; 2], d: [f64; 2]| {
+        let arrows = points.iter().map(|p| (*p, d)).collect();
+        let svg =
+            residuals_plan_arrows(&PlanArrows { arrows, scale: Some(10.0), unit: "mm".into(), title: "t".into() });
+        let path = svg.split("<path d=\"M").find(|p| p.contains("#0072B2")).expect("the arrows").to_string();
+        let v: Vec<f64> = path.split(['L', ' ', 'M']).take(4).map(|v| v.parse().expect("a coordinate")).collect();
+        [v[2] - v[0], v[3] - v[1]]
+    };
+    let close = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < 0.02 && (a[1] - b[1]).abs() < 0.02;
+    let (wide, tall) = ([[0.0, 0.0], [90.0, 10.0]], [[0.0, 0.0], [10.0, 90.0]]);
+    assert!(close(shaft(wide, [1.0, 0.0]), [10.0, 0.0]) && close(shaft(wide, [0.0, 1.0]), [0.0, -10.0]));
+    // Turned clockwise: Y to the right, X down.
+    assert!(close(shaft(tall, [0.0, 1.0]), [10.0, 0.0]) && close(shaft(tall, [1.0, 0.0]), [0.0, 10.0]));
+}

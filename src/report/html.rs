@@ -1,0 +1,289 @@
+//! The page of a run: one HTML file that needs nothing else, and its pictures as SVG files beside it.
+
+use super::svg::escape;
+use super::tables::Table;
+use anyhow::{Context, Result, bail};
+use std::fs;
+use std::path::Path;
+
+/// The outcome of a diagnosis, as `cli.md` defines it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Nothing significant is left.
+    Adequate,
+    /// Effects of the catalogue explain what is there.
+    Missing,
+    /// Significant structure is left that no effect of the catalogue explains.
+    Unexplained,
+}
+
+impl Verdict {
+    fn class(self) -> &'static str {
+        match self {
+            Verdict::Adequate => "adequate",
+            Verdict::Missing => "missing",
+            Verdict::Unexplained => "unexplained",
+        }
+    }
+
+    /// Sign and words: the box is understood without its colour.
+    fn heading(self) -> &'static str {
+        match self {
+            Verdict::Adequate => "✓ Adequate: nothing significant is left",
+            Verdict::Missing => "! Missing: effects of the catalogue explain what was left over",
+            Verdict::Unexplained => "? Unexplained: structure is left that no effect of the catalogue explains",
+        }
+    }
+}
+
+/// A page under construction. Everything is added in reading order; all text is escaped.
+#[derive(Debug, Clone, Default)]
+pub struct Page {
+    title: String,
+    subtitle: String,
+    body: String,
+    sections: Vec<String>,
+    figures: Vec<(String, String)>,
+}
+
+const CSS: &str = include_str!("style.css");
+/// Stands in every picture file that a page writes, so that a later page knows which ones are its own to replace.
+const MARK: &str = "<!-- figure of a misclosure report -->";
+
+impl Page {
+    /// An empty page.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), ..Self::default() }
+    }
+
+    /// A line below the title, such as block and date of the data.
+    pub fn subtitle(&mut self, text: &str) -> &mut Self {
+        self.subtitle = text.into();
+        self
+    }
+
+    /// Begins a section, which the contents list.
+    pub fn section(&mut self, heading: &str) -> &mut Self {
+        self.sections.push(heading.into());
+        let id = self.sections.len();
+        self.put(&format!("h2 id=\"section-{id}\""), heading)
+    }
+
+    /// A heading within a section.
+    pub fn subsection(&mut self, heading: &str) -> &mut Self {
+        self.put("h3", heading)
+    }
+
+    /// A paragraph.
+    pub fn paragraph(&mut self, text: &str) -> &mut Self {
+        self.put("p", text)
+    }
+
+    /// A list.
+    pub fn list<S: AsRef<str>>(&mut self, items: impl IntoIterator<Item = S>) -> &mut Self {
+        let items: String = items.into_iter().map(|i| format!("<li>{}</li>\n", escape(i.as_ref()))).collect();
+        if !items.is_empty() {
+            self.body += &format!("<ul>\n{items}</ul>\n");
+        }
+        self
+    }
+
+    /// Text as it would stand in a terminal or a file.
+    pub fn code(&mut self, text: &str) -> &mut Self {
+        self.put("pre", text)
+    }
+
+    /// The verdict's box: its meaning in words, then the given text.
+    pub fn verdict(&mut self, verdict: Verdict, text: &str) -> &mut Self {
+        let (class, heading) = (verdict.class(), escape(verdict.heading()));
+        self.body += &format!(
+            "<div class=\"verdict {class}\" role=\"note\"><strong>{heading}</strong><p>{}</p></div>\n",
+            escape(text)
+        );
+        self
+    }
+
+    /// A remark that should not be missed.
+    pub fn note(&mut self, text: &str) -> &mut Self {
+        self.put("div class=\"callout\" role=\"note\"", text)
+    }
+
+    /// A warning.
+    pub fn warning(&mut self, text: &str) -> &mut Self {
+        self.put("div class=\"callout warning\" role=\"note\"", &format!("⚠ Warning: {text}"))
+    }
+
+    /// A table.
+    pub fn table(&mut self, table: &Table) -> &mut Self {
+        self.body += &table.to_html();
+        self
+    }
+
+    /// A picture, an SVG text from [`super::figures`], with its caption. `id` names its file: lower-case letters, digits and hyphens, once per page.
+    pub fn figure(&mut self, id: &str, svg: String, caption: &str) -> &mut Self {
+        self.body += &figure(&svg, caption);
+        self.figures.push((id.into(), svg));
+        self
+    }
+
+    /// Two pictures side by side, such as before and after; each is id, SVG and caption.
+    pub fn pair(&mut self, left: (&str, String, &str), right: (&str, String, &str)) -> &mut Self {
+        self.body += "<div class=\"pair\">\n";
+        self.figure(left.0, left.1, left.2);
+        self.figure(right.0, right.1, right.2);
+        self.body += "</div>\n";
+        self
+    }
+
+    /// A part that is folded away until the reader opens it. Sections do not belong into it: use subsections.
+    pub fn details(&mut self, summary: &str, content: impl FnOnce(&mut Self)) -> &mut Self {
+        self.body += &format!("<details>\n<summary>{}</summary>\n", escape(summary));
+        content(self);
+        self.body += "</details>\n";
+        self
+    }
+
+    /// The whole page. Contents are listed where there are three sections or more.
+    pub fn html(&self) -> String {
+        let title = escape(&self.title);
+        let subtitle = match self.subtitle.as_str() {
+            "" => String::new(),
+            text => format!("<p class=\"subtitle\">{}</p>\n", escape(text)),
+        };
+        let mut contents = String::new();
+        if self.sections.len() >= 3 {
+            let item =
+                |(i, s): (usize, &String)| format!("<li><a href=\"#section-{}\">{}</a></li>\n", i + 1, escape(s));
+            let items: String = self.sections.iter().enumerate().map(item).collect();
+            contents = format!("<nav aria-label=\"Contents\">\n<ol>\n{items}</ol>\n</nav>\n");
+        }
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <title>{title}</title>\n<style>\n{CSS}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{subtitle}{contents}{}</body>\n</html>\n",
+            self.body
+        )
+    }
+
+    /// Writes `report.html` and `figures/*.svg` into the folder, which is made where it is missing. Pictures of an
+    /// earlier page that this one does not have are removed; other files are left alone.
+    ///
+    /// # Errors
+    /// When a figure's id is no file name or is used twice, or a file cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        for (i, (id, _)) in self.figures.iter().enumerate() {
+            let legal = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+            if id.is_empty() || !id.chars().all(legal) {
+                bail!("figure id `{id}`: only lower-case letters, digits and hyphens can name a file");
+            }
+            if self.figures[..i].iter().any(|(other, _)| other == id) {
+                bail!("figure id `{id}` is used twice");
+            }
+        }
+        let figures = folder.join("figures");
+        fs::create_dir_all(&figures).with_context(|| format!("cannot make {}", figures.display()))?;
+        remove_old(&figures, |name| self.figures.iter().any(|(id, _)| name == format!("{id}.svg")))?;
+        for (id, svg) in &self.figures {
+            write_whole(&figures.join(format!("{id}.svg")), &format!("{svg}{MARK}\n"))?;
+        }
+        write_whole(&folder.join("report.html"), &self.html())
+    }
+
+    fn put(&mut self, tag: &str, text: &str) -> &mut Self {
+        let name = tag.split(' ').next().unwrap_or(tag);
+        self.body += &format!("<{tag}>{}</{name}>\n", escape(text));
+        self
+    }
+}
+
+fn figure(svg: &str, caption: &str) -> String {
+    let caption =
+        if caption.is_empty() { String::new() } else { format!("<figcaption>{}</figcaption>\n", escape(caption)) };
+    format!("<figure>\n{svg}{caption}</figure>\n")
+}
+
+/// Writes beside the target and renames, so that a reader never sees half a file.
+fn write_whole(path: &Path, text: &str) -> Result<()> {
+    let part = path.with_extension("part");
+    fs::write(&part, text)
+        .and_then(|()| fs::rename(&part, path))
+        .with_context(|| format!("cannot write {}", path.display()))
+}
+
+fn remove_old(figures: &Path, keep: impl Fn(&str) -> bool) -> Result<()> {
+    let context = || format!("cannot tidy {}", figures.display());
+    for entry in fs::read_dir(figures).with_context(context)? {
+        let entry = entry.with_context(context)?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let ours = || fs::read_to_string(entry.path()).is_ok_and(|text| text.trim_end().ends_with(MARK));
+        if name.ends_with(".svg") && !keep(&name) && ours() {
+            fs::remove_file(entry.path()).with_context(context)?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::figures::{Histogram, histogram};
+    use super::super::svg::tests::assert_well_formed;
+    use super::*;
+
+    fn sample() -> Page {
+        let svg = || histogram(&Histogram { title: "a < b".into(), ..Histogram::default() });
+        let mut page = Page::new("Dike & <flights>");
+        page.subtitle("four flights").verdict(Verdict::Unexplained, "at <row> 12");
+        for s in ["One", "Two", "Three & four"] {
+            page.section(s).paragraph("text").note("a note").warning("careful");
+        }
+        page.list(["a", "b<"]).code("x < y").table(&Table::new("t").number("v", "mm"));
+        page.figure("first", svg(), "caption").pair(("before", svg(), "b"), ("after", svg(), "a"));
+        page.details("More", |p| {
+            p.subsection("Inside").figure("inside", svg(), "");
+        });
+        page
+    }
+
+    #[test]
+    fn the_page_is_well_formed_escaped_and_loads_nothing() {
+        let html = sample().html();
+        assert_well_formed(&html);
+        assert!(html.contains("Dike &amp; &lt;flights&gt;") && html.contains("#section-3"));
+        for outside in ["<script", "src=", "@import", "url(", "<link"] {
+            assert!(!html.contains(outside), "{outside}");
+        }
+        let links = html.matches("http").count();
+        assert_eq!(links, html.matches("xmlns=\"http://www.w3.org/2000/svg\"").count(), "only the SVG name space");
+        assert_eq!(html, sample().html());
+    }
+
+    #[test]
+    fn writing_makes_the_folder_and_replaces_old_pictures_only() {
+        let tmp = tempfile::tempdir().expect("a folder");
+        let run = tmp.path().join("run");
+        sample().write(&run).expect("written");
+        fs::write(run.join("figures/mine.svg"), "<svg/>").expect("written");
+        let mut other = Page::new("p");
+        other.figure("first", histogram(&Histogram::default()), "");
+        other.write(&run).expect("written");
+        let mut names: Vec<String> = fs::read_dir(run.join("figures"))
+            .expect("listed")
+            .map(|e| e.expect("entry").file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        assert_eq!(names, ["first.svg", "mine.svg"]);
+        assert!(fs::read_to_string(run.join("report.html")).expect("read").contains("no data"));
+    }
+
+    #[test]
+    fn bad_and_repeated_ids_are_refused() {
+        let tmp = tempfile::tempdir().expect("a folder");
+        for ids in [["a", "a"], ["a", "../b"], ["", "a"]] {
+            let mut page = Page::new("p");
+            ids.iter().for_each(|id| {
+                page.figure(id, String::new(), "");
+            });
+            assert!(page.write(tmp.path()).is_err(), "{ids:?}");
+        }
+    }
+}

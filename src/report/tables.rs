@@ -1,0 +1,188 @@
+//! One table, printed alike in the terminal and in HTML.
+
+use super::svg::escape;
+
+/// A column's heading.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// What stands below it.
+    pub name: String,
+    /// Its unit; empty where there is none.
+    pub unit: String,
+    /// Numbers stand right, text left.
+    pub numeric: bool,
+}
+
+/// A table of formatted cells; see [`super::numbers`] for formatting. Rows may be shorter or longer than the heading:
+/// missing cells stay empty, further ones get columns without a name. Nothing is dropped.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Table {
+    /// Stands above the table.
+    pub caption: String,
+    /// Headings, left to right.
+    pub columns: Vec<Column>,
+    /// Cells, row by row.
+    pub rows: Vec<Vec<String>>,
+    /// Remarks below the table.
+    pub notes: Vec<String>,
+}
+
+impl Table {
+    /// An empty table.
+    pub fn new(caption: impl Into<String>) -> Self {
+        Self { caption: caption.into(), ..Self::default() }
+    }
+
+    /// Adds a column of text.
+    pub fn text(self, name: &str, unit: &str) -> Self {
+        self.column(name, unit, false)
+    }
+
+    /// Adds a column of numbers.
+    pub fn number(self, name: &str, unit: &str) -> Self {
+        self.column(name, unit, true)
+    }
+
+    fn column(mut self, name: &str, unit: &str, numeric: bool) -> Self {
+        self.columns.push(Column { name: name.into(), unit: unit.into(), numeric });
+        self
+    }
+
+    /// Adds a row.
+    pub fn row<C: Into<String>>(&mut self, cells: impl IntoIterator<Item = C>) -> &mut Self {
+        self.rows.push(cells.into_iter().map(Into::into).collect());
+        self
+    }
+
+    /// Adds a remark below the table.
+    pub fn note(&mut self, text: impl Into<String>) -> &mut Self {
+        self.notes.push(text.into());
+        self
+    }
+
+    /// Aligned plain text, each line ended by a newline. Line breaks within a cell become spaces.
+    pub fn to_text(&self) -> String {
+        let all = self.all_columns();
+        let mut lines: Vec<Vec<String>> = vec![all.iter().map(|c| c.name.clone()).collect()];
+        if all.iter().any(|c| !c.unit.is_empty()) {
+            lines.push(all.iter().map(|c| c.unit.clone()).collect());
+        }
+        let head = lines.len();
+        lines.extend(
+            self.rows.iter().map(|r| (0..all.len()).map(|k| cell(r, k).replace(['\n', '\r', '\t'], " ")).collect()),
+        );
+        let width: Vec<usize> =
+            (0..all.len()).map(|k| lines.iter().map(|l| l[k].chars().count()).max().unwrap_or(0)).collect();
+        let mut out = String::new();
+        let mut put = |line: &str| {
+            out.push_str(line.trim_end());
+            out.push('\n');
+        };
+        if !self.caption.is_empty() {
+            put(&self.caption);
+        }
+        for (i, line) in lines.iter().enumerate() {
+            if i == head {
+                put(&width.iter().map(|w| "-".repeat(*w)).collect::<Vec<_>>().join("  "));
+            }
+            let cells =
+                line.iter().zip(&width).zip(&all).map(|((text, w), column)| {
+                    if column.numeric { format!("{text:>w$}") } else { format!("{text:<w$}") }
+                });
+            put(&cells.collect::<Vec<_>>().join("  "));
+        }
+        if self.rows.is_empty() {
+            put("(no rows)");
+        }
+        self.notes.iter().for_each(|n| put(n));
+        out
+    }
+
+    /// An HTML `<table>` with caption and remarks.
+    pub fn to_html(&self) -> String {
+        let all = self.all_columns();
+        let class = |c: &Column| if c.numeric { " class=\"number\"" } else { "" };
+        let mut out = String::from("<div class=\"table\"><table>\n");
+        if !self.caption.is_empty() {
+            out += &format!("<caption>{}</caption>\n", escape(&self.caption));
+        }
+        out += "<thead><tr>";
+        for c in &all {
+            let unit = if c.unit.is_empty() {
+                String::new()
+            } else {
+                format!(" <span class=\"unit\">({})</span>", escape(&c.unit))
+            };
+            out += &format!("<th scope=\"col\"{}>{}{unit}</th>", class(c), escape(&c.name));
+        }
+        out += "</tr></thead>\n<tbody>\n";
+        for row in &self.rows {
+            let cells: String =
+                all.iter().enumerate().map(|(k, c)| format!("<td{}>{}</td>", class(c), escape(cell(row, k)))).collect();
+            out += &format!("<tr>{cells}</tr>\n");
+        }
+        if self.rows.is_empty() {
+            out += &format!("<tr><td colspan=\"{}\">no rows</td></tr>\n", all.len().max(1));
+        }
+        out += "</tbody></table>\n";
+        for n in &self.notes {
+            out += &format!("<p class=\"remark\">{}</p>\n", escape(n));
+        }
+        out + "</div>\n"
+    }
+
+    /// The named columns, and nameless ones for rows that are longer.
+    fn all_columns(&self) -> Vec<Column> {
+        let widest = self.rows.iter().map(Vec::len).max().unwrap_or(0);
+        let mut all = self.columns.clone();
+        while all.len() < widest {
+            all.push(Column { name: String::new(), unit: String::new(), numeric: false });
+        }
+        all
+    }
+}
+
+fn cell(row: &[String], k: usize) -> &str {
+    row.get(k).map_or("", String::as_str)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample() -> Table {
+        let mut t = Table::new("Check points").text("set", "").number("mean", "mm").number("sigma", "mm");
+        t.row(["planimetry", "0.26", "0.19"]).row(["height", "0.92"]).note("after the similarity");
+        t
+    }
+
+    #[test]
+    fn plain_text_is_aligned() {
+        let expected = "\
+Check points
+set         mean  sigma
+              mm     mm
+----------  ----  -----
+planimetry  0.26   0.19
+height      0.92
+after the similarity
+";
+        assert_eq!(sample().to_text(), expected);
+    }
+
+    #[test]
+    fn html_is_escaped_and_well_formed() {
+        let mut t = sample();
+        t.row(["<b>&", "1", "2", "extra"]);
+        let html = t.to_html();
+        super::super::svg::tests::assert_well_formed(&html);
+        assert!(html.contains("&lt;b&gt;&amp;") && html.contains("extra"));
+        assert!(t.to_text().contains("extra"));
+    }
+
+    #[test]
+    fn an_empty_table_says_so() {
+        assert!(Table::new("").to_text().contains("(no rows)"));
+        assert!(Table::new("").to_html().contains("no rows"));
+    }
+}
