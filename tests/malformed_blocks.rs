@@ -201,7 +201,7 @@ const MALFORMED: &[Case] = &[
     (
         "sigma is no table",
         |b| b.set("block.toml", "format = 1\nname = \"a\"\ncrs = \"\"\nsigma = 0.5\n"),
-        "block.toml:4:9: key sigma: expected a table [sigma], found 0.5",
+        "block.toml:4:9: key sigma: expected a table, found 0.5",
     ),
     (
         "zero sigma",
@@ -656,6 +656,16 @@ fn every_fault_is_named() {
         }
     }
     assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), MALFORMED.len(), wrong.join("\n"));
+}
+
+/// Nesting as deep as the file is long must not exhaust the stack.
+#[test]
+fn deep_nesting_is_refused() {
+    let mut files = Files::valid();
+    files.set("block.toml", format!("format = 1\nname = {}", "[".repeat(100_000)));
+    let message = files.read().expect_err("too deep");
+    assert!(message.starts_with("block.toml:2:"), "{message}");
+    assert!(message.contains("not TOML"), "{message}");
 }
 
 #[test]

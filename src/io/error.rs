@@ -92,11 +92,14 @@ pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
 pub(super) fn advice(name: &str, known: &[&str]) -> String {
     // One slip of the finger per three characters still points at one key; more would be a guess.
     let tolerated = (name.chars().count() / 3).max(1);
-    let nearest = known.iter().map(|candidate| (distance(name, candidate), candidate)).min();
-    match nearest {
-        Some((steps, candidate)) if steps <= tolerated => format!("did you mean {candidate:?}?"),
-        _ => format!("known: {}", listed(known)),
+    let steps: Vec<usize> = known.iter().map(|candidate| distance(name, candidate)).collect();
+    let fewest = steps.iter().min().copied().unwrap_or(usize::MAX);
+    if fewest > tolerated {
+        return format!("known: {}", listed(known));
     }
+    let nearest = known.iter().zip(&steps).filter(|(_, steps)| **steps == fewest);
+    let nearest: Vec<String> = nearest.map(|(candidate, _)| format!("{candidate:?}")).collect();
+    format!("did you mean {}?", nearest.join(" or "))
 }
 
 /// Number of characters to insert, delete, replace or swap with their neighbour between two words.
@@ -136,6 +139,7 @@ mod tests {
     #[test]
     fn advice_names_a_near_key_and_lists_them_else() {
         assert_eq!(advice("widht_px", &["id", "width_px"]), "did you mean \"width_px\"?");
+        assert_eq!(advice("k4", &["k1", "f", "k2"]), "did you mean \"k1\" or \"k2\"?");
         assert_eq!(advice("lens", &["id", "f"]), r#"known: "id", "f""#);
         assert_eq!(advice("csr", &["crs", "name"]), "did you mean \"crs\"?");
     }

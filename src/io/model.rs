@@ -79,12 +79,7 @@ pub fn read_model(path: &Path, resolve: &dyn Fn(&str) -> Option<EffectRef>) -> R
         }
     }
     for (entries, span) in table.tables("effect")? {
-        let term = effect(&source, entries, &span, resolve)?;
-        let id = &term.effect.descriptor().id;
-        if model.effects.iter().any(|other| other.effect.descriptor().id == *id) {
-            return Err(source.refuse(&span, format!("effect {id} stands twice; keep one")));
-        }
-        model.effects.push(term);
+        model.effects.push(effect(&source, entries, &span, resolve)?);
     }
     for (entries, span) in table.tables("prior")? {
         model.priors.push(prior(&source, entries, &span)?);
@@ -114,7 +109,9 @@ fn choice<T: Copy>(table: &Table<'_>, key: &str, choices: &[(&str, T)]) -> Resul
         Some((_, choice)) => Ok(Some(*choice)),
         None => {
             let words: Vec<&str> = choices.iter().map(|(word, _)| *word).collect();
-            Err(table.refuse(key, value, &words.join(", ")))
+            let expected =
+                if let [word] = words[..] { word.to_owned() } else { format!("one of {}", words.join(", ")) };
+            Err(table.refuse(key, value, &expected))
         }
     }
 }
@@ -150,7 +147,14 @@ fn effect(
         Some(_) => Ok(()),
         None => {
             let known: Vec<&str> = effect.descriptor().parameters.iter().map(|p| p.name.as_ref()).collect();
-            let problem = format!("effect {id} has no parameter {}; {}", shown(key.as_bytes()), advice(key, &known));
+            let name = key.split('[').next().unwrap_or_default();
+            let advice = match effect.parameter_of(name) {
+                Some(_) => {
+                    format!("{} alone, or name[element] where there is a value per element", shown(name.as_bytes()))
+                }
+                None => advice(name, &known),
+            };
+            let problem = format!("effect {id} has no parameter {}; {advice}", shown(key.as_bytes()));
             Err(source.refuse(span, problem))
         }
     };

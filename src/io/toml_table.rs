@@ -24,7 +24,8 @@ impl Source {
             Err(source) => return Err(Error::Read { path: path.to_owned(), source }),
         };
         match String::from_utf8(bytes) {
-            Ok(text) => Ok(Self { file, text: text.strip_prefix('\u{feff}').map_or(text.clone(), str::to_owned) }),
+            // Some editors begin a file with a byte order mark; it is no part of the text.
+            Ok(text) => Ok(Self { file, text: text.trim_start_matches('\u{feff}').to_owned() }),
             Err(error) => {
                 let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
                 let line = 1 + valid.iter().filter(|byte| **byte == b'\n').count() as u64;
@@ -180,7 +181,7 @@ impl<'a> Table<'a> {
         let Some(value) = self.value(key) else { return Ok(None) };
         match value.get_ref() {
             DeValue::Table(table) => Ok(Some((table, value.span()))),
-            _ => Err(self.refuse(key, value, &format!("a table [{key}]"))),
+            _ => Err(self.refuse(key, value, "a table")),
         }
     }
 
