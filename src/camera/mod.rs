@@ -58,6 +58,16 @@ impl Camera {
         0.5 * f64::from(self.width_px).hypot(f64::from(self.height_px))
     }
 
+    /// Largest plausible range of each interior parameter: the focal length itself for f, the sensor for pp and dc, and for each coefficient
+    /// the value that moves a point at half the diagonal by half the diagonal. What is known to no better is not determined.
+    pub fn domains(&self) -> Interior {
+        let h = self.half_diagonal_px();
+        let (width, height) = (f64::from(self.width_px), f64::from(self.height_px));
+        let mut domains = self.scales().map(|scale| scale * h);
+        domains[..5].copy_from_slice(&[self.interior[0], width, height, width, height]);
+        domains
+    }
+
     /// Size of one unit of each interior parameter inside the solvers (raw = scale x scaled): 1 px for f, pp and dc, and for
     /// each coefficient the value that moves a point at half the diagonal by one pixel.
     pub fn scales(&self) -> Interior {

@@ -6,10 +6,20 @@
 //! Residuals are `(observed - computed) / sigma`, in this order: image observations (x, y each), control coordinates (3 each), GNSS
 //! positions (3 each), priors of `theta` (1 each, in order of `theta`), priors of camera parameters (1 each).
 
+pub mod context;
+pub mod order;
+
+mod build;
+mod thin;
+
+pub use build::{ProblemError, missing_need};
+
 use crate::block::{PointId, Pose};
 use crate::camera::{self, Interior};
 use crate::effects::{BlockContext, ImageContext, Scope};
-use crate::model::{EffectRef, Loss};
+use crate::model::EffectRef;
+
+pub use crate::model::{LOSS_SCALE, Loss};
 use nalgebra::Vector3;
 
 /// What kind of image measurement an observation is.

@@ -1,0 +1,440 @@
+//! From a block and a model to the problem.
+
+use super::context::{block_context, image_contexts};
+use super::order::ranks_along_block;
+use super::{
+    CameraPrior, EffectInstance, ImageObservation, MeasurementKind, PointSource, PositionObservation, Problem, State,
+    ThetaEntry,
+};
+use crate::block::{Block, Measurement, PointId, Role};
+use crate::camera::{self, Camera, Interior, undistort::undistort};
+use crate::effects::{self, ImageContext, Need, Scope};
+use crate::math::intersect::intersect_rays;
+use crate::model::{Datum, EffectTerm, Model, TieWeights};
+use nalgebra::Vector3;
+
+/// Why a block and a model do not make a problem.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ProblemError {
+    /// A datum without its observations.
+    #[error("datum `{datum}` needs {needs}, and the block has none; use --datum free")]
+    Datum {
+        /// Its name.
+        datum: &'static str,
+        /// What it needs.
+        needs: &'static str,
+    },
+    /// A name of the model that the block does not have.
+    #[error("the model names {kind} `{name}`, which the block does not have{hint}")]
+    Unknown {
+        /// camera, parameter, ...
+        kind: &'static str,
+        /// The name.
+        name: String,
+        /// `; it has ...`, or empty.
+        hint: String,
+    },
+    /// An effect whose observations the block lacks.
+    #[error("effect `{effect}` needs {needs}")]
+    Need {
+        /// Id.
+        effect: String,
+        /// What is missing.
+        needs: &'static str,
+    },
+    /// A value that cannot be used.
+    #[error("{0}")]
+    Value(String),
+    /// Nothing to adjust.
+    #[error("no point is measured in two images: nothing to adjust")]
+    Empty,
+    /// A tie point without coordinates whose rays do not meet.
+    #[error(
+        "tie point `{point}` has no approximate coordinates and its rays do not meet in front of the cameras; give it a row in points.csv or remove it"
+    )]
+    NoIntersection {
+        /// Name.
+        point: String,
+    },
+}
+
+/// What of an effect's needs the block lacks under a datum; `None`: it can be tested.
+pub fn missing_need(block: &Block, contexts: &[ImageContext], need: Need, datum: Datum) -> Option<&'static str> {
+    let known = |value: fn(&ImageContext) -> f64| contexts.iter().all(|context| !value(context).is_nan());
+    let controls = block.count(Role::Control) > 0;
+    let gnss = block.images.iter().any(|image| image.gnss.is_some());
+    let uses_control = controls && matches!(datum, Datum::Control | Datum::All);
+    let uses_gnss = gnss && matches!(datum, Datum::Gnss | Datum::All);
+    let (met, what) = match need {
+        Need::Time => (known(|c| c.time_s), "time_s of every image"),
+        Need::Temperature => (known(|c| c.temperature_c), "temperature_c of every image"),
+        Need::Flights => (block.flights.len() > 1, "at least two flights"),
+        Need::Velocity => (known(|c| c.velocity.x), "vx, vy, vz, or times of at least two images of every flight"),
+        Need::Gnss => (uses_gnss, "GNSS positions, in a datum that uses them"),
+        Need::Control => (uses_control, "control points, in a datum that uses them"),
+        Need::Vertical => (uses_control || uses_gnss, "a datum that is not free"),
+    };
+    (!met).then_some(what)
+}
+
+impl Problem {
+    /// Lays out the least-squares problem. Tie points with fewer than two rays, and images without any measurement, do not take part.
+    pub fn new(block: &Block, model: &Model) -> Result<Self, ProblemError> {
+        let (uses_control, uses_gnss) = datum_parts(block, model.datum)?;
+        let contexts = image_contexts(block);
+        let (interiors, camera_free) = cameras(block, model)?;
+        let poses: Vec<_> = block.images.iter().map(|image| image.pose).collect();
+        let ranks = ranks_along_block(&poses.iter().map(|pose| pose.centre).collect::<Vec<_>>());
+
+        let points = collect_points(block, model, uses_control, &ranks);
+        if points.iter().all(|point| point.observations.len() < 2) {
+            return Err(ProblemError::Empty);
+        }
+        let mut point_start = vec![0];
+        let mut observations = Vec::with_capacity(points.iter().map(|point| point.observations.len()).sum());
+        let mut positions = Vec::with_capacity(points.len());
+        for point in &points {
+            observations.extend_from_slice(&point.observations);
+            point_start.push(observations.len());
+            positions.push(start_position(block, &interiors, point)?);
+        }
+
+        let control = if uses_control { control_observations(block, &points) } else { Vec::new() };
+        let gnss = if uses_gnss { gnss_observations(block) } else { Vec::new() };
+        let mut problem = Problem {
+            camera_names: block.cameras.iter().map(|camera| camera.id.clone()).collect(),
+            camera_free,
+            camera_scales: block.cameras.iter().map(Camera::scales).collect(),
+            camera_domains: block.cameras.iter().map(Camera::domains).collect(),
+            tie_dc_to_pp: model.tie_dc_to_pp,
+            image_names: block.images.iter().map(|image| image.name.clone()).collect(),
+            image_contexts: contexts,
+            block_context: block_context(block),
+            pose_free: vec![[true; 6]; block.images.len()],
+            point_sources: points.iter().map(|point| point.source).collect(),
+            point_names: points.iter().map(|point| point_name(block, point.source)).collect(),
+            point_start,
+            observations,
+            control,
+            gnss,
+            effects: Vec::new(),
+            theta: Vec::new(),
+            camera_priors: camera_priors(block, model)?,
+            loss: model.loss,
+            start: State { interiors, theta: Vec::new(), poses, points: positions },
+            datum_defect: 0,
+        };
+        problem.hold_unmeasured_images();
+        if !uses_control && !uses_gnss {
+            problem.hold_datum();
+        }
+        for term in &model.effects {
+            problem.add_effect(block, model, term)?;
+        }
+        Ok(problem)
+    }
+
+    /// Images without a measurement keep their approximate pose; a camera that none of the measured images used keeps its parameters.
+    fn hold_unmeasured_images(&mut self) {
+        let mut measured = vec![false; self.pose_free.len()];
+        for observation in &self.observations {
+            measured[observation.image as usize] = true;
+        }
+        let mut used = vec![false; self.camera_free.len()];
+        for (image, measured) in measured.iter().enumerate() {
+            if *measured {
+                used[self.image_contexts[image].camera as usize] = true;
+            } else {
+                self.pose_free[image] = [false; 6];
+            }
+        }
+        for (free, used) in self.camera_free.iter_mut().zip(used) {
+            if !used {
+                *free = [false; 12];
+            }
+        }
+    }
+
+    /// Minimal constraints: the pose of one image, and of the measured image farthest from it the coordinate in which they differ most.
+    fn hold_datum(&mut self) {
+        let measured: Vec<usize> = (0..self.pose_free.len()).filter(|image| self.pose_free[*image][0]).collect();
+        let Some(&first) = measured.first() else { return };
+        let base = self.start.poses[first].centre;
+        let from_base = |image: usize| self.start.poses[image].centre - base;
+        let farthest = measured.iter().copied().max_by(|a, b| from_base(*a).norm().total_cmp(&from_base(*b).norm()));
+        self.pose_free[first] = [false; 6];
+        if let Some(farthest) = farthest.filter(|farthest| *farthest != first) {
+            self.pose_free[farthest][3 + from_base(farthest).iamax()] = false;
+        }
+        self.datum_defect = 7;
+    }
+
+    /// Adds an effect: its values in `theta`, start values from the term.
+    fn add_effect(&mut self, block: &Block, model: &Model, term: &EffectTerm) -> Result<(), ProblemError> {
+        let descriptor = term.effect.descriptor();
+        for need in &descriptor.needs {
+            if let Some(needs) = missing_need(block, &self.image_contexts, *need, model.datum) {
+                return Err(ProblemError::Need { effect: descriptor.id.to_string(), needs });
+            }
+        }
+        let mut known: Vec<String> = Vec::new();
+        let mut slots = Vec::new();
+        let effect = self.effects.len() as u32;
+        for (p, parameter) in descriptor.parameters.iter().enumerate() {
+            slots.push((parameter.scope, self.theta.len() as u32));
+            let names: Vec<Option<&str>> = match parameter.scope {
+                Scope::Global => vec![None],
+                Scope::Camera => block.cameras.iter().map(|camera| Some(camera.id.as_str())).collect(),
+                Scope::Flight | Scope::FlightButFirst => block.flights.iter().map(|name| Some(name.as_str())).collect(),
+                Scope::Image => block.images.iter().map(|image| Some(image.name.as_str())).collect(),
+            };
+            let given = matches!(parameter.role, effects::Role::Given(_));
+            let held = term.held.iter().any(|name| *name == parameter.name);
+            let prior_sigma = match &parameter.role {
+                effects::Role::Random(sigma) => {
+                    known.push((*sigma).to_string());
+                    let value = term.values.get(*sigma).copied().unwrap_or(parameter.typical);
+                    if value.is_nan() || value <= 0.0 {
+                        return Err(ProblemError::Value(format!(
+                            "effect `{}`: {sigma} is a standard deviation, expected above 0, got {value}",
+                            descriptor.id
+                        )));
+                    }
+                    Some(value)
+                }
+                _ => None,
+            };
+            for (instance, name) in names.iter().enumerate() {
+                let short = name.map_or_else(|| parameter.name.to_string(), |n| format!("{}[{n}]", parameter.name));
+                let of_term = term.values.get(&short).or_else(|| term.values.get(parameter.name.as_ref()));
+                let reference = parameter.scope == Scope::FlightButFirst && instance == 0;
+                // A random effect's typical size is that of its standard deviation.
+                let start = if reference { parameter.nominal } else { *of_term.unwrap_or(&self.nominal(parameter)) };
+                self.start.theta.push(start);
+                self.theta.push(ThetaEntry {
+                    effect,
+                    parameter: p as u32,
+                    instance: instance as u32,
+                    name: format!("{}.{short}", descriptor.id),
+                    free: !given && !held && !reference,
+                    scale: parameter.typical.abs(),
+                    prior_sigma: prior_sigma.filter(|_| !held),
+                    prior_mean: parameter.nominal,
+                });
+                known.push(short);
+            }
+            known.push(parameter.name.to_string());
+        }
+        let unknown = term.values.keys().chain(&term.held).find(|name| !known.contains(name));
+        if let Some(name) = unknown {
+            let names: Vec<&str> = descriptor.parameters.iter().map(|p| p.name.as_ref()).collect();
+            let hint = format!("; effect `{}` has {}", descriptor.id, names.join(", "));
+            return Err(ProblemError::Unknown { kind: "parameter", name: name.clone(), hint });
+        }
+        self.effects.push(EffectInstance { effect: term.effect.clone(), slots });
+        Ok(())
+    }
+
+    /// Default of a parameter; a searched one starts in the middle of its domain on the first camera's sensor.
+    fn nominal(&self, parameter: &effects::Parameter) -> f64 {
+        let effects::Role::Searched(domain) = &parameter.role else { return parameter.nominal };
+        let Some(context) = self.image_contexts.first() else { return parameter.nominal };
+        match domain {
+            effects::Domain::SensorX => 0.5 * context.width_px,
+            effects::Domain::SensorY => 0.5 * context.height_px,
+            effects::Domain::SensorFraction(a, b) => 0.25 * (a + b) * context.width_px.hypot(context.height_px),
+            effects::Domain::Range(..) => parameter.nominal,
+        }
+    }
+}
+
+/// Which observations take part: control, GNSS.
+fn datum_parts(block: &Block, datum: Datum) -> Result<(bool, bool), ProblemError> {
+    let control = block.count(Role::Control) > 0;
+    let gnss = block.images.iter().any(|image| image.gnss.is_some());
+    match datum {
+        Datum::Free => Ok((false, false)),
+        Datum::Control if control => Ok((true, false)),
+        Datum::Control => Err(ProblemError::Datum { datum: "control", needs: "control points" }),
+        Datum::Gnss if gnss => Ok((false, true)),
+        Datum::Gnss => Err(ProblemError::Datum { datum: "gnss", needs: "GNSS positions" }),
+        Datum::All if control || gnss => Ok((control, gnss)),
+        Datum::All => Err(ProblemError::Datum { datum: "all", needs: "control points or GNSS positions" }),
+    }
+}
+
+/// Start values of the interior orientations, and which are free.
+fn cameras(block: &Block, model: &Model) -> Result<(Vec<Interior>, Vec<[bool; 12]>), ProblemError> {
+    let mut interiors: Vec<Interior> = block.cameras.iter().map(|camera| camera.interior).collect();
+    for (id, values) in &model.camera_values {
+        let camera = camera_position(block, id)?;
+        for (name, value) in values {
+            interiors[camera][parameter_position(name)?] = *value;
+        }
+    }
+    let mut free = model.free;
+    if model.tie_dc_to_pp {
+        free[3] = false;
+        free[4] = false;
+        for interior in &mut interiors {
+            interior[3] = interior[1];
+            interior[4] = interior[2];
+        }
+    }
+    Ok((interiors, vec![free; block.cameras.len()]))
+}
+
+fn camera_position(block: &Block, id: &str) -> Result<usize, ProblemError> {
+    block.cameras.iter().position(|camera| camera.id == id).ok_or_else(|| {
+        let ids: Vec<&str> = block.cameras.iter().map(|camera| camera.id.as_str()).collect();
+        ProblemError::Unknown { kind: "camera", name: id.into(), hint: format!("; it has {}", ids.join(", ")) }
+    })
+}
+
+fn parameter_position(name: &str) -> Result<usize, ProblemError> {
+    camera::PARAMETERS.iter().position(|parameter| *parameter == name).ok_or_else(|| ProblemError::Unknown {
+        kind: "camera parameter",
+        name: name.into(),
+        hint: format!("; a camera has {}", camera::PARAMETERS.join(", ")),
+    })
+}
+
+fn camera_priors(block: &Block, model: &Model) -> Result<Vec<CameraPrior>, ProblemError> {
+    let prior = |prior: &crate::model::Prior| {
+        if prior.sigma.is_nan() || prior.sigma <= 0.0 {
+            let text = format!("prior of `{}`: sigma is {}, expected above 0", prior.parameter, prior.sigma);
+            return Err(ProblemError::Value(text));
+        }
+        Ok(CameraPrior {
+            camera: camera_position(block, &prior.camera)? as u32,
+            parameter: parameter_position(&prior.parameter)? as u32,
+            value: prior.value,
+            sigma: prior.sigma,
+        })
+    };
+    model.priors.iter().map(prior).collect()
+}
+
+/// A point and its measurements.
+struct PointRows {
+    source: PointSource,
+    observations: Vec<ImageObservation>,
+}
+
+fn point_name(block: &Block, source: PointSource) -> String {
+    match source {
+        PointSource::Tie(id) => block.tie_points[id.index()].name.clone(),
+        PointSource::Control(id) => block.surveyed[id.index()].name.clone(),
+    }
+}
+
+/// Tie points with two rays or more in order along the block, then control points.
+fn collect_points(block: &Block, model: &Model, uses_control: bool, ranks: &[u32]) -> Vec<PointRows> {
+    let ties = by_point(&block.ties, block.tie_points.len());
+    let mut points: Vec<PointRows> = ties
+        .into_iter()
+        .enumerate()
+        .filter(|(_, rows)| rows.len() > 1)
+        .map(|(id, rows)| {
+            let m = rows.len() as f64;
+            let weight = match model.tie_weights {
+                TieWeights::Unit => 1.0,
+                TieWeights::Multi => m * (m - 1.0),
+                TieWeights::Pairs => m * (m - 1.0) * (m - 1.0),
+            };
+            let mut observations: Vec<_> = rows
+                .into_iter()
+                .map(|row| observation(row, MeasurementKind::Tie, block.sigma.tie_px, weight.sqrt()))
+                .collect();
+            observations.sort_by_key(|o| ranks[o.image as usize]);
+            PointRows { source: PointSource::Tie(PointId::from(id)), observations }
+        })
+        .collect();
+    points.sort_by_key(|point| {
+        let first = point.observations.first().map_or(0, |o| ranks[o.image as usize]);
+        let last = point.observations.last().map_or(0, |o| ranks[o.image as usize]);
+        (first, last)
+    });
+    if uses_control {
+        for (id, rows) in by_point(&block.marks, block.surveyed.len()).into_iter().enumerate() {
+            if block.surveyed[id].role != Role::Control || rows.is_empty() {
+                continue;
+            }
+            let mut observations: Vec<_> =
+                rows.into_iter().map(|row| observation(row, MeasurementKind::Mark, block.sigma.mark_px, 1.0)).collect();
+            observations.sort_by_key(|o| ranks[o.image as usize]);
+            points.push(PointRows { source: PointSource::Control(PointId::from(id)), observations });
+        }
+    }
+    points
+}
+
+fn by_point(measurements: &[Measurement], points: usize) -> Vec<Vec<&Measurement>> {
+    let mut rows = vec![Vec::new(); points];
+    for measurement in measurements {
+        rows[measurement.point.index()].push(measurement);
+    }
+    rows
+}
+
+fn observation(row: &Measurement, kind: MeasurementKind, sigma: f64, root_weight: f64) -> ImageObservation {
+    ImageObservation {
+        image: row.image.0,
+        kind,
+        x: row.x,
+        y: row.y,
+        inverse_sigma: root_weight / row.sigma.unwrap_or(sigma),
+    }
+}
+
+/// Start coordinates: given, surveyed, or intersected from the approximate orientation.
+fn start_position(block: &Block, interiors: &[Interior], point: &PointRows) -> Result<Vector3<f64>, ProblemError> {
+    match point.source {
+        PointSource::Control(id) => Ok(block.surveyed[id.index()].position),
+        PointSource::Tie(id) => match block.tie_points[id.index()].position {
+            Some(position) => Ok(position),
+            None => intersect(block, interiors, &point.observations)
+                .ok_or_else(|| ProblemError::NoIntersection { point: point_name(block, point.source) }),
+        },
+    }
+}
+
+/// Least-squares intersection of the rays of the measurements, in front of every camera.
+fn intersect(block: &Block, interiors: &[Interior], observations: &[ImageObservation]) -> Option<Vector3<f64>> {
+    let mut origins = Vec::with_capacity(observations.len());
+    let mut directions = Vec::with_capacity(observations.len());
+    for observation in observations {
+        let image = &block.images[observation.image as usize];
+        let interior = &interiors[image.camera.index()];
+        let [u, v] = undistort(interior, [observation.x, observation.y])?;
+        let ray = Vector3::new((u - interior[1]) / interior[0], (v - interior[2]) / interior[0], 1.0);
+        origins.push(image.pose.centre);
+        directions.push(image.pose.rotation.inverse() * ray.normalize());
+    }
+    let point = intersect_rays(&origins, &directions)?;
+    let in_front = |o: &ImageObservation| block.images[o.image as usize].pose.cam_from_world(&point).z > 0.0;
+    observations.iter().all(in_front).then_some(point)
+}
+
+fn control_observations(block: &Block, points: &[PointRows]) -> Vec<PositionObservation> {
+    let observed = |(j, point): (usize, &PointRows)| match point.source {
+        PointSource::Tie(_) => None,
+        PointSource::Control(id) => {
+            let surveyed = &block.surveyed[id.index()];
+            let xy = surveyed.sigma_xy.unwrap_or(block.sigma.control_xy_m);
+            let z = surveyed.sigma_z.unwrap_or(block.sigma.control_z_m);
+            Some(PositionObservation { index: j as u32, position: surveyed.position, sigma: Vector3::new(xy, xy, z) })
+        }
+    };
+    points.iter().enumerate().filter_map(observed).collect()
+}
+
+fn gnss_observations(block: &Block) -> Vec<PositionObservation> {
+    let observed = |(i, image): (usize, &crate::block::Image)| {
+        let gnss = image.gnss?;
+        let xy = gnss.sigma_xy.unwrap_or(block.sigma.gnss_xy_m);
+        let z = gnss.sigma_z.unwrap_or(block.sigma.gnss_z_m);
+        Some(PositionObservation { index: i as u32, position: gnss.position, sigma: Vector3::new(xy, xy, z) })
+    };
+    block.images.iter().enumerate().filter_map(observed).collect()
+}

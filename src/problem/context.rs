@@ -1,0 +1,100 @@
+//! Observed constants of the block and of its images, as effects see them.
+
+use crate::block::{Block, Image};
+use crate::effects::{BlockContext, ImageContext};
+use nalgebra::Vector3;
+
+fn mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let n = values.clone().count();
+    if n == 0 { f64::NAN } else { values.sum::<f64>() / n as f64 }
+}
+
+fn mean_point<'a>(points: impl Iterator<Item = &'a Vector3<f64>>) -> Vector3<f64> {
+    let (sum, n) = points.fold((Vector3::zeros(), 0usize), |(sum, n), point| (sum + point, n + 1));
+    if n == 0 { Vector3::zeros() } else { sum / n as f64 }
+}
+
+/// Constants of the block.
+pub fn block_context(block: &Block) -> BlockContext {
+    let mut history: Vec<[f64; 2]> =
+        block.images.iter().filter_map(|image| Some([image.time_s?, image.temperature_c?])).collect();
+    history.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    BlockContext {
+        centre: mean_point(block.images.iter().map(|image| &image.pose.centre)),
+        survey_mean: mean_point(block.surveyed.iter().map(|point| &point.position)),
+        counts: [block.images.len() as u32, block.flights.len() as u32, block.cameras.len() as u32],
+        mean_temperature_c: mean(block.images.iter().filter_map(|image| image.temperature_c)),
+        temperature_history: history,
+    }
+}
+
+/// Constants of every image.
+pub fn image_contexts(block: &Block) -> Vec<ImageContext> {
+    let times = || block.images.iter().filter_map(|image| image.time_s);
+    let span = |first: f64, last: f64| last - first;
+    let first = times().fold(f64::INFINITY, f64::min);
+    let last = times().fold(f64::NEG_INFINITY, f64::max);
+    let mean_time = mean(times());
+    let n = block.images.len();
+    let flight_times = |flight: usize| {
+        let own = block.images.iter().filter(move |image| image.flight.index() == flight);
+        let times = own.filter_map(|image| image.time_s);
+        times.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)))
+    };
+    let flights: Vec<(f64, f64)> = (0..block.flights.len()).map(flight_times).collect();
+    let velocities = velocities(block);
+    block
+        .images
+        .iter()
+        .enumerate()
+        .map(|(i, image)| {
+            let camera = &block.cameras[image.camera.index()];
+            let time = image.time_s.unwrap_or(f64::NAN);
+            let (flight_first, flight_last) = flights[image.flight.index()];
+            // One image, or all at one instant: nothing changes with time.
+            let along = |value: f64, centre: f64, span: f64| if span > 0.0 { (value - centre) / span } else { 0.0 };
+            ImageContext {
+                image: i as u32,
+                flight: image.flight.0,
+                camera: image.camera.0,
+                width_px: f64::from(camera.width_px),
+                height_px: f64::from(camera.height_px),
+                time_s: time,
+                tau: if time.is_nan() { f64::NAN } else { along(time, mean_time, span(first, last)) },
+                tau_order: along(i as f64, (n as f64 - 1.0) / 2.0, n as f64 - 1.0),
+                flight_time_s: time - flight_first,
+                flight_span_s: span(flight_first, flight_last),
+                temperature_c: image.temperature_c.unwrap_or(f64::NAN),
+                velocity: velocities[i],
+                angular_velocity: image.angular_velocity.unwrap_or_else(Vector3::zeros),
+                exposure_s: image.exposure_s.unwrap_or(f64::NAN),
+                focus_m: image.focus_m.unwrap_or(f64::NAN),
+            }
+        })
+        .collect()
+}
+
+/// Measured velocities; where a block lacks them, differences of the projection centres over the neighbours in time of the same flight.
+/// NaN where neither is possible.
+fn velocities(block: &Block) -> Vec<Vector3<f64>> {
+    let mut velocities: Vec<Vector3<f64>> =
+        block.images.iter().map(|image| image.velocity.unwrap_or_else(|| Vector3::repeat(f64::NAN))).collect();
+    for flight in 0..block.flights.len() {
+        let mut timed: Vec<(f64, usize, &Image)> = block
+            .images
+            .iter()
+            .enumerate()
+            .filter(|(_, image)| image.flight.index() == flight)
+            .filter_map(|(i, image)| Some((image.time_s?, i, image)))
+            .collect();
+        timed.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (k, (_, i, _)) in timed.iter().enumerate().filter(|(_, (_, _, image))| image.velocity.is_none()) {
+            let (t0, _, before) = &timed[k.saturating_sub(1)];
+            let (t1, _, after) = &timed[(k + 1).min(timed.len() - 1)];
+            if t1 > t0 {
+                velocities[*i] = (after.pose.centre - before.pose.centre) / (t1 - t0);
+            }
+        }
+    }
+    velocities
+}
