@@ -1,5 +1,8 @@
 //! Least squares: one problem, two solvers of independent derivation, and the check that they agree.
 
+pub mod agreement;
+pub mod native;
+
 use crate::problem::{Problem, State};
 use nalgebra::{DMatrix, Matrix3, SMatrix};
 use std::ops::ControlFlow;

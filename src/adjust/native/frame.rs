@@ -1,0 +1,160 @@
+//! What is common to all measurements of one image at a state: rotation, centre, interior orientation after its effects,
+//! and the values of the effect parameters that hold there.
+
+use crate::effects::{Context, OutsideDomain, Stage};
+use crate::math::rotation;
+use crate::problem::{Problem, State};
+use nalgebra::{Matrix3, SMatrix, Vector3};
+
+/// Which effects act at which stage, and where their parameters stand in the local list of an image.
+#[derive(Debug, Clone)]
+pub struct Stages {
+    /// Positions of effects in the problem, by stage.
+    by_stage: [Vec<usize>; 6],
+    /// Per effect: position of its first parameter in the local list.
+    pub local_offset: Vec<usize>,
+    /// Length of the local list: all parameters of all effects.
+    pub local_len: usize,
+}
+
+impl Stages {
+    /// Sorts the problem's effects by stage.
+    pub fn new(problem: &Problem) -> Self {
+        let mut by_stage: [Vec<usize>; 6] = Default::default();
+        let mut local_offset = Vec::new();
+        let mut local_len = 0;
+        for (e, instance) in problem.effects.iter().enumerate() {
+            by_stage[instance.effect.descriptor().stage as usize].push(e);
+            local_offset.push(local_len);
+            local_len += instance.slots.len();
+        }
+        Self { by_stage, local_offset, local_len }
+    }
+
+    /// Effects of a stage, in the order in which they act.
+    pub fn of(&self, stage: Stage) -> &[usize] {
+        &self.by_stage[stage as usize]
+    }
+
+    /// Nothing acts between the plain camera and the image point.
+    pub fn plain_image(&self) -> bool {
+        [Stage::Exposure, Stage::Ray, Stage::Interior, Stage::Image].iter().all(|stage| self.of(*stage).is_empty())
+    }
+
+    /// Positions in `theta` of the local list of an image.
+    pub fn theta_indices(&self, problem: &Problem, image: usize) -> Vec<usize> {
+        let context = &problem.image_contexts[image];
+        problem
+            .effects
+            .iter()
+            .flat_map(|instance| (0..instance.slots.len()).map(move |p| instance.theta_index(p, context)))
+            .collect()
+    }
+}
+
+/// Derivatives of the interior orientation after its effects.
+#[derive(Debug, Clone)]
+pub struct InteriorChain {
+    /// 12x12, by the camera's interior orientation.
+    pub d_interior: SMatrix<f64, 12, 12>,
+    /// 12x3, by the rotation `w`.
+    pub d_rotation: SMatrix<f64, 12, 3>,
+    /// 12 per local parameter: column `p` is `d_theta[p]`.
+    pub d_theta: Vec<[f64; 12]>,
+}
+
+/// One image at a state.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    /// `R`, world to camera.
+    pub rotation: Matrix3<f64>,
+    /// Projection centre, m.
+    pub centre: Vector3<f64>,
+    /// Rotation vector of `R`.
+    pub rotation_vector: Vector3<f64>,
+    /// `d rotation_vector / d w`.
+    pub d_rotation_vector: Matrix3<f64>,
+    /// Interior orientation after the interior effects.
+    pub interior: [f64; 12],
+    /// Its derivatives; `None` where no interior effect acts (identity).
+    pub interior_chain: Option<Box<InteriorChain>>,
+    /// Local list of effect parameters.
+    pub theta: Vec<f64>,
+}
+
+impl Frame {
+    /// Prepares image `image`. Errors: an interior effect outside its domain.
+    pub fn new(problem: &Problem, stages: &Stages, state: &State, image: usize) -> Result<Self, OutsideDomain> {
+        let pose = &state.poses[image];
+        let context = &problem.image_contexts[image];
+        let rotation = pose.rotation.to_rotation_matrix().into_inner();
+        let theta: Vec<f64> = stages.theta_indices(problem, image).iter().map(|t| state.theta[*t]).collect();
+        let mut frame = Frame {
+            rotation,
+            centre: pose.centre,
+            rotation_vector: Vector3::zeros(),
+            d_rotation_vector: Matrix3::identity(),
+            interior: state.interiors[context.camera as usize],
+            interior_chain: None,
+            theta,
+        };
+        if !problem.effects.is_empty() {
+            frame.rotation_vector = rotation::log(&rotation);
+            frame.d_rotation_vector = rotation::left_jacobian_inverse(&frame.rotation_vector);
+        }
+        if !stages.of(Stage::Interior).is_empty() {
+            frame.apply_interior_effects(problem, stages, image)?;
+        }
+        Ok(frame)
+    }
+
+    fn apply_interior_effects(
+        &mut self,
+        problem: &Problem,
+        stages: &Stages,
+        image: usize,
+    ) -> Result<(), OutsideDomain> {
+        let context = Context {
+            block: &problem.block_context,
+            image: &problem.image_contexts[image],
+            column_px: f64::NAN,
+            row_px: f64::NAN,
+        };
+        let mut d_interior = SMatrix::<f64, 12, 12>::identity();
+        let mut d_rotation = SMatrix::<f64, 12, 3>::zeros();
+        let mut d_theta = vec![[0.0; 12]; stages.local_len];
+        let mut input = [0.0; 15];
+        input[12..].copy_from_slice(self.rotation_vector.as_slice());
+        let mut out = [0.0; 12];
+        let mut d_in = [0.0; 12 * 15];
+        for &e in stages.of(Stage::Interior) {
+            let effect = &problem.effects[e].effect;
+            let (offset, count) = (stages.local_offset[e], problem.effects[e].slots.len());
+            let theta = &self.theta[offset..offset + count];
+            input[..12].copy_from_slice(&self.interior);
+            let mut d_own = vec![0.0; 12 * count];
+            effect.eval(&context, &input, theta, &mut out, Some(&mut d_in), Some(&mut d_own))?;
+            self.interior = out;
+            let by_interior = SMatrix::<f64, 12, 12>::from_fn(|i, j| d_in[15 * i + j]);
+            let by_vector = SMatrix::<f64, 12, 3>::from_fn(|i, j| d_in[15 * i + 12 + j]);
+            d_interior = by_interior * d_interior;
+            d_rotation = by_interior * d_rotation + by_vector * self.d_rotation_vector;
+            for column in d_theta.iter_mut().filter(|column| column.iter().any(|value| *value != 0.0)) {
+                let moved = by_interior * SMatrix::<f64, 12, 1>::from_column_slice(column);
+                column.copy_from_slice(moved.as_slice());
+            }
+            for p in 0..count {
+                for i in 0..12 {
+                    d_theta[offset + p][i] += d_own[count * i + p];
+                }
+            }
+        }
+        self.interior_chain = Some(Box::new(InteriorChain { d_interior, d_rotation, d_theta }));
+        Ok(())
+    }
+}
+
+/// Prepares every image. Errors: position of the first image (in order) that cannot be prepared.
+pub fn frames(problem: &Problem, stages: &Stages, state: &State) -> Result<Vec<Frame>, usize> {
+    (0..state.poses.len()).map(|image| Frame::new(problem, stages, state, image).map_err(|_| image)).collect()
+}

@@ -1,0 +1,262 @@
+//! Levenberg-Marquardt on the reduced system.
+
+use super::factor::{Factor, Pattern};
+use super::frame::{self, Frame};
+use super::linearise::{self, Obstacle, chi_square_beside_points};
+use super::point::{PointRows, Prepared, inverse_of_damped};
+use super::structure::Structure;
+use super::system::System;
+use crate::adjust::{AdjustError, Iteration, Options, Progress};
+use crate::math::rotation;
+use crate::problem::{Problem, State};
+use nalgebra::{UnitQuaternion, Vector3};
+use rayon::ThreadPool;
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// Damping at the start: small, because the start values of a block are near and the diagonal is unscaled information.
+const START_DAMPING: f64 = 1e-7;
+/// Factor of the damping after a good step.
+const RELAX: f64 = 0.1;
+/// Factor of the damping after a bad step, doubled with every further one.
+const TIGHTEN: f64 = 10.0;
+/// Below this the damping changes nothing in double precision.
+const LEAST_DAMPING: f64 = 1e-15;
+/// Above this a step is a crawl along the gradient: nothing reduces the cost any more.
+const MOST_DAMPING: f64 = 1e12;
+/// A small change of chi-square counts as convergence only under a damping that does not itself make steps small.
+const CONVERGED_DAMPING: f64 = 1e-4;
+
+/// Where the iterations ended.
+pub struct Outcome {
+    /// Estimated values.
+    pub state: State,
+    /// Steps tried.
+    pub iterations: usize,
+    /// Undamped system at `state`.
+    pub system: System,
+    /// Images at `state`.
+    pub frames: Vec<Frame>,
+}
+
+/// A trial step.
+struct Step {
+    state: State,
+    frames: Vec<Frame>,
+    chi_square: f64,
+    predicted_drop: f64,
+}
+
+/// Iterates from `problem.start`.
+pub fn minimise(
+    problem: &Problem,
+    structure: &Structure,
+    pattern: Option<&Pattern>,
+    options: &Options,
+    pool: &ThreadPool,
+    progress: &mut Progress<'_>,
+) -> Result<Outcome, AdjustError> {
+    let solver = super::NAME;
+    let started = Instant::now();
+    let mut state = problem.start.clone();
+    let mut frames = frame::frames(problem, &structure.stages, &state)
+        .map_err(|image| bad_start(problem, None, image, "an effect is outside its domain"))?;
+    let mut damping = START_DAMPING;
+    let mut tighten = TIGHTEN;
+    let mut iterations = 0;
+    loop {
+        let at = Prepared { problem, structure, state: &state, frames: &frames };
+        let system =
+            pool.install(|| linearise::linearise(&at, damping)).map_err(|obstacle| name_obstacle(problem, obstacle))?;
+        let report = Iteration {
+            number: iterations,
+            cost: 0.5 * system.chi_square,
+            gradient_max: gradient_max(&system),
+            seconds: started.elapsed().as_secs_f64(),
+        };
+        if progress(&report).is_break() {
+            return Err(AdjustError::Cancelled { solver });
+        }
+        if iterations >= options.max_iterations {
+            return Err(AdjustError::NotConverged { solver, iterations, reason: "iteration limit reached".into() });
+        }
+        iterations += 1;
+        let step = match Factor::new(structure, &system, pattern, damping) {
+            Ok(factor) => {
+                let (images, border) = factor.solve(&system.rhs_images, &system.rhs_border);
+                pool.install(|| try_step(&at, &system, &images, &border, damping))
+            }
+            Err(_) => None,
+        };
+        let chi_square = system.chi_square;
+        let (drop, predicted) =
+            step.as_ref().map_or((f64::NEG_INFINITY, f64::INFINITY), |s| (chi_square - s.chi_square, s.predicted_drop));
+        let still = predicted.abs() < options.chi_square_change
+            && drop.abs() < options.chi_square_change
+            && damping <= CONVERGED_DAMPING;
+        if drop > 0.0 {
+            let step = step.ok_or_else(|| unreachable_step(iterations))?;
+            state = step.state;
+            frames = step.frames;
+            damping = (damping * RELAX).max(LEAST_DAMPING);
+            tighten = TIGHTEN;
+        } else if !still {
+            damping *= tighten;
+            tighten *= 2.0;
+            if damping > MOST_DAMPING {
+                let reason = format!("no step reduces the cost {:.6e}", 0.5 * chi_square);
+                return Err(AdjustError::NotConverged { solver, iterations, reason });
+            }
+        }
+        if still {
+            let at = Prepared { problem, structure, state: &state, frames: &frames };
+            let system =
+                pool.install(|| linearise::linearise(&at, 0.0)).map_err(|obstacle| name_obstacle(problem, obstacle))?;
+            return Ok(Outcome { state, iterations, system, frames });
+        }
+    }
+}
+
+fn unreachable_step(iterations: usize) -> AdjustError {
+    AdjustError::NotConverged { solver: super::NAME, iterations, reason: "a step without a state".into() }
+}
+
+fn bad_start(problem: &Problem, point: Option<usize>, image: usize, reason: &str) -> AdjustError {
+    AdjustError::BadStart {
+        image: problem.image_names[image].clone(),
+        point: point.map_or_else(|| "(any)".into(), |j| problem.point_names[j].clone()),
+        reason: reason.into(),
+    }
+}
+
+/// An obstacle as an error with names.
+pub fn name_obstacle(problem: &Problem, obstacle: Obstacle) -> AdjustError {
+    match obstacle {
+        Obstacle::Projection { point, image } => {
+            bad_start(problem, Some(point), image, "behind the camera, or outside an effect's domain")
+        }
+        Obstacle::Antenna { image } => bad_start(problem, None, image, "a position effect is outside its domain"),
+        Obstacle::Point { point } => AdjustError::Singular {
+            solver: super::NAME,
+            directions: vec![crate::adjust::NullDirection {
+                components: vec![(format!("{} (its rays do not meet)", problem.point_names[point]), 1.0)],
+            }],
+        },
+    }
+}
+
+/// Largest gradient entry (by scaled unknowns) of a system.
+pub fn gradient_max(system: &System) -> f64 {
+    let largest = |values: &[f64]| values.iter().fold(0.0f64, |a, b| a.max(b.abs()));
+    largest(&system.gradient_images).max(largest(&system.gradient_border)).max(system.gradient_points_max)
+}
+
+/// Takes the step: images and border first, then every point by back-substitution. `None` where the new state cannot be projected.
+fn try_step(at: &Prepared<'_>, system: &System, images: &[f64], border: &[f64], damping: f64) -> Option<Step> {
+    let Prepared { problem, structure, state, .. } = *at;
+    let mut next = state.clone();
+    move_images_and_border(problem, structure, &mut next, images, border);
+    let frames = frame::frames(problem, &structure.stages, &next).ok()?;
+    let moved = match structure.dim {
+        6 => move_points::<6>(at, &next, &frames, images, border, damping),
+        7 => move_points::<7>(at, &next, &frames, images, border, damping),
+        8 => move_points::<8>(at, &next, &frames, images, border, damping),
+        _ => move_points::<{ super::MAX_DIM }>(at, &next, &frames, images, border, damping),
+    }?;
+    let mut chi_square = 0.0;
+    let mut predicted_drop = 0.0;
+    let mut first = 0;
+    for part in moved {
+        next.points[first..first + part.points.len()].copy_from_slice(&part.points);
+        first += part.points.len();
+        chi_square += part.chi_square;
+        predicted_drop += part.predicted_drop;
+    }
+    let share = |dx: &[f64], gradient: &[f64], diagonal: &[f64]| -> f64 {
+        dx.iter().zip(gradient).zip(diagonal).map(|((x, g), d)| x * g + damping * x * x * d).sum()
+    };
+    predicted_drop += share(images, &system.gradient_images, &system.diagonal_images)
+        + share(border, &system.gradient_border, &system.diagonal_border);
+    let after = Prepared { problem, structure, state: &next, frames: &frames };
+    chi_square += chi_square_beside_points(&after).ok()?;
+    chi_square.is_finite().then_some(Step { state: next, frames, chi_square, predicted_drop })
+}
+
+/// Adds scaled increments to poses, cameras and effect parameters.
+fn move_images_and_border(problem: &Problem, structure: &Structure, state: &mut State, images: &[f64], border: &[f64]) {
+    let layout = problem.layout();
+    for (image, pose) in state.poses.iter_mut().enumerate() {
+        let base = structure.rank[image] as usize * structure.dim;
+        let d = &images[base..base + structure.dim];
+        let turn = rotation::exp(&Vector3::new(d[0], d[1], d[2]));
+        let turned = nalgebra::Rotation3::from_matrix_unchecked(turn * pose.rotation.to_rotation_matrix().matrix());
+        if d[..3].iter().any(|w| *w != 0.0) {
+            pose.rotation = UnitQuaternion::from_rotation_matrix(&turned);
+        }
+        pose.centre += Vector3::new(d[3], d[4], d[5]);
+        for column in &structure.own[image] {
+            let unknown = structure.image_unknowns[base + column.row as usize];
+            state.theta[unknown - layout.theta(0)] += d[column.row as usize] * column.scale;
+        }
+    }
+    for ((unknown, scale), d) in structure.border.iter().zip(&structure.border_scale).zip(border) {
+        if *unknown < layout.theta(0) {
+            state.interiors[unknown / 12][unknown % 12] += d * scale;
+        } else {
+            state.theta[unknown - layout.theta(0)] += d * scale;
+        }
+    }
+    if problem.tie_dc_to_pp {
+        for interior in &mut state.interiors {
+            interior[3] = interior[1];
+            interior[4] = interior[2];
+        }
+    }
+}
+
+/// Points of a chunk after the step.
+struct Moved {
+    points: Vec<Vector3<f64>>,
+    chi_square: f64,
+    predicted_drop: f64,
+}
+
+fn move_points<const D: usize>(
+    at: &Prepared<'_>,
+    next: &State,
+    next_frames: &[Frame],
+    images: &[f64],
+    border: &[f64],
+    damping: f64,
+) -> Option<Vec<Moved>> {
+    let structure = at.structure;
+    structure
+        .chunks
+        .par_iter()
+        .map(|points| {
+            let mut rows = PointRows::<D>::new();
+            let mut moved = Moved { points: Vec::with_capacity(points.len()), chi_square: 0.0, predicted_drop: 0.0 };
+            for j in points.clone() {
+                rows.linearise(at, j).ok()?;
+                let inverse = inverse_of_damped(&rows.v_matrix, damping)?;
+                let mut rest = rows.gradient;
+                for row in &rows.rows {
+                    let dx = &images[row.rank as usize * D..(row.rank as usize + 1) * D];
+                    for k in 0..D {
+                        rest -= Vector3::from(row.w[k]) * dx[k];
+                    }
+                }
+                for a in 0..3 {
+                    rest[a] -= rows.w_shared[a].iter().zip(border).map(|(w, x)| w * x).sum::<f64>();
+                }
+                let step = inverse * rest;
+                moved.predicted_drop +=
+                    step.dot(&rows.gradient) + damping * step.component_mul(&step).dot(&rows.v_matrix.diagonal());
+                let object = at.state.points[j] + step;
+                moved.chi_square += rows.chi_square_moved(at, next, next_frames, j, &object).ok()?;
+                moved.points.push(object);
+            }
+            Some(moved)
+        })
+        .collect()
+}

@@ -1,0 +1,118 @@
+//! The native solver: Jacobians by hand, tangent-space rotations, its own elimination of the points and its own
+//! Levenberg-Marquardt.
+
+mod chain;
+mod covariance;
+mod evaluation;
+mod factor;
+mod frame;
+mod linearise;
+mod lm;
+mod point;
+mod position;
+mod predictor;
+mod rank;
+mod structure;
+mod system;
+
+use super::{AdjustError, Evaluation, LinearSolver, NullDirection, Options, Progress, ReducedSystem, Solution, Solver};
+use crate::problem::{Loss, Problem, State};
+pub use predictor::Predictor;
+
+use factor::{Factor, Pattern};
+use point::Prepared;
+use std::time::Instant;
+use structure::Structure;
+
+const NAME: &str = "native";
+
+/// Most unknowns of one image: six of the pose and three image-wise effect parameters.
+pub(crate) const MAX_DIM: usize = 9;
+
+/// The native solver.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Native;
+
+impl Solver for Native {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn solve(
+        &self,
+        problem: &Problem,
+        options: &Options,
+        progress: &mut Progress<'_>,
+    ) -> Result<Solution, AdjustError> {
+        let Options { max_iterations: _, chi_square_change: _, threads, linear_solver, covariance } = options;
+        if *linear_solver == LinearSolver::Iterative {
+            let option = "the iterative linear solver; use auto, dense or sparse".into();
+            return Err(AdjustError::Unsupported { solver: NAME, option });
+        }
+        let structure = structure(problem)?;
+        let pattern = Pattern::new(&structure, *linear_solver);
+        // The progress callback need not be Send: the iterations stay on this thread, their passes go to the pool.
+        let pool = pool(*threads)?;
+        let started = Instant::now();
+        let outcome = lm::minimise(problem, &structure, pattern.as_ref(), options, &pool, progress)?;
+        let seconds = started.elapsed().as_secs_f64();
+        let factor = Factor::new(&structure, &outcome.system, pattern.as_ref(), 0.0);
+        let directions = rank::null_space(problem, &structure, &outcome.system, &factor);
+        let Ok(factor) = factor else { return Err(singular(directions)) };
+        if !directions.is_empty() {
+            return Err(singular(directions));
+        }
+        let at = Prepared { problem, structure: &structure, state: &outcome.state, frames: &outcome.frames };
+        let covariance = pool.install(|| covariance::covariance(&at, &factor, *covariance))?;
+        Ok(Solution {
+            cost: 0.5 * outcome.system.chi_square,
+            converged: true,
+            iterations: outcome.iterations,
+            seconds,
+            gradient_max: lm::gradient_max(&outcome.system),
+            covariance,
+            state: outcome.state,
+        })
+    }
+
+    fn evaluate(&self, problem: &Problem, state: &State) -> Result<Evaluation, AdjustError> {
+        evaluation::evaluate(problem, &structure(problem)?, state)
+    }
+
+    fn reduced_system(&self, problem: &Problem, state: &State) -> Result<ReducedSystem, AdjustError> {
+        let plain = Problem { loss: Loss::None, ..problem.clone() };
+        let structure = structure(&plain)?;
+        let frames = frames(&plain, &structure, state)?;
+        let at = Prepared { problem: &plain, structure: &structure, state, frames: &frames };
+        let system = linearise::linearise(&at, 0.0).map_err(|obstacle| lm::name_obstacle(problem, obstacle))?;
+        Ok(evaluation::reduced(&structure, &system))
+    }
+}
+
+fn singular(directions: Vec<NullDirection>) -> AdjustError {
+    AdjustError::Singular { solver: NAME, directions }
+}
+
+fn structure(problem: &Problem) -> Result<Structure, AdjustError> {
+    let structure = Structure::new(problem);
+    if structure.dim > MAX_DIM {
+        let option = format!("{} image-wise effect parameters per image (at most {})", structure.dim - 6, MAX_DIM - 6);
+        return Err(AdjustError::Unsupported { solver: NAME, option });
+    }
+    Ok(structure)
+}
+
+fn frames(problem: &Problem, structure: &Structure, state: &State) -> Result<Vec<frame::Frame>, AdjustError> {
+    frame::frames(problem, &structure.stages, state).map_err(|image| AdjustError::BadStart {
+        image: problem.image_names[image].clone(),
+        point: "(any)".into(),
+        reason: "an effect is outside its domain".into(),
+    })
+}
+
+fn pool(threads: usize) -> Result<rayon::ThreadPool, AdjustError> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|error| AdjustError::Unsupported { solver: NAME, option: format!("{threads} threads: {error}") })
+}

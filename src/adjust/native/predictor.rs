@@ -1,0 +1,71 @@
+//! Predictions at a fixed state, for those who compare: image points, surveyed coordinates, antennas.
+
+use super::chain::{self, Prediction};
+use super::frame::{self, Frame, Stages};
+use super::{lm, position};
+use crate::adjust::AdjustError;
+use crate::camera::undistort::undistort;
+use crate::problem::{ImageObservation, MeasurementKind, Problem, State};
+use nalgebra::{Matrix2x3, Vector3};
+
+/// Predicts measurements at a state, effects included.
+pub struct Predictor<'a> {
+    problem: &'a Problem,
+    state: &'a State,
+    stages: Stages,
+    frames: Vec<Frame>,
+}
+
+impl<'a> Predictor<'a> {
+    /// Prepares every image. Errors: an effect outside its domain.
+    pub fn new(problem: &'a Problem, state: &'a State) -> Result<Self, AdjustError> {
+        let stages = Stages::new(problem);
+        let frames = frame::frames(problem, &stages, state)
+            .map_err(|image| lm::name_obstacle(problem, super::linearise::Obstacle::Antenna { image }))?;
+        Ok(Self { problem, state, stages, frames })
+    }
+
+    /// Image point (px) of a world point, and its derivative by the point (px/m); `observed` is where it was measured (effects of the row
+    /// need it). `None`: behind the camera or outside an effect's domain.
+    pub fn image_point(
+        &self,
+        image: usize,
+        observed: [f64; 2],
+        point: &Vector3<f64>,
+    ) -> Option<([f64; 2], Matrix2x3<f64>)> {
+        let observation = ImageObservation {
+            image: image as u32,
+            kind: MeasurementKind::Tie,
+            x: observed[0],
+            y: observed[1],
+            inverse_sigma: 1.0,
+        };
+        let mut p = Prediction::default();
+        chain::predict(self.problem, &self.stages, &self.frames[image], &observation, point, &mut p)?;
+        Some((p.point, Matrix2x3::from_fn(|i, j| p.d_point[i][j])))
+    }
+
+    /// Coordinates (m) that the survey would give of a point.
+    pub fn surveyed(&self, point: &Vector3<f64>) -> Option<Vector3<f64>> {
+        position::predict_surveyed(self.problem, &self.stages, &self.state.theta, point).map(|p| p.position)
+    }
+
+    /// Antenna position (m) of an image.
+    pub fn antenna(&self, image: usize) -> Option<Vector3<f64>> {
+        position::predict_antenna(self.problem, &self.stages, &self.frames[image], image).map(|p| p.position)
+    }
+
+    /// Projection centre (m) of an image.
+    pub fn centre(&self, image: usize) -> Vector3<f64> {
+        self.frames[image].centre
+    }
+
+    /// Approximate direction (world, unit length) of an image point: the camera's, effects of exposure, ray and image left out. For start values.
+    pub fn ray(&self, image: usize, observed: [f64; 2]) -> Option<Vector3<f64>> {
+        let frame = &self.frames[image];
+        let interior = &frame.interior;
+        let [u, v] = undistort(interior, observed)?;
+        let ray = Vector3::new((u - interior[1]) / interior[0], (v - interior[2]) / interior[0], 1.0);
+        Some(frame.rotation.transpose() * ray.normalize())
+    }
+}

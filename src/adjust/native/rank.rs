@@ -1,0 +1,87 @@
+//! Rank at the solution: which directions the measurements do not determine, by name.
+
+use super::factor::{Breakdown, Factor};
+use super::structure::Structure;
+use super::system::System;
+use crate::adjust::NullDirection;
+use crate::camera;
+use crate::problem::Problem;
+use nalgebra::{DMatrix, SymmetricEigen};
+
+/// An effect parameter that is known to no better than this many times its typical size is not determined.
+pub const EFFECT_DOMAIN: f64 = 1000.0;
+
+/// Components of a null direction below this share of the largest are not named.
+const NAMED_SHARE: f64 = 0.1;
+
+/// Null directions among the shared unknowns. `information` is their Schur complement in scaled units; scaled again by the domain of
+/// each unknown, an eigenvalue below one says that along its direction a standard deviation (unit weight) exceeds the domain.
+pub fn shared_null_space(
+    problem: &Problem,
+    unknowns: &[usize],
+    scales: &[f64],
+    information: &DMatrix<f64>,
+) -> Vec<NullDirection> {
+    let domain: Vec<f64> = unknowns.iter().zip(scales).map(|(u, scale)| domain(problem, *u) / scale).collect();
+    let scaled = DMatrix::from_fn(unknowns.len(), unknowns.len(), |i, j| information[(i, j)] * domain[i] * domain[j]);
+    let eigen = SymmetricEigen::new(scaled);
+    let mut order: Vec<usize> = (0..unknowns.len()).filter(|k| eigen.eigenvalues[*k] < 1.0).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+    order
+        .into_iter()
+        .map(|k| {
+            let vector = eigen.eigenvectors.column(k);
+            let largest = vector.amax();
+            let mut components: Vec<(String, f64)> = (0..unknowns.len())
+                .filter(|i| vector[*i].abs() >= NAMED_SHARE * largest)
+                .map(|i| (problem.unknown_name(unknowns[i]), vector[i]))
+                .collect();
+            components.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+            NullDirection { components }
+        })
+        .collect()
+}
+
+/// Largest plausible range of a shared unknown, raw units.
+fn domain(problem: &Problem, unknown: usize) -> f64 {
+    let cameras = 12 * problem.camera_free.len();
+    if unknown < cameras {
+        problem.camera_domains[unknown / camera::PARAMETERS.len()][unknown % camera::PARAMETERS.len()]
+    } else {
+        EFFECT_DOMAIN * problem.theta[unknown - cameras].scale
+    }
+}
+
+/// Null directions of the undamped reduced system at the solution; empty when it has full rank.
+pub fn null_space(
+    problem: &Problem,
+    structure: &Structure,
+    system: &System,
+    factor: &Result<Factor, Breakdown>,
+) -> Vec<NullDirection> {
+    let one = |name: String| vec![NullDirection { components: vec![(name, 1.0)] }];
+    match factor {
+        Err(Breakdown::Images(position)) => match structure.image_unknowns.get(*position) {
+            Some(unknown) if *unknown != usize::MAX => one(problem.unknown_name(*unknown)),
+            _ => one("exterior orientation of some image".into()),
+        },
+        Err(Breakdown::Border) => {
+            // Not even positive: take the images out once more with the least damping that lets the border be looked at.
+            match Factor::new(structure, system, None, LOOK_DAMPING) {
+                Ok(factor) => border_null_space(problem, structure, &factor),
+                Err(_) => one("exterior orientation of some image".into()),
+            }
+        }
+        Ok(factor) => border_null_space(problem, structure, factor),
+    }
+}
+
+/// Damping under which a broken-down system is looked at: far above rounding, far below information that counts.
+const LOOK_DAMPING: f64 = 1e-12;
+
+fn border_null_space(problem: &Problem, structure: &Structure, factor: &Factor) -> Vec<NullDirection> {
+    let m = structure.border.len();
+    let scale = factor.border_scaling();
+    let information = DMatrix::from_fn(m, m, |i, j| factor.border[(i, j)] / (scale[i] * scale[j]));
+    shared_null_space(problem, &structure.border, &structure.border_scale, &information)
+}

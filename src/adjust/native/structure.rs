@@ -1,0 +1,254 @@
+//! Which unknown stands where in the reduced system: a block of `dim` unknowns per image (pose, then image-wise effect
+//! parameters), and a border of the unknowns that images share (cameras, effects).
+
+use super::frame::Stages;
+use crate::effects::Scope;
+use crate::problem::Problem;
+use crate::problem::order::ranks_along_block;
+use std::ops::Range;
+
+/// Marks "not an unknown" in the index tables.
+pub const NONE: u32 = u32::MAX;
+
+/// Measurements per chunk at least: below this the overhead of a private system shows.
+const CHUNK_MEASUREMENTS: usize = 16_384;
+/// Chunks at most: each costs one pass over the touched part of the reduced system.
+const MAX_CHUNKS: usize = 64;
+
+/// One shared unknown that a measurement of an image depends on.
+#[derive(Debug, Clone, Copy)]
+pub struct LocalColumn {
+    /// Derivative to take: camera parameter (below 12), or 12 + position in the image's local list of effect parameters.
+    pub source: u32,
+    /// Column of the border.
+    pub column: u32,
+    /// Raw unit per scaled unit.
+    pub scale: f64,
+}
+
+/// One image-wise effect parameter.
+#[derive(Debug, Clone, Copy)]
+pub struct ImageColumn {
+    /// Position in the local list of effect parameters.
+    pub source: u32,
+    /// Row within the image's block (6 and up).
+    pub row: u32,
+    /// Raw unit per scaled unit.
+    pub scale: f64,
+}
+
+/// The reduced system's structure; depends on the problem alone, not on the state.
+#[derive(Debug, Clone)]
+pub struct Structure {
+    /// Effects by stage.
+    pub stages: Stages,
+    /// Unknowns per image block.
+    pub dim: usize,
+    /// Images.
+    pub images: usize,
+    /// Rank of each image along the block; the image blocks of the reduced system stand in this order.
+    pub rank: Vec<u32>,
+    /// Layout numbers of the border's unknowns.
+    pub border: Vec<usize>,
+    /// Their scales.
+    pub border_scale: Vec<f64>,
+    /// Layout numbers of the image blocks' unknowns by rank, `usize::MAX` where held.
+    pub image_unknowns: Vec<usize>,
+    /// Their scales.
+    pub image_scales: Vec<f64>,
+    /// Per image: shared unknowns of its measurements.
+    pub local: Vec<Vec<LocalColumn>>,
+    /// Per image: image-wise effect parameters.
+    pub own: Vec<Vec<ImageColumn>>,
+    /// Slots of the row of rank `a`: `row_start[a]..row_start[a + 1]`; the first is the diagonal block.
+    pub row_start: Vec<usize>,
+    /// Rank of each slot's column.
+    pub slot_column: Vec<u32>,
+    /// Slot of (a, b): `band[band_start[a] + b - a]`.
+    band_start: Vec<usize>,
+    band: Vec<u32>,
+    /// Points in fixed chunks.
+    pub chunks: Vec<Range<usize>>,
+}
+
+impl Structure {
+    /// Analyses the problem.
+    pub fn new(problem: &Problem) -> Self {
+        let layout = problem.layout();
+        let stages = Stages::new(problem);
+        let images = layout.images;
+        let centres: Vec<_> = problem.start.poses.iter().map(|pose| pose.centre).collect();
+        let rank = ranks_along_block(&centres);
+
+        // Border: free camera parameters, then free effect parameters that are not image-wise.
+        let image_wise = |t: usize| {
+            let entry = &problem.theta[t];
+            problem.effects[entry.effect as usize].slots[entry.parameter as usize].0 == Scope::Image
+        };
+        let mut border = Vec::new();
+        let mut border_scale = Vec::new();
+        let mut column_of = vec![NONE; layout.pose(0, 0)];
+        let mut add = |unknown: usize, scale: f64| {
+            column_of[unknown] = border.len() as u32;
+            border.push(unknown);
+            border_scale.push(scale);
+        };
+        for (c, free) in problem.camera_free.iter().enumerate() {
+            for k in (0..12).filter(|k| free[*k]) {
+                add(layout.camera(c, k), problem.camera_scales[c][k]);
+            }
+        }
+        for (t, entry) in problem.theta.iter().enumerate() {
+            if entry.free && !image_wise(t) {
+                add(layout.theta(t), entry.scale);
+            }
+        }
+
+        let mut local = Vec::with_capacity(images);
+        let mut own: Vec<Vec<ImageColumn>> = Vec::with_capacity(images);
+        for image in 0..images {
+            let camera = problem.image_contexts[image].camera as usize;
+            let mut columns = Vec::new();
+            for k in 0..12 {
+                let column = column_of[layout.camera(camera, k)];
+                if column != NONE {
+                    columns.push(LocalColumn { source: k as u32, column, scale: problem.camera_scales[camera][k] });
+                }
+            }
+            let mut own_columns = Vec::new();
+            for (p, t) in stages.theta_indices(problem, image).into_iter().enumerate() {
+                let entry = &problem.theta[t];
+                if entry.free && image_wise(t) {
+                    let row = 6 + own_columns.len() as u32;
+                    own_columns.push(ImageColumn { source: p as u32, row, scale: entry.scale });
+                } else if column_of[layout.theta(t)] != NONE {
+                    let column = column_of[layout.theta(t)];
+                    columns.push(LocalColumn { source: 12 + p as u32, column, scale: entry.scale });
+                }
+            }
+            local.push(columns);
+            own.push(own_columns);
+        }
+        let dim = 6 + own.iter().map(Vec::len).max().unwrap_or(0);
+        let mut image_unknowns = vec![usize::MAX; images * dim];
+        let mut image_scales = vec![1.0; images * dim];
+        for image in 0..images {
+            let base = rank[image] as usize * dim;
+            for k in (0..6).filter(|k| problem.pose_free[image][*k]) {
+                image_unknowns[base + k] = layout.pose(image, k);
+            }
+            let indices = stages.theta_indices(problem, image);
+            for column in &own[image] {
+                image_unknowns[base + column.row as usize] = layout.theta(indices[column.source as usize]);
+                image_scales[base + column.row as usize] = column.scale;
+            }
+        }
+
+        let (row_start, slot_column, band_start, band) = pair_slots(problem, &rank);
+        let chunks = chunks(problem);
+        Self {
+            stages,
+            dim,
+            images,
+            rank,
+            border,
+            border_scale,
+            image_unknowns,
+            image_scales,
+            local,
+            own,
+            row_start,
+            slot_column,
+            band_start,
+            band,
+            chunks,
+        }
+    }
+
+    /// Slot of the block of ranks `a <= b`, which share a point.
+    #[inline]
+    pub fn slot(&self, a: u32, b: u32) -> usize {
+        self.band[self.band_start[a as usize] + (b - a) as usize] as usize
+    }
+
+    /// Rank and row within its block of an unknown of `image`; `None` where it is none of the image's unknowns.
+    pub fn image_position(&self, unknown: usize, image: usize) -> Option<(usize, usize)> {
+        let rank = *self.rank.get(image)? as usize;
+        let block = &self.image_unknowns[rank * self.dim..(rank + 1) * self.dim];
+        block.iter().position(|u| *u == unknown).map(|row| (rank, row))
+    }
+}
+
+/// Slots of all pairs of images that share a point: row starts, columns, band starts, band.
+fn pair_slots(problem: &Problem, rank: &[u32]) -> (Vec<usize>, Vec<u32>, Vec<usize>, Vec<u32>) {
+    let images = rank.len();
+    let mut last: Vec<u32> = (0..images as u32).collect();
+    let mut ranks = Vec::new();
+    let each_point = |visit: &mut dyn FnMut(&[u32]), ranks: &mut Vec<u32>| {
+        for j in 0..problem.point_sources.len() {
+            ranks.clear();
+            let range = problem.point_start[j]..problem.point_start[j + 1];
+            ranks.extend(problem.observations[range].iter().map(|o| rank[o.image as usize]));
+            ranks.sort_unstable();
+            visit(ranks);
+        }
+    };
+    each_point(
+        &mut |ranks| {
+            for a in ranks {
+                last[*a as usize] = last[*a as usize].max(*ranks.last().unwrap_or(a));
+            }
+        },
+        &mut ranks,
+    );
+    let mut band_start = Vec::with_capacity(images);
+    let mut length = 0;
+    for a in 0..images {
+        band_start.push(length);
+        length += last[a] as usize - a + 1;
+    }
+    let mut band = vec![NONE; length];
+    for start in &band_start {
+        band[*start] = 0;
+    }
+    each_point(
+        &mut |ranks| {
+            for (i, a) in ranks.iter().enumerate() {
+                for b in &ranks[i..] {
+                    band[band_start[*a as usize] + (b - a) as usize] = 0;
+                }
+            }
+        },
+        &mut ranks,
+    );
+    let mut row_start = Vec::with_capacity(images + 1);
+    let mut slot_column = Vec::new();
+    for a in 0..images {
+        row_start.push(slot_column.len());
+        for b in a..=last[a] as usize {
+            let entry = &mut band[band_start[a] + b - a];
+            if *entry != NONE {
+                *entry = slot_column.len() as u32;
+                slot_column.push(b as u32);
+            }
+        }
+    }
+    row_start.push(slot_column.len());
+    (row_start, slot_column, band_start, band)
+}
+
+/// Splits the points into chunks that depend on the problem alone, so that results do not depend on the number of threads.
+fn chunks(problem: &Problem) -> Vec<Range<usize>> {
+    let size = CHUNK_MEASUREMENTS.max(problem.observations.len().div_ceil(MAX_CHUNKS));
+    let points = problem.point_sources.len();
+    let mut chunks = Vec::new();
+    let mut first = 0;
+    while first < points {
+        let target = problem.point_start[first] + size;
+        let mut end = problem.point_start.partition_point(|start| *start < target).min(points);
+        end = end.max(first + 1);
+        chunks.push(first..end);
+        first = end;
+    }
+    chunks
+}

@@ -1,0 +1,114 @@
+//! The reduced normal equations while they are summed: image blocks, border strip, border, right-hand sides.
+
+use super::structure::Structure;
+use std::ops::Range;
+
+/// Part of the reduced system that the images of ranks `rows` and the border touch. Symmetric blocks are kept once
+/// (row rank <= column rank; upper triangle of the border). Everything in scaled unknowns.
+#[derive(Debug, Clone)]
+pub struct System {
+    /// Ranks.
+    pub rows: Range<usize>,
+    /// First slot of `rows`.
+    pub first_slot: usize,
+    /// Slots, `dim x dim` row-major each.
+    pub blocks: Vec<f64>,
+    /// Image-border blocks, `dim x border` row-major each.
+    pub strip: Vec<f64>,
+    /// Border, upper triangle of `border x border` row-major.
+    pub border: Vec<f64>,
+    /// Right-hand side (`J'v` reduced) of the image blocks.
+    pub rhs_images: Vec<f64>,
+    /// Right-hand side of the border.
+    pub rhs_border: Vec<f64>,
+    /// Diagonal before elimination of the points, images.
+    pub diagonal_images: Vec<f64>,
+    /// Diagonal before elimination, border.
+    pub diagonal_border: Vec<f64>,
+    /// Gradient before elimination, images.
+    pub gradient_images: Vec<f64>,
+    /// Gradient before elimination, border.
+    pub gradient_border: Vec<f64>,
+    /// Largest gradient entry of a point.
+    pub gradient_points_max: f64,
+    /// `sum rho`.
+    pub chi_square: f64,
+}
+
+impl System {
+    /// Zeros over the given ranks.
+    pub fn zeros(structure: &Structure, rows: Range<usize>) -> Self {
+        let (dim, border) = (structure.dim, structure.border.len());
+        let first_slot = structure.row_start[rows.start];
+        let slots = structure.row_start[rows.end] - first_slot;
+        let images = rows.len();
+        Self {
+            rows,
+            first_slot,
+            blocks: vec![0.0; slots * dim * dim],
+            strip: vec![0.0; images * dim * border],
+            border: vec![0.0; border * border],
+            rhs_images: vec![0.0; images * dim],
+            rhs_border: vec![0.0; border],
+            diagonal_images: vec![0.0; images * dim],
+            diagonal_border: vec![0.0; border],
+            gradient_images: vec![0.0; images * dim],
+            gradient_border: vec![0.0; border],
+            gradient_points_max: 0.0,
+            chi_square: 0.0,
+        }
+    }
+
+    /// Adds a part. `self` covers at least the part's ranks.
+    pub fn add(&mut self, structure: &Structure, part: &System) {
+        let (dim, border) = (structure.dim, structure.border.len());
+        let image_offset = part.rows.start - self.rows.start;
+        let add = |to: &mut [f64], from: &[f64]| {
+            for (a, b) in to.iter_mut().zip(from) {
+                *a += b;
+            }
+        };
+        add(&mut self.blocks[(part.first_slot - self.first_slot) * dim * dim..], &part.blocks);
+        add(&mut self.strip[image_offset * dim * border..], &part.strip);
+        add(&mut self.border, &part.border);
+        add(&mut self.rhs_images[image_offset * dim..], &part.rhs_images);
+        add(&mut self.rhs_border, &part.rhs_border);
+        add(&mut self.diagonal_images[image_offset * dim..], &part.diagonal_images);
+        add(&mut self.diagonal_border, &part.diagonal_border);
+        add(&mut self.gradient_images[image_offset * dim..], &part.gradient_images);
+        add(&mut self.gradient_border, &part.gradient_border);
+        self.gradient_points_max = self.gradient_points_max.max(part.gradient_points_max);
+        self.chi_square += part.chi_square;
+    }
+
+    /// Adds one row `a` of the weighted design matrix with misclosure `v` that touches no point: `image` is the rank and its `dim`
+    /// derivatives, `shared` border columns and derivatives (ascending columns).
+    pub fn add_row(&mut self, structure: &Structure, image: Option<(usize, &[f64])>, shared: &[(u32, f64)], v: f64) {
+        let (dim, border) = (structure.dim, structure.border.len());
+        if let Some((rank, row)) = image {
+            let i = rank - self.rows.start;
+            let block = &mut self.blocks[(structure.row_start[rank] - self.first_slot) * dim * dim..][..dim * dim];
+            for (p, a) in row.iter().enumerate() {
+                for (q, b) in row.iter().enumerate() {
+                    block[p * dim + q] += a * b;
+                }
+                for (column, b) in shared {
+                    self.strip[(i * dim + p) * border + *column as usize] += a * b;
+                }
+                self.rhs_images[i * dim + p] += a * v;
+                self.gradient_images[i * dim + p] += a * v;
+                self.diagonal_images[i * dim + p] += a * a;
+            }
+        }
+        for (i, (column, a)) in shared.iter().enumerate() {
+            let column = *column as usize;
+            for (other, b) in &shared[i..] {
+                self.border[column * border + *other as usize] += a * b;
+            }
+            self.rhs_border[column] += a * v;
+            self.gradient_border[column] += a * v;
+            self.diagonal_border[column] += a * a;
+        }
+        self.chi_square += v * v;
+    }
+}
