@@ -22,6 +22,8 @@ pub mod inject;
 
 pub mod evaluate;
 
+pub mod run;
+
 pub mod diagnose;
 
 pub mod report;

@@ -14,7 +14,7 @@ enum May {
 }
 
 /// The import table of the design.
-const TABLE: [(&str, May); 14] = [
+const TABLE: [(&str, May); 15] = [
     ("math", May::Only(&[])),
     ("camera", May::Only(&["math"])),
     ("block", May::Only(&["math", "camera"])),
@@ -26,7 +26,8 @@ const TABLE: [(&str, May); 14] = [
     ("scenario", May::Only(&["math", "camera", "block"])),
     ("inject", May::Only(&["math", "camera", "block", "scenario"])),
     ("evaluate", May::Only(&["math", "camera", "block"])),
-    ("diagnose", May::Only(&["math", "block", "effects", "model", "problem", "adjust", "evaluate"])),
+    ("run", May::Only(&["math", "block", "effects", "model", "problem", "adjust", "evaluate"])),
+    ("diagnose", May::Only(&["math", "camera", "block", "effects", "model", "problem", "adjust", "evaluate", "run"])),
     ("report", May::AllBut(&["io", "scenario", "inject", "cli"])),
     ("cli", May::AllBut(&[])),
 ];

@@ -1,0 +1,141 @@
+//! One run: adjust a block under a model with the chosen solvers, hold them against each other, take the result into the survey's
+//! system and compare it with control and check points.
+
+mod fitted;
+mod residuals;
+mod variance_components;
+
+pub use fitted::FittedModel;
+pub use residuals::{ResidualKind, ResidualRow, residual_rows};
+
+use crate::adjust::agreement::{self, Agreement};
+use crate::adjust::native::Predictor;
+use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Solution, Solver};
+use crate::block::{Block, Role};
+use crate::evaluate::{Alignment, Comparison, Method, checks};
+use crate::model::{Datum, Model};
+use crate::problem::{Problem, ProblemError};
+use std::ops::ControlFlow;
+
+/// Why a run failed.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// Block and model do not make a problem.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+    /// A solver failed.
+    #[error(transparent)]
+    Adjust(#[from] AdjustError),
+    /// The control points do not determine a similarity.
+    #[error("the similarity from the control points: {0}")]
+    Similarity(#[from] crate::evaluate::similarity::SimilarityError),
+}
+
+/// Control points that a similarity needs.
+const SIMILARITY_POINTS: usize = 3;
+
+/// Reduced unknowns above which the covariance of every pose and point is left out of a run (its memory grows with their square).
+const EVERYTHING_UNKNOWNS: usize = 6000;
+
+/// What one adjustment gave.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// The problem that was solved.
+    pub problem: Problem,
+    /// Name of each solver and what it found; the first is the one that results are taken from.
+    pub solutions: Vec<(&'static str, Solution)>,
+    /// Do the solvers agree? `None` for one solver.
+    pub agreement: Option<Agreement>,
+    /// Surveyed points against the adjusted block; `None` without any that can be compared.
+    pub comparison: Option<Comparison>,
+}
+
+impl Run {
+    /// The solution that results are taken from.
+    pub fn solution(&self) -> &Solution {
+        &self.solutions[0].1
+    }
+
+    /// `v'Pv`, `sum rho` with a robust loss.
+    pub fn chi_square(&self) -> f64 {
+        2.0 * self.solution().cost
+    }
+
+    /// `sqrt(v'Pv / redundancy)`; NaN without redundancy.
+    pub fn sigma0(&self) -> f64 {
+        (self.chi_square() / self.problem.redundancy().2 as f64).sqrt()
+    }
+}
+
+/// Called after each iteration with the name of the solver.
+pub type Progress<'a> = dyn FnMut(&'static str, &Iteration) -> ControlFlow<()> + 'a;
+
+/// Options that fit a problem: covariance of everything where that is affordable.
+pub fn options_for(problem: &Problem, options: &Options) -> Options {
+    let layout = problem.layout();
+    let reduced = 12 * layout.cameras + layout.theta + 6 * layout.images;
+    let covariance = if reduced > EVERYTHING_UNKNOWNS && options.covariance == CovarianceOf::Everything {
+        CovarianceOf::Shared
+    } else {
+        options.covariance
+    };
+    Options { covariance, ..options.clone() }
+}
+
+/// Adjusts with each solver in turn from the same start values, and compares.
+pub fn adjust(
+    block: &Block,
+    model: &Model,
+    solvers: &[&dyn Solver],
+    options: &Options,
+    progress: &mut Progress<'_>,
+) -> Result<Run, RunError> {
+    let mut problem = Problem::new(block, model)?;
+    let options = options_for(&problem, options);
+    if let Some(first) = solvers.first() {
+        variance_components::estimate(&mut problem, *first, &options, progress)?;
+    }
+    solve(block, problem, solvers, &options, progress)
+}
+
+/// [`adjust`] for a problem that is already laid out.
+pub fn solve(
+    block: &Block,
+    problem: Problem,
+    solvers: &[&dyn Solver],
+    options: &Options,
+    progress: &mut Progress<'_>,
+) -> Result<Run, RunError> {
+    let mut solutions = Vec::with_capacity(solvers.len());
+    for solver in solvers {
+        let name = solver.name();
+        let solution = solver.solve(&problem, options, &mut |iteration| progress(name, iteration))?;
+        solutions.push((name, solution));
+    }
+    let agreement = match (solvers, solutions.as_slice()) {
+        ([a, b], [(_, of_a), (_, of_b)]) => Some(agreement::compare(&problem, (*a, of_a), (*b, of_b))?),
+        _ => None,
+    };
+    let comparison = compare(block, &problem, &solutions[0].1)?;
+    Ok(Run { problem, solutions, agreement, comparison })
+}
+
+/// Compares surveyed points with an adjusted block: after a similarity from the control points where the datum is free.
+pub fn compare(block: &Block, problem: &Problem, solution: &Solution) -> Result<Option<Comparison>, RunError> {
+    if block.surveyed.is_empty() {
+        return Ok(None);
+    }
+    let free = problem.datum_defect > 0;
+    if free && block.count(Role::Control) < SIMILARITY_POINTS {
+        return Ok(None);
+    }
+    let fitted = FittedModel { predictor: Predictor::new(problem, &solution.state)? };
+    let alignment = if free { Alignment::FromControl } else { Alignment::None };
+    Ok(Some(checks::compare(&fitted, block, alignment, Method::Image)?))
+}
+
+/// The datum that a command uses where none is asked for: `all` for a diagnosis where the block has control or GNSS.
+pub fn default_diagnosis_datum(block: &Block) -> Datum {
+    let gnss = block.images.iter().any(|image| image.gnss.is_some());
+    if gnss || block.count(Role::Control) > 0 { Datum::All } else { Datum::Free }
+}

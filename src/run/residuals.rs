@@ -1,0 +1,90 @@
+//! The table of residuals of a run: observed minus computed, px.
+
+use crate::adjust::AdjustError;
+use crate::adjust::native::Predictor;
+use crate::block::{Block, ImageId};
+use crate::evaluate::Comparison;
+use crate::problem::{MeasurementKind, Problem, State};
+
+/// Kind of measurement, as in `residuals.csv`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ResidualKind {
+    /// Tie point.
+    Tie,
+    /// Mark of a surveyed point, in the adjustment or intersected after it.
+    Mark,
+}
+
+/// One row of `residuals.csv`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ResidualRow {
+    /// Image.
+    pub image: ImageId,
+    /// Position of the point in the block: tie points for ties, surveyed points for marks.
+    pub point: u32,
+    /// Kind.
+    pub kind: ResidualKind,
+    /// Observed, px.
+    pub observed: [f64; 2],
+    /// Observed minus computed, px.
+    pub residual: [f64; 2],
+    /// A-priori standard deviation of each coordinate, px.
+    pub sigma: f64,
+}
+
+/// Residuals of every measurement that took part, then those of marks of points that were only intersected.
+pub fn residual_rows(
+    block: &Block,
+    problem: &Problem,
+    state: &State,
+    comparison: Option<&Comparison>,
+) -> Result<Vec<ResidualRow>, AdjustError> {
+    let predictor = Predictor::new(problem, state)?;
+    let mut rows = Vec::with_capacity(problem.observations.len());
+    let mut marked = vec![false; block.surveyed.len()];
+    for (j, source) in problem.point_sources.iter().enumerate() {
+        let point = match source {
+            crate::problem::PointSource::Tie(id) => id.0,
+            crate::problem::PointSource::Control(id) => {
+                marked[id.index()] = true;
+                id.0
+            }
+        };
+        for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
+            let observed = [observation.x, observation.y];
+            let image = observation.image as usize;
+            // The adjusted state projects every measurement; NaN would show otherwise.
+            let computed = predictor
+                .image_point(image, observed, &state.points[j])
+                .map_or([f64::NAN; 2], |(computed, _)| computed);
+            rows.push(ResidualRow {
+                image: ImageId(observation.image),
+                point,
+                kind: match observation.kind {
+                    MeasurementKind::Tie => ResidualKind::Tie,
+                    MeasurementKind::Mark => ResidualKind::Mark,
+                },
+                observed,
+                residual: [observed[0] - computed[0], observed[1] - computed[1]],
+                sigma: 1.0 / observation.inverse_sigma,
+            });
+        }
+    }
+    for intersection in comparison.iter().flat_map(|comparison| &comparison.intersections.points) {
+        if marked[intersection.point.index()] {
+            continue;
+        }
+        for (m, residual) in intersection.measurements.iter().zip(&intersection.residuals) {
+            let mark = &block.marks[*m];
+            rows.push(ResidualRow {
+                image: mark.image,
+                point: mark.point.0,
+                kind: ResidualKind::Mark,
+                observed: [mark.x, mark.y],
+                residual: [residual[0], residual[1]],
+                sigma: mark.sigma.unwrap_or(block.sigma.mark_px),
+            });
+        }
+    }
+    Ok(rows)
+}
