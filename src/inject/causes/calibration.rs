@@ -1,0 +1,44 @@
+//! A wrong initial calibration: the camera that the adjustment starts from, or holds fixed, is not the one that took the images.
+
+use super::*;
+use crate::block::Block;
+use crate::camera::PARAMETERS;
+
+pub(super) static CAUSE: Cause = Cause {
+    id: "calibration",
+    summary: "wrong initial calibration of every camera: adds to the block's start values, measurements stay",
+    parameters: &[
+        parameter("f", "px", Default::Number(0.0), "focal length"),
+        parameter("ppx", "px", Default::Number(0.0), "principal point"),
+        parameter("ppy", "px", Default::Number(0.0), "principal point"),
+        parameter("dcx", "px", Default::Number(0.0), "centre of distortion"),
+        parameter("dcy", "px", Default::Number(0.0), "centre of distortion"),
+        parameter("k1", "px^-2", Default::Number(0.0), "radial distortion"),
+        parameter("k2", "px^-4", Default::Number(0.0), "radial distortion"),
+        parameter("k3", "px^-6", Default::Number(0.0), "radial distortion"),
+        parameter("p1", "px^-1", Default::Number(0.0), "decentring"),
+        parameter("p2", "px^-1", Default::Number(0.0), "decentring"),
+        parameter("b1", "1", Default::Number(0.0), "affinity"),
+        parameter("b2", "1", Default::Number(0.0), "shear"),
+    ],
+    prepare,
+};
+
+struct Calibration {
+    change: Interior,
+}
+
+fn prepare(setting: &mut Setting) -> Prepared {
+    let change = PARAMETERS.map(|name| setting.values.number(name));
+    unless(change == [0.0; 12], Calibration { change })
+}
+
+impl Action for Calibration {
+    fn record(&self, block: &mut Block) {
+        for camera in &mut block.cameras {
+            for (value, change) in camera.interior.iter_mut().zip(self.change) {
+                *value += change;
+            }
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! Bad approximations: the poses and points that the adjustment starts from.
+
+use super::*;
+use crate::block::Block;
+use nalgebra::{UnitQuaternion, Vector3};
+
+pub(super) static CAUSE: Cause = Cause {
+    id: "start",
+    summary: "perturbed start values of poses and points, normally distributed; measurements stay",
+    parameters: &[
+        parameter(
+            "position_m",
+            "m",
+            Default::Number(1.0),
+            "standard deviation of each coordinate of a projection centre",
+        ),
+        parameter(
+            "angle_deg",
+            "deg",
+            Default::Number(1.0),
+            "standard deviation of the rotation about each camera axis",
+        ),
+        parameter("points_m", "m", Default::Number(0.0), "standard deviation of each coordinate of a tie point"),
+        parameter("seed", "", Default::Optional("the seed of the whole"), "seed of these numbers alone"),
+    ],
+    prepare,
+};
+
+struct Start {
+    centres: Vec<Vector3<f64>>,
+    rotations: Vec<Vector3<f64>>,
+    points: Vec<Vector3<f64>>,
+}
+
+fn prepare(setting: &mut Setting) -> Prepared {
+    let values = setting.values;
+    let (position, angle, points) =
+        (values.size("position_m")?, values.size("angle_deg")?.to_radians(), values.size("points_m")?);
+    if let Some(seed) = values.optional("seed") {
+        ensure!(seed >= 0.0 && seed.fract() == 0.0, "parameter `seed` must be a whole number, it is {seed}");
+        setting.random = Random::new(seed as u64, CAUSE.id, 0);
+    }
+    let mut draw = |count: usize, size: f64| (0..count).map(|_| setting.random.normal3() * size).collect::<Vec<_>>();
+    let images = setting.world.images.len();
+    let start = Start {
+        centres: draw(images, position),
+        rotations: draw(images, angle),
+        points: draw(setting.world.tie_points.len(), points),
+    };
+    unless(position == 0.0 && angle == 0.0 && points == 0.0, start)
+}
+
+impl Action for Start {
+    fn record(&self, block: &mut Block) {
+        for ((image, centre), rotation) in block.images.iter_mut().zip(&self.centres).zip(&self.rotations) {
+            image.pose.centre += centre;
+            image.pose.rotation = UnitQuaternion::from_scaled_axis(*rotation) * image.pose.rotation;
+        }
+        for (point, shift) in block.tie_points.iter_mut().zip(&self.points) {
+            if let Some(position) = &mut point.position {
+                *position += shift;
+            }
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! The simulator of errors: each cause against an expectation derived without it, and the contract of them all.
+
+mod contract;
+mod fixture;
+mod instruments;
+mod interior;
+mod published;
+mod ray;
+mod sensor;
+mod shutter;
