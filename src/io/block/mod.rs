@@ -156,6 +156,17 @@ pub fn write_block(block: &Block, dir: &Path) -> Result<(), Error> {
     }
 }
 
+/// Writes the images of a block, with all their columns, as the file `path`.
+///
+/// # Errors
+/// As [`write_block`].
+///
+/// # Panics
+/// As [`write_block`].
+pub fn write_images(block: &Block, path: &Path) -> Result<(), Error> {
+    images::write(block, path)
+}
+
 fn required(dir: &Path, file: &'static str) -> Result<Table, Error> {
     let missing = || Error::content(file, Place::File, format!("the file is missing; {EVERY_BLOCK}"));
     Table::open(dir, file)?.ok_or_else(missing)
