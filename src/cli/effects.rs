@@ -1,8 +1,9 @@
 //! `misclosure effects [ID]`: the catalogue, or one effect's page; all of it generated from the descriptors.
 
-use super::text::{paragraph, table};
+use super::text::paragraph;
 use super::{Answer, Usage};
 use crate::effects::{self, Descriptor, Domain, Kind, Need, Parameter, Role, Scope};
+use crate::report::tables::Table;
 use serde_json::{Value, json};
 
 /// Lists the effects that a model can have, or describes one of them
@@ -37,17 +38,17 @@ pub(super) fn unknown(id: &str) -> String {
 }
 
 fn catalogue(descriptors: &[&Descriptor]) -> String {
-    let header = ["id", "stage", "kind", "parameters", "needs"].map(String::from).to_vec();
-    let row = |d: &&Descriptor| {
+    let mut table =
+        Table::new("").text("id", "").text("stage", "").text("kind", "").text("parameters", "").text("needs", "");
+    for d in descriptors {
         let parameters: Vec<String> = d.parameters.iter().map(parameter).collect();
         let shown = match parameters.len() {
             0..=4 => parameters.join(", "),
             n => format!("{}, ... {n} in all", parameters[..2].join(", ")),
         };
-        vec![d.id.to_string(), d.stage.name().into(), kind(d.kind).into(), shown, needs(d)]
-    };
-    let rows: Vec<Vec<String>> = std::iter::once(header).chain(descriptors.iter().map(row)).collect();
-    table(&rows) + "\n`misclosure effects ID` describes one of them.\n"
+        table.row([d.id.to_string(), d.stage.name().into(), kind(d.kind).into(), shown, needs(d)]);
+    }
+    table.to_text() + "\n`misclosure effects ID` describes one of them.\n"
 }
 
 fn page(d: &Descriptor) -> String {
@@ -57,14 +58,16 @@ fn page(d: &Descriptor) -> String {
     text += &paragraph("Needs", INDENT, &needs(d));
     text += &paragraph("Confused with", INDENT, &d.confused_with);
     text += &paragraph("Source", INDENT, &d.source);
-    let header = ["parameter", "unit", "values", "nominal", "typical", "how it gets its value"].map(String::from);
-    let row = |p: &Parameter| {
-        let size = |value: f64| format!("{value}");
-        vec![p.name.to_string(), p.unit.to_string(), scope(p).into(), size(p.nominal), size(p.typical), role(&p.role)]
-    };
-    let rows: Vec<Vec<String>> = std::iter::once(header.to_vec()).chain(d.parameters.iter().map(row)).collect();
+    let mut table = (Table::new("").text("parameter", "").text("unit", "").text("values", ""))
+        .number("nominal", "")
+        .number("typical", "")
+        .text("how it gets its value", "");
+    for p in &d.parameters {
+        let (nominal, typical) = (p.nominal.to_string(), p.typical.to_string());
+        table.row([p.name.to_string(), p.unit.to_string(), scope(p).into(), nominal, typical, role(&p.role)]);
+    }
     text += "\n";
-    text += &table(&rows);
+    text += &table.to_text();
     text += &format!("\nIn a model: misclosure adjust BLOCK -o RUN --add {}\n", d.id);
     text
 }

@@ -1,6 +1,9 @@
 //! Exit codes: which error means which code, in one place.
 
 use crate::adjust::AdjustError;
+use crate::evaluate::similarity::SimilarityError;
+use crate::io;
+use crate::scenario::ScenarioError;
 use std::process::ExitCode;
 
 /// How the program ends.
@@ -31,8 +34,14 @@ impl Exit {
 }
 
 fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
-    if cause.is::<Usage>() {
+    if cause.is::<Usage>() || cause.is::<ScenarioError>() || cause.is::<SimilarityError>() {
         return Some(Exit::BadInput);
+    }
+    if let Some(error) = cause.downcast_ref::<io::Error>() {
+        return Some(match error {
+            io::Error::Content { .. } | io::Error::Read { .. } => Exit::BadInput,
+            io::Error::Write { .. } => Exit::Other,
+        });
     }
     cause.downcast_ref::<AdjustError>().map(|error| match error {
         AdjustError::Singular { .. } | AdjustError::NotConverged { .. } => Exit::AdjustmentFailed,

@@ -2,10 +2,14 @@
 //!
 //! Results go to standard output (as JSON with `--json`), progress and messages to standard error.
 
+mod check;
 mod console;
 mod effects;
 mod exit;
 pub mod model_options;
+pub mod run_folder;
+mod simulate;
+pub mod summary;
 mod text;
 
 pub use console::{Console, Progress};
@@ -44,6 +48,8 @@ struct Global {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Simulate(simulate::Arguments),
+    Check(check::Arguments),
     Effects(effects::Arguments),
 }
 
@@ -95,8 +101,10 @@ fn execute(arguments: Arguments) -> Exit {
 }
 
 impl Command {
-    fn run(self, _console: &Console, _threads: usize) -> anyhow::Result<Answer> {
+    fn run(self, console: &Console, _threads: usize) -> anyhow::Result<Answer> {
         match self {
+            Command::Simulate(arguments) => simulate::run(&arguments, console),
+            Command::Check(arguments) => check::run(&arguments),
             Command::Effects(arguments) => effects::run(&arguments),
         }
     }

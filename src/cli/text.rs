@@ -1,27 +1,9 @@
-//! Plain-text tables and paragraphs for people.
+//! Paragraphs for people; tables are [`crate::report::tables`].
+
+use crate::report::numbers::fixed;
 
 /// Width of a paragraph, characters.
 const WIDTH: usize = 100;
-
-/// Columns padded to their widest cell, two blanks between; the first row is the header.
-pub fn table(rows: &[Vec<String>]) -> String {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |k: usize| rows.iter().filter_map(|row| row.get(k)).map(|cell| cell.chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    // A column of numbers stands at the right.
-    let number = |cell: &String| cell.is_empty() || cell.parse::<f64>().is_ok();
-    let right: Vec<bool> = (0..columns).map(|k| rows.iter().skip(1).filter_map(|row| row.get(k)).all(number)).collect();
-    let mut text = String::new();
-    for row in rows {
-        let cells = row.iter().enumerate().map(|(k, cell)| match right[k] {
-            true => format!("{cell:>width$}", width = widths[k]),
-            false => format!("{cell:<width$}", width = widths[k]),
-        });
-        text += cells.collect::<Vec<_>>().join("  ").trim_end();
-        text.push('\n');
-    }
-    text
-}
 
 /// `text` in lines of at most [`WIDTH`] characters, the first behind `label`, all indented to `indent`.
 pub fn paragraph(label: &str, indent: usize, text: &str) -> String {
@@ -43,15 +25,17 @@ pub fn paragraph(label: &str, indent: usize, text: &str) -> String {
     out
 }
 
+/// How many images see a tie point; entry `m` of `points`: number of points that `m` images see.
+pub fn multiplicity(mean: f64, points: &[usize]) -> String {
+    let seen = points.iter().enumerate().filter(|(_, points)| **points > 0);
+    let list: Vec<String> = seen.map(|(m, points)| format!("{m}: {points}")).collect();
+    let mean = fixed(mean, 2);
+    paragraph("", 0, &format!("A tie point is seen by {mean} images in the mean (images: points): {}", list.join(", ")))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_stand_at_the_right() {
-        let rows = [vec!["flight".into(), "n".into()], vec!["a".into(), "5".into()], vec!["bc".into(), "12".into()]];
-        assert_eq!(table(&rows), "flight   n\na        5\nbc      12\n");
-    }
 
     #[test]
     fn paragraph_breaks_between_words() {

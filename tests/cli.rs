@@ -1,0 +1,154 @@
+//! The program as scripts see it: exit codes, what goes to which stream, keys.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+/// Runs the program and gives exit code, standard output and standard error.
+fn misclosure(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_misclosure")).args(arguments).output().expect("the program runs");
+    let Output { status, stdout, stderr } = output;
+    let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+    (status.code().expect("not killed"), text(stdout), text(stderr))
+}
+
+fn json(arguments: &[&str]) -> serde_json::Value {
+    let (code, stdout, stderr) = misclosure(arguments);
+    assert_eq!(code, 0, "{stderr}");
+    serde_json::from_str(&stdout).expect("JSON and nothing else on standard output")
+}
+
+/// Bytes of every file below a folder, by relative path.
+fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        if path.is_dir() {
+            found.extend(contents(&path).into_iter().map(|(inner, bytes)| (format!("{name}/{inner}"), bytes)));
+        } else {
+            found.insert(name, fs::read(&path).expect("a readable file"));
+        }
+    }
+    found
+}
+
+fn path(folder: &tempfile::TempDir, name: &str) -> String {
+    folder.path().join(name).to_str().expect("UTF-8").to_string()
+}
+
+#[test]
+fn bad_usage_ends_with_2_and_help_with_0() {
+    for arguments in [
+        &[][..],
+        &["bogus"],
+        &["effects", "--bogus"],
+        &["check"],
+        &["effects", "nonsense"],
+        &["--threads", "0", "effects"],
+    ] {
+        let (code, stdout, stderr) = misclosure(arguments);
+        assert_eq!((code, stdout.as_str()), (2, ""), "{arguments:?}");
+        assert!(!stderr.is_empty(), "{arguments:?}");
+    }
+    let (code, stdout, _) = misclosure(&["--help"]);
+    assert_eq!(code, 0);
+    assert!(stdout.contains("Exit codes: 0 done;"), "{stdout}");
+}
+
+#[test]
+fn an_error_is_one_line_per_cause_on_standard_error() {
+    let (code, stdout, stderr) = misclosure(&["check", "no/such/folder"]);
+    assert_eq!((code, stdout.as_str()), (2, ""));
+    assert!(stderr.starts_with("error: no/such/folder: this is not a folder"), "{stderr}");
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+}
+
+#[test]
+fn every_effect_has_a_page() {
+    let catalogue = json(&["effects", "--json"]);
+    let effects = catalogue["effects"].as_array().expect("a list");
+    assert!(!effects.is_empty());
+    for effect in effects {
+        let id = effect["id"].as_str().expect("an id");
+        let (code, page, _) = misclosure(&["effects", id]);
+        assert_eq!(code, 0);
+        for parameter in effect["parameters"].as_array().expect("a list") {
+            let name = parameter["name"].as_str().expect("a name");
+            assert!(page.lines().any(|line| line.split_whitespace().next() == Some(name)), "{id}: {name}\n{page}");
+        }
+        for heading in ["What happens", "Formula", "Needs", "Confused with", "Source"] {
+            assert!(page.lines().any(|line| line.starts_with(heading)), "{id}: {heading}");
+        }
+    }
+}
+
+#[test]
+fn whoever_stops_reading_causes_no_failure() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_misclosure"))
+        .arg("effects")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program runs");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!((output.status.code(), String::from_utf8_lossy(&output.stderr).as_ref()), (Some(0), ""));
+}
+
+#[test]
+fn simulate_gives_the_same_bytes_whatever_the_number_of_threads() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let simulate = |name: &str, more: &[&str]| {
+        let output = path(&folder, name);
+        let (code, _, stderr) = misclosure(&[&["simulate", "dike", "-o", &output, "--noise-px", "0.3"], more].concat());
+        assert_eq!(code, 0, "{stderr}");
+        contents(Path::new(&output))
+    };
+    let one = simulate("one", &["--threads", "1"]);
+    assert!(one.contains_key("truth/images.csv"));
+    assert!(one == simulate("two", &["--threads", "2"]), "threads change the block");
+    assert!(one != simulate("three", &["--seed", "2"]), "the seed changes nothing");
+}
+
+#[test]
+fn check_counts_what_simulate_made() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = path(&folder, "dike");
+    let made = json(&["simulate", "dike", "-o", &output, "--json", "--quiet"]);
+    let found = json(&["check", &output, "--json"]);
+    assert_eq!(found["images"], 113);
+    assert_eq!(found["images"], made["images"]);
+    assert_eq!(found["ties"]["points"], made["tie_points"]);
+    assert_eq!(found["ties"]["measurements"], made["tie_measurements"]);
+    assert_eq!(found["multiplicity"], made["multiplicity"]);
+    let flights: Vec<u64> =
+        found["flights"].as_array().expect("a list").iter().filter_map(|f| f["images"].as_u64()).collect();
+    assert_eq!(flights, [44, 42, 12, 15]);
+    assert_eq!((&found["control"]["points"], &found["check"]["points"]), (&10.into(), &5000.into()));
+    // The truth is a block as well.
+    assert_eq!(json(&["check", &format!("{output}/truth"), "--json"])["images"], 113);
+}
+
+#[test]
+fn simulate_names_what_is_wrong() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = path(&folder, "x");
+    for (arguments, message) in [
+        (
+            &["dyke"][..],
+            "error: `dyke` is neither a preset (dike, corridor, mapping, closerange) nor a scenario's file",
+        ),
+        (&["none.toml"], "error: cannot read the scenario none.toml"),
+        (&["dike", "--set", "length"], "error: --set length: expected KEY=NUMBER"),
+        (&["dike", "--set", "width_of_sea=1"], "error: dike has no parameter \"width_of_sea\": expected one of"),
+        (&["dike", "--noise-px", "-1"], "error: noise_px = -1: expected at least 0"),
+        (&["--from", "nowhere"], "error: nowhere: this is not a folder"),
+    ] {
+        let (code, _, stderr) = misclosure(&[&["simulate", "--quiet", "-o", &output], arguments].concat());
+        assert_eq!(code, 2, "{stderr}");
+        assert!(stderr.starts_with(message), "{stderr}");
+        assert!(!Path::new(&output).exists(), "{arguments:?} left something behind");
+    }
+}
