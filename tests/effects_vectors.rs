@@ -1,13 +1,16 @@
 //! The effects against measurements that another program made under one effect each: formulas, signs and contexts.
 //!
-//! Every folder of `../shared/vectors` is a block with exact measurements at the true poses, points and camera. With the effect at
-//! the values of its `case.json` the whole chain must meet the measurements to rounding; without it, it must miss them by what is stated there.
+//! Every folder of `../shared/vectors` is a block with exact measurements at the true poses, points and camera. With the
+//! effect at the values of its `case.json` the whole chain must meet the measurements to rounding; without it, it must miss
+//! them by what is stated there.
 
-use misclosure::camera::{PARAMETERS, fraser};
-use misclosure::effects::{BlockContext, Context, Effect, ImageContext, Role, Scope, Stage, find};
+use misclosure::block::{Block, Image, ImageId, Measurement};
+use misclosure::camera::fraser;
+use misclosure::effects::{BlockContext, Context, Effect, ImageContext, Parameter, Role, Scope, Stage, find};
+use misclosure::io::block::read_block;
 use misclosure::math::rotation::{exp, log};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use std::collections::HashMap;
+use nalgebra::Vector3;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Rounding at 5000 px is 1e-12 px, and a chain of a few hundred operations loses little of that; 5e-12 px was met.
@@ -17,26 +20,6 @@ const POSITION_TOLERANCE_M: f64 = 1e-12;
 /// What `case.json` states is measured on exact values.
 const CHANGE_TOLERANCE: f64 = 0.01;
 
-type Row = HashMap<String, String>;
-
-fn table(path: &Path) -> Vec<Row> {
-    let mut reader = csv::Reader::from_path(path).expect("a readable table");
-    reader.deserialize().map(|row| row.expect("a row of the header's width")).collect()
-}
-
-fn number(row: &Row, column: &str) -> f64 {
-    row.get(column).filter(|cell| !cell.is_empty()).map_or(f64::NAN, |cell| cell.parse().expect("a number"))
-}
-
-fn triple(row: &Row, columns: [&str; 3]) -> Vector3<f64> {
-    Vector3::from(columns.map(|column| number(row, column)))
-}
-
-fn vectors() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/vectors");
-    folder.is_dir().then_some(folder)
-}
-
 /// An effect and one set of parameter values per image.
 struct Term {
     effect: &'static dyn Effect,
@@ -45,79 +28,85 @@ struct Term {
 
 /// A block at its true values.
 struct Case {
-    images: Vec<(Row, ImageContext, [f64; 6])>,
-    interior: [f64; 12],
-    block: BlockContext,
-    /// True coordinates by name: tie points and surveyed points.
-    points: HashMap<String, Vector3<f64>>,
-    surveyed: Vec<Row>,
-    measurements: Vec<Row>,
+    block: Block,
+    /// True coordinates of the surveyed points.
+    surveyed: Vec<Vector3<f64>>,
+    /// `[r, C]` of every image.
+    poses: Vec<Vec<f64>>,
+    contexts: Vec<ImageContext>,
+    constants: BlockContext,
     stated: serde_json::Value,
+}
+
+fn mean(values: impl ExactSizeIterator<Item = Vector3<f64>>) -> Vector3<f64> {
+    let count = values.len() as f64;
+    values.sum::<Vector3<f64>>() / count
+}
+
+/// First and last of some times.
+fn span(times: impl Iterator<Item = f64>) -> [f64; 2] {
+    times.fold([f64::MAX, f64::MIN], |[first, last], time| [first.min(time), last.max(time)])
+}
+
+fn contexts(block: &Block) -> Vec<ImageContext> {
+    let time = |image: &Image| image.time_s.expect("a time");
+    let count = block.images.len() as f64;
+    let mean_time = block.images.iter().map(time).sum::<f64>() / count;
+    let [first, last] = span(block.images.iter().map(time));
+    let context = |(index, image): (usize, &Image)| {
+        let camera = block.camera_of(ImageId::from(index));
+        let [start, end] = span(block.images.iter().filter(|other| other.flight == image.flight).map(time));
+        ImageContext {
+            image: index as u32,
+            flight: image.flight.0,
+            width_px: camera.width_px.into(),
+            height_px: camera.height_px.into(),
+            time_s: time(image),
+            tau: (time(image) - mean_time) / (last - first),
+            tau_order: index as f64 / (count - 1.0) - 0.5,
+            flight_time_s: time(image) - start,
+            flight_span_s: end - start,
+            temperature_c: image.temperature_c.expect("a temperature"),
+            velocity: image.velocity.expect("a velocity"),
+            ..Default::default()
+        }
+    };
+    block.images.iter().enumerate().map(context).collect()
+}
+
+fn constants(block: &Block) -> BlockContext {
+    let mut history: Vec<[f64; 2]> =
+        block.images.iter().filter_map(|image| Some([image.time_s?, image.temperature_c?])).collect();
+    history.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    BlockContext {
+        centre: mean(block.images.iter().map(|image| image.pose.centre)),
+        survey_mean: mean(block.surveyed.iter().map(|point| point.position)),
+        counts: [block.images.len(), block.flights.len(), block.cameras.len()].map(|count| count as u32),
+        mean_temperature_c: history.iter().map(|row| row[1]).sum::<f64>() / history.len() as f64,
+        temperature_history: history,
+    }
 }
 
 impl Case {
     fn read(folder: &Path) -> Self {
-        let text = std::fs::read_to_string(folder.join("block.toml")).expect("block.toml");
-        let toml: toml::Table = text.parse().expect("TOML");
-        let camera = toml["camera"][0].as_table().expect("a camera");
-        let float = |name: &str| camera[name].as_float().unwrap_or_else(|| camera[name].as_integer().unwrap() as f64);
-        let rows = table(&folder.join("images.csv"));
-        let count = rows.len() as f64;
-        let times: Vec<f64> = rows.iter().map(|row| number(row, "time_s")).collect();
-        let (first, last) = times.iter().fold((f64::MAX, f64::MIN), |(a, b), t| (a.min(*t), b.max(*t)));
-        let mean_time = times.iter().sum::<f64>() / count;
-        let mut flights: Vec<&str> = Vec::new();
-        let mut images = Vec::new();
-        for (index, row) in rows.iter().enumerate() {
-            if !flights.contains(&row["flight"].as_str()) {
-                flights.push(&row["flight"]);
-            }
-            let of_flight = || (0..rows.len()).filter(|k| rows[*k]["flight"] == row["flight"]).map(|k| times[k]);
-            let (start, end) = of_flight().fold((f64::MAX, f64::MIN), |(a, b), t| (a.min(t), b.max(t)));
-            let image = ImageContext {
-                image: index as u32,
-                flight: flights.iter().position(|flight| *flight == row["flight"]).unwrap() as u32,
-                width_px: float("width_px"),
-                height_px: float("height_px"),
-                time_s: times[index],
-                tau: (times[index] - mean_time) / (last - first),
-                tau_order: (index as f64 - 0.5 * (count - 1.0)) / (count - 1.0),
-                flight_time_s: times[index] - start,
-                flight_span_s: end - start,
-                temperature_c: number(row, "temperature_c"),
-                velocity: triple(row, ["vx", "vy", "vz"]),
-                ..Default::default()
-            };
-            let [w, i, j, k] = ["qw", "qx", "qy", "qz"].map(|column| number(row, column));
-            let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k)).to_rotation_matrix();
-            let (r, c) = (log(rotation.matrix()), triple(row, ["x", "y", "z"]));
-            images.push((row.clone(), image, [r.x, r.y, r.z, c.x, c.y, c.z]));
-        }
-        let xyz = ["x", "y", "z"];
-        let surveyed = table(&folder.join("control.csv"));
+        let loaded = read_block(folder).expect("a block");
+        assert!(loaded.set_aside.is_empty(), "{}", loaded.set_aside);
+        let block = loaded.block;
         // The survey of the block without effect is the truth.
-        let truth = table(&folder.join("../none/control.csv"));
-        let points = table(&folder.join("points.csv"));
-        let mut history: Vec<[f64; 2]> = images.iter().map(|image| [image.1.time_s, image.1.temperature_c]).collect();
-        history.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        let mean = |values: Vec<Vector3<f64>>| values.iter().sum::<Vector3<f64>>() / values.len() as f64;
-        let block = BlockContext {
-            centre: mean(images.iter().map(|image| Vector3::from_column_slice(&image.2[3..])).collect()),
-            survey_mean: mean(surveyed.iter().map(|row| triple(row, xyz)).collect()),
-            counts: [images.len() as u32, flights.len() as u32, 1],
-            mean_temperature_c: history.iter().map(|row| row[1]).sum::<f64>() / count,
-            temperature_history: history,
-        };
-        let measurements = ["ties.csv", "marks.csv"].iter().flat_map(|name| table(&folder.join(name))).collect();
+        let truth = read_block(&folder.join("../none")).expect("a block").block.surveyed;
+        assert!(truth.iter().map(|point| &point.name).eq(block.surveyed.iter().map(|point| &point.name)));
         let stated = std::fs::read_to_string(folder.join("case.json")).expect("case.json");
+        let pose = |image: &Image| {
+            let r = log(image.pose.rotation.to_rotation_matrix().matrix());
+            [r.as_slice(), image.pose.centre.as_slice()].concat()
+        };
         Self {
-            interior: PARAMETERS.map(float),
-            block,
-            points: points.iter().chain(&truth).map(|row| (row["point"].clone(), triple(row, xyz))).collect(),
-            images,
-            surveyed,
-            measurements,
+            surveyed: truth.iter().map(|point| point.position).collect(),
+            poses: block.images.iter().map(pose).collect(),
+            contexts: contexts(&block),
+            constants: constants(&block),
             stated: serde_json::from_str(&stated).expect("JSON"),
+            block,
         }
     }
 
@@ -125,22 +114,27 @@ impl Case {
     fn term(&self) -> Option<Term> {
         let effect = find(self.stated["effect"].as_str()?).expect("an effect of the catalogue");
         let values = self.stated["parameters"].as_object().expect("parameters");
-        let mut used = std::collections::BTreeSet::new();
-        let mut value = |row: &Row, parameter: &misclosure::effects::Parameter| {
+        let mut used = BTreeSet::new();
+        let mut value = |image: &Image, parameter: &Parameter| {
+            let name = &parameter.name;
             let key = match parameter.scope {
-                Scope::Global => parameter.name.to_string(),
-                Scope::Flight | Scope::FlightButFirst => format!("{}[{}]", parameter.name, row["flight"]),
-                Scope::Camera => format!("{}[{}]", parameter.name, row["camera"]),
-                Scope::Image => format!("{}[{}]", parameter.name, row["image"]),
+                Scope::Global => name.to_string(),
+                Scope::Flight | Scope::FlightButFirst => {
+                    format!("{name}[{}]", self.block.flights[image.flight.index()])
+                }
+                Scope::Camera => format!("{name}[{}]", self.block.cameras[image.camera.index()].id),
+                Scope::Image => format!("{name}[{}]", image.name),
             };
             let found = values.get(&key).and_then(serde_json::Value::as_f64);
-            let optional = matches!(parameter.role, Role::Given(_)) || parameter.scope == Scope::FlightButFirst;
+            let first_flight = parameter.scope == Scope::FlightButFirst && image.flight.0 == 0;
+            let optional = matches!(parameter.role, Role::Given(_)) || first_flight;
             assert!(found.is_some() || optional, "no value of {key}");
             used.insert(key);
             found.unwrap_or(parameter.nominal)
         };
         let parameters = &effect.descriptor().parameters;
-        let theta = self.images.iter().map(|(row, ..)| parameters.iter().map(|p| value(row, p)).collect()).collect();
+        let images = self.block.images.iter();
+        let theta = images.map(|image| parameters.iter().map(|p| value(image, p)).collect()).collect();
         let unused: Vec<_> = values.keys().filter(|key| !used.contains(*key)).collect();
         assert!(unused.is_empty(), "unknown parameters {unused:?}");
         Some(Term { effect, theta })
@@ -151,15 +145,26 @@ impl Case {
         let offset = stage.identity_offset();
         let mut out = input[offset..offset + stage.outputs()].to_vec();
         if let Some(term) = term.filter(|term| term.effect.descriptor().stage == stage) {
-            let context = Context {
-                block: &self.block,
-                image: &self.images[image].1,
-                column_px: observed[0],
-                row_px: observed[1],
-            };
+            let [column_px, row_px] = observed;
+            let context = Context { block: &self.constants, image: &self.contexts[image], column_px, row_px };
             term.effect.eval(&context, input, &term.theta[image], &mut out, None, None).expect("inside the domain");
         }
         out
+    }
+
+    /// The whole chain of an image measurement.
+    fn predict(&self, term: Option<&Term>, measurement: &Measurement, point: &Vector3<f64>) -> Vec<f64> {
+        let image = measurement.image.index();
+        let observed = [measurement.x, measurement.y];
+        let pose = self.stage(term, Stage::Exposure, image, observed, &self.poses[image]);
+        let seen = self.stage(term, Stage::Ray, image, observed, &[&pose, point.as_slice()].concat());
+        let interior = &self.block.camera_of(measurement.image).interior;
+        let interior = self.stage(term, Stage::Interior, image, observed, &[interior, &pose[..3]].concat());
+        let interior: [f64; 12] = interior.try_into().expect("twelve");
+        let from_centre = Vector3::from_vec(seen) - Vector3::from_column_slice(&pose[3..]);
+        let in_camera = exp(&Vector3::from_column_slice(&pose[..3])) * from_centre;
+        let ideal = fraser::project(&interior, in_camera.into()).expect("before the camera");
+        self.stage(term, Stage::Image, image, observed, &[&ideal[..], &interior].concat())
     }
 
     /// Largest residual of image points (px), antenna positions and surveyed coordinates (m), in any one coordinate.
@@ -169,31 +174,20 @@ impl Case {
             assert!(residual.iter().all(|value| value.is_finite()));
             largest[group] = residual.iter().fold(largest[group], |most, value| most.max(value.abs()));
         };
-        let names: HashMap<&str, usize> =
-            self.images.iter().enumerate().map(|(index, image)| (image.0["image"].as_str(), index)).collect();
-        for row in &self.measurements {
-            let image = names[row["image"].as_str()];
-            let observed = ["x", "y"].map(|column| number(row, column));
-            let pose = self.stage(term, Stage::Exposure, image, observed, &self.images[image].2);
-            let point = self.points[row["point"].as_str()];
-            let seen = self.stage(term, Stage::Ray, image, observed, &[&pose, point.as_slice()].concat());
-            let interior = self.stage(term, Stage::Interior, image, observed, &[&self.interior, &pose[..3]].concat());
-            let interior: [f64; 12] = interior.try_into().unwrap();
-            let centre = Vector3::from_column_slice(&pose[3..]);
-            let in_camera = exp(&Vector3::from_column_slice(&pose[..3])) * (Vector3::from_column_slice(&seen) - centre);
-            let ideal = fraser::project(&interior, in_camera.into()).expect("before the camera");
-            let predicted = self.stage(term, Stage::Image, image, observed, &[&ideal[..], &interior].concat());
-            note(0, &[predicted[0] - observed[0], predicted[1] - observed[1]]);
+        let ties = self.block.ties.iter().map(|tie| (tie, self.block.tie_points[tie.point.index()].position));
+        let marks = self.block.marks.iter().map(|mark| (mark, Some(self.surveyed[mark.point.index()])));
+        for (measurement, point) in ties.chain(marks) {
+            let predicted = self.predict(term, measurement, &point.expect("points.csv has every tie point"));
+            note(0, &[predicted[0] - measurement.x, predicted[1] - measurement.y]);
         }
         let none = [f64::NAN; 2];
-        for (index, (row, _, pose)) in self.images.iter().enumerate() {
-            let antenna = Vector3::from_vec(self.stage(term, Stage::Position, index, none, pose));
-            note(1, (antenna - triple(row, ["gnss_x", "gnss_y", "gnss_z"])).as_slice());
+        for (index, image) in self.block.images.iter().enumerate() {
+            let antenna = Vector3::from_vec(self.stage(term, Stage::Position, index, none, &self.poses[index]));
+            note(1, (antenna - image.gnss.expect("a position").position).as_slice());
         }
-        for row in &self.surveyed {
-            let truth = self.points[row["point"].as_str()];
+        for (point, truth) in self.block.surveyed.iter().zip(&self.surveyed) {
             let surveyed = Vector3::from_vec(self.stage(term, Stage::Control, 0, none, truth.as_slice()));
-            note(2, (surveyed - triple(row, ["x", "y", "z"])).as_slice());
+            note(2, (surveyed - point.position).as_slice());
         }
         largest
     }
@@ -201,19 +195,20 @@ impl Case {
 
 #[test]
 fn effects_meet_the_measurements_of_another_program() {
-    let Some(folder) = vectors() else {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/vectors");
+    if !folder.is_dir() {
         eprintln!("skipped: no ../shared/vectors");
         return;
-    };
+    }
     let mut folders: Vec<PathBuf> =
-        std::fs::read_dir(folder).expect("a folder").map(|entry| entry.unwrap().path()).collect();
+        std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()).collect();
     folders.sort();
     assert!(!folders.is_empty());
     let tolerances = [IMAGE_TOLERANCE_PX, POSITION_TOLERANCE_M, POSITION_TOLERANCE_M];
     let keys = ["largest_change_px", "largest_change_gnss_m", "largest_change_survey_m"];
     let mut wrong = Vec::new();
     for folder in folders {
-        let name = folder.file_name().unwrap().to_string_lossy().into_owned();
+        let name = folder.file_name().expect("a name").to_string_lossy().into_owned();
         let case = Case::read(&folder);
         let with = case.largest_residuals(case.term().as_ref());
         let without = case.largest_residuals(None);
