@@ -152,3 +152,31 @@ fn simulate_names_what_is_wrong() {
         assert!(!Path::new(&output).exists(), "{arguments:?} left something behind");
     }
 }
+
+#[test]
+fn inject_changes_the_measurements_and_keeps_the_truth() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (clean, bad) = (path(&folder, "clean"), path(&folder, "bad"));
+    json(&["simulate", "dike", "-o", &clean, "--json"]);
+    let report = json(&["inject", &clean, "-o", &bad, "--error", "noise:px=0.5", "--json"]);
+    let rms = report["change_rms_px"].as_f64().expect("a number");
+    // 165 000 measurements of 0.5 px: their RMS is known to 0.2 %.
+    assert!((rms - 0.5).abs() < 0.005, "{rms}");
+    let (clean, bad) = (contents(Path::new(&clean)), contents(Path::new(&bad)));
+    assert!(clean["ties.csv"] != bad["ties.csv"]);
+    assert!(clean["truth/ties.csv"] == bad["truth/ties.csv"]);
+    assert!(bad.contains_key("truth/errors.json"));
+    for (arguments, message) in [
+        (&["--error", "nose"][..], "error: no error is called `nose`; nearest: noise"),
+        (&["--error", "noise:x=1"], "error: error `noise`: no parameter `x`"),
+        (&[][..], "error: the following required arguments were not provided"),
+    ] {
+        let here = path(&folder, "clean");
+        let (code, _, stderr) = misclosure(&[&["inject", &here, "-o", &path(&folder, "x")], arguments].concat());
+        assert_eq!(code, 2, "{stderr}");
+        assert!(stderr.starts_with(message), "{stderr}");
+    }
+    let (code, _, stderr) = misclosure(&["inject", &path(&folder, "bad/truth"), "-o", "x", "--error", "noise"]);
+    assert_eq!(code, 2, "{stderr}");
+    assert!(stderr.contains("has no truth/"), "{stderr}");
+}

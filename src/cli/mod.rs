@@ -6,6 +6,7 @@ mod check;
 mod console;
 mod effects;
 mod exit;
+mod inject;
 pub mod model_options;
 pub mod run_folder;
 mod simulate;
@@ -49,6 +50,7 @@ struct Global {
 #[derive(Debug, Subcommand)]
 enum Command {
     Simulate(simulate::Arguments),
+    Inject(inject::Arguments),
     Check(check::Arguments),
     Effects(effects::Arguments),
 }
@@ -104,6 +106,7 @@ impl Command {
     fn run(self, console: &Console, _threads: usize) -> anyhow::Result<Answer> {
         match self {
             Command::Simulate(arguments) => simulate::run(&arguments, console),
+            Command::Inject(arguments) => inject::run(&arguments),
             Command::Check(arguments) => check::run(&arguments),
             Command::Effects(arguments) => effects::run(&arguments),
         }

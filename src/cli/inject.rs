@@ -1,0 +1,141 @@
+//! `misclosure inject`: measures a simulated block anew under known errors.
+
+use super::{Answer, Usage};
+use crate::inject::{self, Cause, Injected, ParameterSpec, Report};
+use crate::io::block::{read_block, write_block};
+use crate::io::table::write_json;
+use crate::report::numbers::significant;
+use crate::report::tables::Table;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// Measures a simulated block anew under known errors
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  misclosure inject --list
+  misclosure inject dike -o drift --error focal-growth
+  misclosure inject dike -o bad --error rolling-shutter:readout=0.03 --error noise:px=0.3 --seed 7
+
+The block needs its truth (truth/, as `simulate` writes it). Every measurement is made anew:
+name all errors, noise too, in one call. The new block has the same truth, and
+truth/errors.json says what was done.")]
+pub struct Arguments {
+    /// Folder of a simulated block
+    #[arg(required_unless_present = "list")]
+    block: Option<PathBuf>,
+    /// Folder of the new block
+    #[arg(short, long, value_name = "BLOCK2", required_unless_present = "list")]
+    output: Option<PathBuf>,
+    /// Error to inject (repeatable); errors act in the order of the list, whatever the order here
+    #[arg(long = "error", value_name = "ID[:key=value,...]", required_unless_present = "list")]
+    errors: Vec<String>,
+    /// Seed of everything random; the same seed gives the same bytes
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// List the errors with their parameters and units
+    #[arg(long)]
+    list: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
+    // Clap asks for both folders where `--list` is absent.
+    let (Some(folder), Some(output)) = (&arguments.block, &arguments.output) else { return Ok(list()) };
+    let injections = arguments.errors.iter().map(|text| inject::parse(text)).collect::<anyhow::Result<Vec<_>>>();
+    let injections = injections.map_err(bad_input)?;
+    let block = read_block(folder)?.block;
+    let truth_folder = folder.join("truth");
+    if !truth_folder.is_dir() {
+        let message =
+            format!("{} has no truth/: errors are injected into simulated blocks and twins", folder.display());
+        return Err(Usage(message).into());
+    }
+    let truth = read_block(&truth_folder)?.block;
+    let Injected { block, report } = inject::apply(&block, &truth, &injections, arguments.seed).map_err(bad_input)?;
+    write_block(&block, output)?;
+    write_block(&truth, &output.join("truth"))?;
+    let json = as_json(&report, arguments.seed);
+    write_json(&output.join("truth").join("errors.json"), &json)?;
+    Ok(Answer { text: text(&report) + &format!("\nBlock: {}\n", output.display()), json, failure: None })
+}
+
+/// Whatever the registry refuses was asked for on the command line.
+fn bad_input(error: anyhow::Error) -> Usage {
+    Usage(format!("{error:#}"))
+}
+
+fn list() -> Answer {
+    let mut text = String::new();
+    for cause in inject::registry() {
+        text += &format!("{}: {}\n", cause.id(), cause.summary());
+        let mut table =
+            (Table::new("").text("    parameter", "").text("unit", "").text("default", "")).text("meaning", "");
+        for p in cause.parameters() {
+            table.row([format!("    {}", p.name), p.unit.into(), p.default.to_string(), p.help.into()]);
+        }
+        if !cause.parameters().is_empty() {
+            text += &table.to_text();
+        }
+        text.push('\n');
+    }
+    let parameter =
+        |p: &ParameterSpec| json!({ "name": p.name, "unit": p.unit, "default": p.default.to_string(), "help": p.help });
+    let cause = |cause: &&Cause| {
+        let parameters: Vec<Value> = cause.parameters().iter().map(parameter).collect();
+        json!({ "error": cause.id(), "summary": cause.summary(), "parameters": parameters })
+    };
+    let errors: Vec<Value> = inject::registry().iter().map(cause).collect();
+    Answer { text, json: json!({ "format": 1, "errors": errors }), failure: None }
+}
+
+fn text(report: &Report) -> String {
+    let mut table = Table::new("").text("error", "").text("parameters", "").text("drawn or derived", "");
+    for applied in &report.applied {
+        let list = |pairs: Vec<String>| pairs.join(", ");
+        let parameters = applied.parameters.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        let notes = applied.notes.iter().map(|(name, value)| format!("{name}: {value}")).collect();
+        table.row([applied.id.to_string(), list(parameters), list(notes)]);
+    }
+    let mut text = table.to_text();
+    text += &format!(
+        "\n{} measurements were made anew; their errors: {} px RMS per coordinate, at most {} px. (They replace errors of {} px RMS.)\n",
+        report.measurements,
+        significant(report.change_rms_px, 3),
+        significant(report.change_max_px, 3),
+        significant(report.replaced_rms_px, 3),
+    );
+    for (what, change) in [("GNSS position", report.gnss_change_max_m), ("surveyed point", report.survey_change_max_m)]
+    {
+        if change > 0.0 {
+            text += &format!("Largest error of a {what}: {} m\n", significant(change, 3));
+        }
+    }
+    let dropped = &report.dropped;
+    if dropped.total() > 0 {
+        text += &format!(
+            "Measurements that are no longer there: {} behind the camera, {} off the sensor, {} without a light path or an \
+             instant of exposure, {} left alone\n",
+            dropped.behind, dropped.off_sensor, dropped.no_solution, dropped.left_alone
+        );
+    }
+    if !report.dropped_tie_points.is_empty() {
+        text += &format!("Tie points that went with them: {}\n", report.dropped_tie_points.len());
+    }
+    text
+}
+
+fn as_json(report: &Report, seed: u64) -> Value {
+    let pairs = |pairs: Vec<(String, String)>| -> Value {
+        pairs.into_iter().map(|(name, value)| (name, Value::String(value))).collect::<serde_json::Map<_, _>>().into()
+    };
+    let errors = report.applied.iter().map(|applied| {
+        let parameters = applied.parameters.iter().map(|(name, value)| (name.to_string(), value.clone())).collect();
+        json!({ "error": applied.id, "parameters": pairs(parameters), "notes": pairs(applied.notes.clone()) })
+    });
+    json!({
+        "format": 1, "seed": seed, "errors": errors.collect::<Vec<_>>(), "measurements": report.measurements,
+        "replaced_rms_px": report.replaced_rms_px, "change_rms_px": report.change_rms_px, "change_max_px": report.change_max_px,
+        "gnss_change_max_m": report.gnss_change_max_m, "survey_change_max_m": report.survey_change_max_m,
+        "dropped_measurements": report.dropped.total(), "dropped_tie_points": report.dropped_tie_points,
+    })
+}
