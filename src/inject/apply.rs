@@ -35,6 +35,8 @@ pub struct Report {
     pub gnss_change_max_m: f64,
     /// Largest new error of a surveyed point, m.
     pub survey_change_max_m: f64,
+    /// Tie-point measurements that were made outliers, those since dropped too: image and point.
+    pub outliers: Vec<(String, String)>,
     /// The causes, in the order in which they acted.
     pub applied: Vec<Applied>,
 }
@@ -83,6 +85,14 @@ pub fn apply(block: &Block, truth: &Block, injections: &[Injection], seed: u64) 
     let mut recorded = block.clone();
     actions.iter().for_each(|action| action.record(&mut recorded));
     let mut injected = write(recorded, &world, observations);
+    let outliers = actions.iter().flat_map(|action| action.outliers());
+    injected.report.outliers = outliers
+        .map(|tie| {
+            let tie = &world.ties[*tie];
+            let image = world.images[tie.image.index()].name.clone();
+            (image, world.tie_point_names[tie.point.index()].clone())
+        })
+        .collect();
     injected.report.applied = applied
         .into_iter()
         .map(|(applied, index)| Applied { notes: index.map_or(Vec::new(), |index| actions[index].notes()), ..applied })

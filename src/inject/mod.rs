@@ -25,7 +25,7 @@ mod world;
 pub use apply::{Applied, Injected, Report, apply};
 pub use injection::{Injection, parse};
 pub use observe::{Action, Dropped, Loss, Observations};
-pub use parameters::{Default, ParameterSpec, Value, Values};
+pub use parameters::{DefaultValue, ParameterSpec, Value, Values};
 pub use random::Random;
 pub use trajectory::Trajectory;
 pub use world::World;

@@ -48,6 +48,10 @@ pub trait Action: Send + Sync {
     fn antenna(&self, _image: usize, _antenna: &mut Vector3<f64>) {}
     /// Errors of the measurements themselves, after everything has been observed.
     fn measured(&mut self, _world: &World, _observations: &mut Observations) {}
+    /// Tie-point measurements that the cause made wrong one by one: places in [`World::ties`].
+    fn outliers(&self) -> &[usize] {
+        &[]
+    }
     /// What the cause drew at random or derived, for the report: name and value with unit.
     fn notes(&self) -> Vec<(String, String)> {
         Vec::new()

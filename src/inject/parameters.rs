@@ -5,7 +5,7 @@ use std::fmt;
 
 /// Value of a parameter that is not given, and with it the parameter's type.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Default {
+pub enum DefaultValue {
     /// A number.
     Number(f64),
     /// A number that may be left out; the text says what then holds.
@@ -20,13 +20,13 @@ pub enum Default {
     List(&'static str),
 }
 
-impl fmt::Display for Default {
+impl fmt::Display for DefaultValue {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Default::Number(number) => write!(out, "{number}"),
-            Default::Flag(flag) => write!(out, "{}", u8::from(*flag)),
-            Default::Choice(word, choices) => write!(out, "{word} (of {})", choices.join("|")),
-            Default::Optional(text) | Default::Name(text) | Default::List(text) => write!(out, "{text}"),
+            DefaultValue::Number(number) => write!(out, "{number}"),
+            DefaultValue::Flag(flag) => write!(out, "{}", u8::from(*flag)),
+            DefaultValue::Choice(word, choices) => write!(out, "{word} (of {})", choices.join("|")),
+            DefaultValue::Optional(text) | DefaultValue::Name(text) | DefaultValue::List(text) => write!(out, "{text}"),
         }
     }
 }
@@ -39,7 +39,7 @@ pub struct ParameterSpec {
     /// Unit, empty where there is none.
     pub unit: &'static str,
     /// Type, and value when not given.
-    pub default: Default,
+    pub default: DefaultValue,
     /// One line of help.
     pub help: &'static str,
 }
@@ -48,7 +48,7 @@ pub struct ParameterSpec {
 pub(super) const fn parameter(
     name: &'static str,
     unit: &'static str,
-    default: Default,
+    default: DefaultValue,
     help: &'static str,
 ) -> ParameterSpec {
     ParameterSpec { name, unit, default, help }
@@ -84,10 +84,10 @@ impl ParameterSpec {
     /// The default as a value.
     fn default_value(&self) -> Value {
         match self.default {
-            Default::Number(number) => Value::Number(number),
-            Default::Flag(flag) => Value::Number(f64::from(u8::from(flag))),
-            Default::Choice(word, _) => Value::Word(word.to_owned()),
-            Default::Optional(_) | Default::Name(_) | Default::List(_) => Value::Absent,
+            DefaultValue::Number(number) => Value::Number(number),
+            DefaultValue::Flag(flag) => Value::Number(f64::from(u8::from(flag))),
+            DefaultValue::Choice(word, _) => Value::Word(word.to_owned()),
+            DefaultValue::Optional(_) | DefaultValue::Name(_) | DefaultValue::List(_) => Value::Absent,
         }
     }
 
@@ -99,18 +99,18 @@ impl ParameterSpec {
             Ok(number)
         };
         Ok(match self.default {
-            Default::Number(_) | Default::Optional(_) => Value::Number(number(text)?),
-            Default::Flag(_) => match text {
+            DefaultValue::Number(_) | DefaultValue::Optional(_) => Value::Number(number(text)?),
+            DefaultValue::Flag(_) => match text {
                 "0" => Value::Number(0.0),
                 "1" => Value::Number(1.0),
                 _ => bail!("`{text}` is neither 0 nor 1"),
             },
-            Default::Choice(_, choices) => {
+            DefaultValue::Choice(_, choices) => {
                 ensure!(choices.contains(&text), "`{text}` is none of {}", choices.join(", "));
                 Value::Word(text.to_owned())
             }
-            Default::Name(_) => Value::Word(text.to_owned()),
-            Default::List(_) => Value::List(text.split('/').map(number).collect::<Result<_>>()?),
+            DefaultValue::Name(_) => Value::Word(text.to_owned()),
+            DefaultValue::List(_) => Value::List(text.split('/').map(number).collect::<Result<_>>()?),
         })
     }
 }

@@ -1,7 +1,7 @@
 //! What holds for every cause: zero changes nothing, the same seed gives the same bytes, errors are said clearly.
 
-use crate::fixture::{HEIGHT, WIDTH, inject, truth};
-use misclosure::inject::{apply, find, parse, registry};
+use crate::fixture::{HEIGHT, WIDTH, distance, inject, pairs, truth};
+use misclosure::inject::{DefaultValue, apply, find, parse, registry};
 
 /// Every cause at zero size.
 const ZERO: [&str; 30] = [
@@ -102,12 +102,79 @@ fn another_cause_does_not_change_the_noise() {
         with.ties.iter().zip(&without.ties).map(|(a, b)| [a.x - b.x, a.y - b.y]).collect()
     };
     let alone = noise(&["noise:px=0.3"], &[]);
-    // A rotation-free small disturbance that loses no measurement.
+    // A small disturbance that loses no measurement.
     let along = noise(&["noise:px=0.3", "sensor-stitch:amplitude=0.01"], &["sensor-stitch:amplitude=0.01"]);
     assert_eq!(alone.len(), along.len());
     for (a, b) in alone.iter().zip(&along) {
         // Differences of pixel coordinates: rounding of numbers below 8192.
         assert!((a[0] - b[0]).abs() < 1e-11 && (a[1] - b[1]).abs() < 1e-11);
+    }
+}
+
+#[test]
+fn small_causes_together_are_the_sum_of_each() {
+    let truth = truth();
+    // The smooth flaw: at the centre of the other one the smallest shift turns its direction.
+    let each = [
+        "rolling-shutter:readout=0.01",
+        "focal-steps:steps=1/-2",
+        "local-flaw:lambda=4,sigma=2000,smooth=1",
+        "flat-port",
+    ];
+    let moved = |errors: &[&str]| {
+        let block = inject(&truth, errors).block;
+        let moved = pairs(&truth, &block).into_iter().map(|(image, point, before, after)| {
+            let key = (image, point.x.to_bits(), point.y.to_bits());
+            (key, [after[0] - before[0], after[1] - before[1]])
+        });
+        moved.collect::<std::collections::HashMap<_, _>>()
+    };
+    let singles: Vec<_> = each.iter().map(|error| moved(&[error])).collect();
+    let mut compared = 0;
+    for (key, together) in moved(&each) {
+        let parts: Vec<[f64; 2]> = singles.iter().filter_map(|single| single.get(&key).copied()).collect();
+        if parts.len() < each.len() {
+            continue; // Lost under one of them.
+        }
+        let sum = parts.iter().fold([0.0; 2], |sum, part| [sum[0] + part[0], sum[1] + part[1]]);
+        let size: f64 = parts.iter().map(|part| part[0].hypot(part[1])).sum();
+        // Second order: pixels over the size of the flaw, a thousandth of the scale, and the like.
+        assert!(distance(together, sum) < 5e-3 * size, "{together:?} {sum:?}");
+        compared += 1;
+    }
+    assert!(compared * 2 > truth.ties.len());
+}
+
+#[test]
+fn a_ray_that_cannot_be_is_counted() {
+    let truth = truth();
+    // A window 58 m in front of the lens: points between lens and window, or in it, have no ray through it.
+    let dropped = inject(&truth, &["flat-port:distance=58,thickness=0.01"]).report.dropped;
+    let seen = truth.ties.iter().map(|tie| (tie.image, truth.tie_points[tie.point.index()].position.unwrap()));
+    let seen = seen.chain(truth.marks.iter().map(|mark| (mark.image, truth.surveyed[mark.point.index()].position)));
+    let before =
+        seen.filter(|(image, point)| truth.images[image.index()].pose.cam_from_world(point).z <= 58.01).count();
+    assert!(before > 20);
+    assert_eq!(dropped.no_solution, before);
+}
+
+#[test]
+fn absurd_sizes_are_refused_or_measured_but_never_a_panic() {
+    let truth = truth();
+    for cause in registry() {
+        for parameter in cause.parameters() {
+            if !matches!(parameter.default, DefaultValue::Number(_) | DefaultValue::Optional(_)) {
+                continue;
+            }
+            for size in ["1e300", "-1e300", "1e-300", "1e6", "-1", "0", "0.7"] {
+                let error = format!("{}:{}={size}", cause.id(), parameter.name);
+                let Ok(injected) = apply(&truth, &truth, &[parse(&error).unwrap()], 1) else { continue };
+                let block = injected.block;
+                let inside = |x: f64, y: f64| (0.0..=WIDTH).contains(&x) && (0.0..=HEIGHT).contains(&y);
+                assert!(block.ties.iter().chain(&block.marks).all(|seen| inside(seen.x, seen.y)), "{error}");
+                assert!(block.images.iter().all(|image| image.gnss.unwrap().position.iter().all(|v| v.is_finite())));
+            }
+        }
     }
 }
 

@@ -110,6 +110,14 @@ fn temperature_history_can_be_made_and_is_recorded() {
     assert_eq!(block.images[19].temperature_c, Some(40.0));
     let scales = scales("temperature-focal:from=20,to=40,alpha=0.5");
     assert!(((scales[19] - scales[0]) * 5500.0 - 10.0).abs() < 1e-8);
+    // Warming up with a time constant of 30 s over 114 s: half of a 20 K rise after 30 ln(2 / (1 + exp(-114/30))) s.
+    let block = inject(&truth, &["temperature-focal:from=20,to=40,warm_up=30"]).block;
+    let half = 30.0 * (2.0 / (1.0 + (-114.0_f64 / 30.0).exp())).ln();
+    for image in &block.images {
+        let temperature = image.temperature_c.unwrap();
+        assert_eq!(temperature > 30.0, image.time_s.unwrap() > half, "{temperature} at {:?}", image.time_s);
+    }
+    assert!((block.images[19].temperature_c.unwrap() - 40.0).abs() < 1e-12);
 }
 
 /// By image, the shift that all its points share.

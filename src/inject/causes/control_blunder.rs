@@ -8,16 +8,16 @@ pub(super) static CAUSE: Cause = Cause {
     id: "control-blunder",
     summary: "one surveyed point wrong, or the names of two exchanged",
     parameters: &[
-        parameter("size", "m", Default::Number(0.5), "how far the point is off"),
+        parameter("size", "m", DefaultValue::Number(0.5), "how far the point is off"),
         parameter(
             "axis",
             "",
-            Default::Choice("any", &["any", "x", "y", "z"]),
+            DefaultValue::Choice("any", &["any", "x", "y", "z"]),
             "in which direction; any: drawn at random",
         ),
-        parameter("point", "", Default::Name("a control point drawn at random"), "the point"),
-        parameter("swap", "", Default::Flag(false), "1: exchange the point with another one instead"),
-        parameter("with", "", Default::Name("a control point drawn at random"), "the other point"),
+        parameter("point", "", DefaultValue::Name("a control point drawn at random"), "the point"),
+        parameter("swap", "", DefaultValue::Flag(false), "1: exchange the point with another one instead"),
+        parameter("with", "", DefaultValue::Name("a control point drawn at random"), "the other point"),
     ],
     prepare,
 };

@@ -10,10 +10,10 @@ pub(super) static CAUSE: Cause = Cause {
         parameter(
             "corner",
             "px",
-            Default::Number(2.0),
+            DefaultValue::Number(2.0),
             "displacement along the axis at the radius of the farthest corner",
         ),
-        parameter("direction_deg", "deg", Default::Number(0.0), "axis of the decentring, from x towards y"),
+        parameter("direction_deg", "deg", DefaultValue::Number(0.0), "axis of the decentring, from x towards y"),
     ],
     prepare,
 };

@@ -10,8 +10,8 @@ pub(super) static CAUSE: Cause = Cause {
     id: "earth-curvature",
     summary: "points given in map coordinates lie on the curved Earth; cameras and GNSS are Cartesian",
     parameters: &[
-        parameter("q", "1", Default::Number(1.0), "curvature in units of the Earth's"),
-        parameter("radius", "m", Default::Number(6_371_000.0), "radius of the Earth"),
+        parameter("q", "1", DefaultValue::Number(1.0), "curvature in units of the Earth's"),
+        parameter("radius", "m", DefaultValue::Number(6_371_000.0), "radius of the Earth"),
     ],
     prepare,
 };

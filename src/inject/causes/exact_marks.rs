@@ -8,7 +8,12 @@ use crate::inject::Loss;
 pub(super) static CAUSE: Cause = Cause {
     id: "exact-marks",
     summary: "marks as they would be without any of the other errors but noise",
-    parameters: &[parameter("role", "", Default::Choice("check", &["check", "control", "both"]), "of which points")],
+    parameters: &[parameter(
+        "role",
+        "",
+        DefaultValue::Choice("check", &["check", "control", "both"]),
+        "of which points",
+    )],
     prepare,
 };
 

@@ -8,9 +8,9 @@ pub(super) static CAUSE: Cause = Cause {
     id: "flat-port",
     summary: "plane-parallel window in front of the lens, traced through both faces",
     parameters: &[
-        parameter("thickness", "m", Default::Number(0.005), "thickness of the window"),
-        parameter("index", "1", Default::Number(1.5), "refractive index of the window; air on both sides"),
-        parameter("distance", "m", Default::Number(0.02), "from the projection centre to the window"),
+        parameter("thickness", "m", DefaultValue::Number(0.005), "thickness of the window"),
+        parameter("index", "1", DefaultValue::Number(1.5), "refractive index of the window; air on both sides"),
+        parameter("distance", "m", DefaultValue::Number(0.02), "from the projection centre to the window"),
     ],
     prepare,
 };

@@ -5,7 +5,7 @@ use super::*;
 pub(super) static CAUSE: Cause = Cause {
     id: "focal-growth",
     summary: "focal length that grows from image to image, in the order of the table (the study's gradual focal length)",
-    parameters: &[parameter("b", "1", Default::Number(1e-5), "relative growth per image")],
+    parameters: &[parameter("b", "1", DefaultValue::Number(1e-5), "relative growth per image")],
     prepare,
 };
 

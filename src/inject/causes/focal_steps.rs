@@ -6,8 +6,13 @@ pub(super) static CAUSE: Cause = Cause {
     id: "focal-steps",
     summary: "another focal length in each flight (refocused in between)",
     parameters: &[
-        parameter("size", "px", Default::Number(3.0), "standard deviation of the steps, zero for the first flight"),
-        parameter("steps", "px", Default::List("drawn at random"), "change by flight, one value each: 0/3/-2"),
+        parameter(
+            "size",
+            "px",
+            DefaultValue::Number(3.0),
+            "standard deviation of the steps, zero for the first flight",
+        ),
+        parameter("steps", "px", DefaultValue::List("drawn at random"), "change by flight, one value each: 0/3/-2"),
     ],
     prepare,
 };

@@ -5,7 +5,7 @@ use super::*;
 pub(super) static CAUSE: Cause = Cause {
     id: "focus-hunting",
     summary: "focal length at random in each image (autofocus)",
-    parameters: &[parameter("size", "px", Default::Number(1.0), "standard deviation")],
+    parameters: &[parameter("size", "px", DefaultValue::Number(1.0), "standard deviation")],
     prepare,
 };
 

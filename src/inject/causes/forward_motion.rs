@@ -8,7 +8,7 @@ pub(super) static CAUSE: Cause = Cause {
     parameters: &[parameter(
         "exposure",
         "s",
-        Default::Optional("the images' own exposure times"),
+        DefaultValue::Optional("the images' own exposure times"),
         "how long the shutter is open",
     )],
     prepare,

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 pub(super) static CAUSE: Cause = Cause {
     id: "gnss-delay",
     summary: "GNSS positions taken from the trajectory a moment after the exposure",
-    parameters: &[parameter("dt", "s", Default::Number(0.02), "delay; negative: before the exposure")],
+    parameters: &[parameter("dt", "s", DefaultValue::Number(0.02), "delay; negative: before the exposure")],
     prepare,
 };
 

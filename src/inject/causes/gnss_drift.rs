@@ -10,10 +10,10 @@ pub(super) static CAUSE: Cause = Cause {
         parameter(
             "offset_m",
             "m",
-            Default::Number(0.1),
+            DefaultValue::Number(0.1),
             "standard deviation of each coordinate at the start of a flight",
         ),
-        parameter("rate", "m/s", Default::Number(0.001), "standard deviation of each coordinate's drift"),
+        parameter("rate", "m/s", DefaultValue::Number(0.001), "standard deviation of each coordinate's drift"),
     ],
     prepare,
 };

@@ -7,9 +7,9 @@ pub(super) static CAUSE: Cause = Cause {
     id: "gnss-lever-arm",
     summary: "antenna at a fixed place in the camera's frame, beyond what the truth has",
     parameters: &[
-        parameter("x", "m", Default::Number(0.0), "to the right of the image"),
-        parameter("y", "m", Default::Number(0.1), "down the image"),
-        parameter("z", "m", Default::Number(-0.1), "along the optical axis"),
+        parameter("x", "m", DefaultValue::Number(0.0), "to the right of the image"),
+        parameter("y", "m", DefaultValue::Number(0.1), "down the image"),
+        parameter("z", "m", DefaultValue::Number(-0.1), "along the optical axis"),
     ],
     prepare,
 };

@@ -7,10 +7,10 @@ pub(super) static CAUSE: Cause = Cause {
     id: "gnss-shift",
     summary: "GNSS positions shifted, all or those of one flight (datum, geoid, antenna height)",
     parameters: &[
-        parameter("x", "m", Default::Number(0.0), "shift"),
-        parameter("y", "m", Default::Number(0.0), "shift"),
-        parameter("z", "m", Default::Number(0.1), "shift"),
-        parameter("flight", "", Default::Name("every flight"), "the flight that is shifted"),
+        parameter("x", "m", DefaultValue::Number(0.0), "shift"),
+        parameter("y", "m", DefaultValue::Number(0.0), "shift"),
+        parameter("z", "m", DefaultValue::Number(0.1), "shift"),
+        parameter("flight", "", DefaultValue::Name("every flight"), "the flight that is shifted"),
     ],
     prepare,
 };

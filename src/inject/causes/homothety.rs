@@ -6,15 +6,15 @@ pub(super) static CAUSE: Cause = Cause {
     id: "homothety",
     summary: "image points moved away from a centre by a part of their distance (the study's global error)",
     parameters: &[
-        parameter("lambda", "1", Default::Number(0.005), "part of the distance"),
+        parameter("lambda", "1", DefaultValue::Number(0.005), "part of the distance"),
         parameter(
             "centre",
             "",
-            Default::Choice("pp", &["pp", "dc", "xy"]),
+            DefaultValue::Choice("pp", &["pp", "dc", "xy"]),
             "principal point, centre of distortion, or cx, cy",
         ),
-        parameter("cx", "px", Default::Optional("needs centre=xy"), "centre"),
-        parameter("cy", "px", Default::Optional("needs centre=xy"), "centre"),
+        parameter("cx", "px", DefaultValue::Optional("needs centre=xy"), "centre"),
+        parameter("cy", "px", DefaultValue::Optional("needs centre=xy"), "centre"),
     ],
     prepare,
 };

@@ -8,9 +8,9 @@ pub(super) static CAUSE: Cause = Cause {
     id: "lens-sag",
     summary: "lens pulled aside by gravity: principal point and centre of distortion follow the camera's attitude",
     parameters: &[
-        parameter("lateral", "px", Default::Number(2.0), "shift of the image when the optical axis is level"),
-        parameter("axial", "px", Default::Number(0.0), "change of the focal length when the axis points down"),
-        parameter("moves", "", Default::Choice("both", &["both", "pp", "dc"]), "what moves with the lens"),
+        parameter("lateral", "px", DefaultValue::Number(2.0), "shift of the image when the optical axis is level"),
+        parameter("axial", "px", DefaultValue::Number(0.0), "change of the focal length when the axis points down"),
+        parameter("moves", "", DefaultValue::Choice("both", &["both", "pp", "dc"]), "what moves with the lens"),
     ],
     prepare,
 };

@@ -7,11 +7,11 @@ pub(super) static CAUSE: Cause = Cause {
     id: "local-flaw",
     summary: "image points pushed away from a place on the sensor, fading with distance (the study's local error)",
     parameters: &[
-        parameter("centre_x", "px", Default::Number(1000.0), "place"),
-        parameter("centre_y", "px", Default::Number(1000.0), "place"),
-        parameter("lambda", "px", Default::Number(10.0), "size"),
-        parameter("sigma", "px", Default::Number(200.0), "distance at which it has faded to 1/e"),
-        parameter("smooth", "", Default::Flag(false), "1: proportional to the distance near the centre"),
+        parameter("centre_x", "px", DefaultValue::Number(1000.0), "place"),
+        parameter("centre_y", "px", DefaultValue::Number(1000.0), "place"),
+        parameter("lambda", "px", DefaultValue::Number(10.0), "size"),
+        parameter("sigma", "px", DefaultValue::Number(200.0), "distance at which it has faded to 1/e"),
+        parameter("smooth", "", DefaultValue::Flag(false), "1: proportional to the distance near the centre"),
     ],
     prepare,
 };

@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 pub(super) static CAUSE: Cause = Cause {
     id: "map-scale",
     summary: "surveyed coordinates with the scale of a map grid, about their mean (control and check points alike)",
-    parameters: &[parameter("m", "1", Default::Number(4e-4), "scale of the grid, minus one")],
+    parameters: &[parameter("m", "1", DefaultValue::Number(4e-4), "scale of the grid, minus one")],
     prepare,
 };
 

@@ -1,6 +1,6 @@
 //! The causes, one file each, and their order.
 
-use super::parameters::{Default, parameter};
+use super::parameters::{DefaultValue, parameter};
 use super::{Action, Cause, Observations, Prepared, Random, Setting, World};
 use crate::camera::{Camera, Interior};
 use anyhow::{Result, ensure};

@@ -12,12 +12,12 @@ pub(super) static CAUSE: Cause = Cause {
         parameter(
             "px",
             "px",
-            Default::Optional("each measurement's own sigma"),
+            DefaultValue::Optional("each measurement's own sigma"),
             "standard deviation of each coordinate of ties and marks",
         ),
-        parameter("marks_px", "px", Default::Optional("as px"), "of the marks"),
-        parameter("gnss", "", Default::Flag(false), "1: GNSS positions too, by their sigmas"),
-        parameter("control", "", Default::Flag(false), "1: surveyed coordinates too, by their sigmas"),
+        parameter("marks_px", "px", DefaultValue::Optional("as px"), "of the marks"),
+        parameter("gnss", "", DefaultValue::Flag(false), "1: GNSS positions too, by their sigmas"),
+        parameter("control", "", DefaultValue::Flag(false), "1: surveyed coordinates too, by their sigmas"),
     ],
     prepare,
 };

@@ -7,11 +7,11 @@ pub(super) static CAUSE: Cause = Cause {
     id: "outliers",
     summary: "a part of the tie-point measurements far off in any direction, all over the block or in one image",
     parameters: &[
-        parameter("fraction", "1", Default::Number(0.02), "of all tie-point measurements"),
-        parameter("min", "px", Default::Number(5.0), "least size; uniform up to max"),
-        parameter("max", "px", Default::Number(50.0), "largest size"),
-        parameter("spread", "", Default::Choice("block", &["block", "image"]), "image: all of them in one image"),
-        parameter("image", "", Default::Name("drawn at random"), "that image"),
+        parameter("fraction", "1", DefaultValue::Number(0.02), "of all tie-point measurements"),
+        parameter("min", "px", DefaultValue::Number(5.0), "least size; uniform up to max"),
+        parameter("max", "px", DefaultValue::Number(50.0), "largest size"),
+        parameter("spread", "", DefaultValue::Choice("block", &["block", "image"]), "image: all of them in one image"),
+        parameter("image", "", DefaultValue::Name("drawn at random"), "that image"),
     ],
     prepare,
 };
@@ -45,11 +45,6 @@ fn prepare(setting: &mut Setting) -> Prepared {
     };
     let chosen = random.choose(candidates, count);
     notes.push(("outliers".into(), chosen.len().to_string()));
-    for tie in &chosen {
-        let tie = &world.ties[*tie];
-        let (point, image) = (&world.tie_point_names[tie.point.index()], &world.images[tie.image.index()].name);
-        notes.push(("outlier".into(), format!("{point} in {image}")));
-    }
     let shift = |_: &usize| {
         let (sin, cos) = random.uniform(0.0, TAU).sin_cos();
         let size = random.uniform(min, max);
@@ -67,6 +62,10 @@ impl Action for Outliers {
                 xy[1] += dy;
             }
         }
+    }
+
+    fn outliers(&self) -> &[usize] {
+        &self.chosen
     }
 
     fn notes(&self) -> Vec<(String, String)> {

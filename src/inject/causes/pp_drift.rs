@@ -6,9 +6,9 @@ pub(super) static CAUSE: Cause = Cause {
     id: "pp-drift",
     summary: "principal point and centre of distortion that move evenly from the first to the last image",
     parameters: &[
-        parameter("x", "px", Default::Number(3.0), "over the block's span"),
-        parameter("y", "px", Default::Number(0.0), "over the block's span"),
-        parameter("against", "", Default::Choice("time", &["time", "order"]), "by time, or by place in the table"),
+        parameter("x", "px", DefaultValue::Number(3.0), "over the block's span"),
+        parameter("y", "px", DefaultValue::Number(0.0), "over the block's span"),
+        parameter("against", "", DefaultValue::Choice("time", &["time", "order"]), "by time, or by place in the table"),
     ],
     prepare,
 };

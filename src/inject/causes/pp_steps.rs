@@ -9,11 +9,11 @@ pub(super) static CAUSE: Cause = Cause {
         parameter(
             "size",
             "px",
-            Default::Number(3.0),
+            DefaultValue::Number(3.0),
             "standard deviation of each coordinate, zero for the first flight",
         ),
-        parameter("x", "px", Default::List("drawn at random"), "change by flight, one value each: 0/3/-2"),
-        parameter("y", "px", Default::List("drawn at random"), "change by flight, one value each"),
+        parameter("x", "px", DefaultValue::List("drawn at random"), "change by flight, one value each: 0/3/-2"),
+        parameter("y", "px", DefaultValue::List("drawn at random"), "change by flight, one value each"),
     ],
     prepare,
 };

@@ -6,8 +6,8 @@ pub(super) static CAUSE: Cause = Cause {
     id: "radial-high",
     summary: "radial distortion that grows with the ninth power of the radius (a definition, no cause behind it)",
     parameters: &[
-        parameter("corner", "px", Default::Number(2.0), "displacement at the farthest corner, outwards"),
-        parameter("order", "1", Default::Number(9.0), "power of the radius"),
+        parameter("corner", "px", DefaultValue::Number(2.0), "displacement at the farthest corner, outwards"),
+        parameter("order", "1", DefaultValue::Number(9.0), "power of the radius"),
     ],
     prepare,
 };

@@ -13,9 +13,9 @@ pub(super) static CAUSE: Cause = Cause {
     id: "refraction",
     summary: "light bent by the atmosphere, traced through horizontal layers",
     parameters: &[
-        parameter("strength", "1", Default::Number(1.0), "n - 1 in units of the standard atmosphere's"),
-        parameter("height", "m", Default::Number(0.0), "height above sea level of z = 0"),
-        parameter("scale_height", "m", Default::Number(10_400.0), "height over which n - 1 falls by 1/e"),
+        parameter("strength", "1", DefaultValue::Number(1.0), "n - 1 in units of the standard atmosphere's"),
+        parameter("height", "m", DefaultValue::Number(0.0), "height above sea level of z = 0"),
+        parameter("scale_height", "m", DefaultValue::Number(10_400.0), "height over which n - 1 falls by 1/e"),
     ],
     prepare,
 };

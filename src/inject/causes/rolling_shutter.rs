@@ -8,7 +8,7 @@ pub(super) static CAUSE: Cause = Cause {
     parameters: &[parameter(
         "readout",
         "s",
-        Default::Number(0.02),
+        DefaultValue::Number(0.02),
         "from the top to the bottom row; negative: the bottom row is first",
     )],
     prepare,

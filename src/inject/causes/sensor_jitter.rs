@@ -5,7 +5,7 @@ use super::*;
 pub(super) static CAUSE: Cause = Cause {
     id: "sensor-jitter",
     summary: "sensor shifted at random in each image (stabilised sensor)",
-    parameters: &[parameter("size", "px", Default::Number(1.0), "standard deviation of each coordinate")],
+    parameters: &[parameter("size", "px", DefaultValue::Number(1.0), "standard deviation of each coordinate")],
     prepare,
 };
 

@@ -7,12 +7,12 @@ pub(super) static CAUSE: Cause = Cause {
     id: "sensor-stitch",
     summary: "pixels displaced periodically over the sensor (stitching); not in the catalogue",
     parameters: &[
-        parameter("amplitude", "px", Default::Number(0.5), "largest displacement"),
-        parameter("wavelength", "px", Default::Number(400.0), "period"),
+        parameter("amplitude", "px", DefaultValue::Number(0.5), "largest displacement"),
+        parameter("wavelength", "px", DefaultValue::Number(400.0), "period"),
         parameter(
             "axis",
             "",
-            Default::Choice("both", &["both", "x", "y"]),
+            DefaultValue::Choice("both", &["both", "x", "y"]),
             "coordinate that is displaced, along itself",
         ),
     ],

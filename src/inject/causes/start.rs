@@ -11,17 +11,17 @@ pub(super) static CAUSE: Cause = Cause {
         parameter(
             "position_m",
             "m",
-            Default::Number(1.0),
+            DefaultValue::Number(1.0),
             "standard deviation of each coordinate of a projection centre",
         ),
         parameter(
             "angle_deg",
             "deg",
-            Default::Number(1.0),
+            DefaultValue::Number(1.0),
             "standard deviation of the rotation about each camera axis",
         ),
-        parameter("points_m", "m", Default::Number(0.0), "standard deviation of each coordinate of a tie point"),
-        parameter("seed", "", Default::Optional("the seed of the whole"), "seed of these numbers alone"),
+        parameter("points_m", "m", DefaultValue::Number(0.0), "standard deviation of each coordinate of a tie point"),
+        parameter("seed", "", DefaultValue::Optional("the seed of the whole"), "seed of these numbers alone"),
     ],
     prepare,
 };

@@ -10,30 +10,31 @@ pub(super) static CAUSE: Cause = Cause {
     id: "temperature-focal",
     summary: "focal length that follows the lens' temperature, which lags behind the recorded one",
     parameters: &[
-        parameter("alpha", "px/K", Default::Number(0.5), "growth of the focal length with temperature"),
+        parameter("alpha", "px/K", DefaultValue::Number(0.5), "growth of the focal length with temperature"),
         parameter(
             "expansion",
             "ppm/K",
-            Default::Optional("alpha"),
+            DefaultValue::Optional("alpha"),
             "the same in parts of the focal length; in the place of alpha",
         ),
-        parameter("lag", "s", Default::Number(0.0), "time in which the lens makes up 1 - 1/e of a step"),
+        parameter("lag", "s", DefaultValue::Number(0.0), "time in which the lens makes up 1 - 1/e of a step"),
         parameter(
             "from",
             "C",
-            Default::Optional("the recorded temperatures"),
+            DefaultValue::Optional("the recorded temperatures"),
             "temperature at the first image, recorded anew",
         ),
+        parameter("to", "C", DefaultValue::Optional("the recorded temperatures"), "temperature at the last image"),
         parameter(
-            "to",
-            "C",
-            Default::Optional("the recorded temperatures"),
-            "temperature at the last image; even rise in between",
+            "warm_up",
+            "s",
+            DefaultValue::Optional("an even rise"),
+            "time constant of the way from `from` to `to`: fast at first, then ever slower",
         ),
         parameter(
             "reference",
             "C",
-            Default::Optional("mean of the recorded temperatures"),
+            DefaultValue::Optional("mean of the recorded temperatures"),
             "temperature of the calibration",
         ),
     ],
@@ -59,10 +60,11 @@ fn prepare(setting: &mut Setting) -> Prepared {
     let lag = values.size("lag")?;
     let (temperatures, made) = match (values.optional("from"), values.optional("to")) {
         (Some(from), Some(to)) => {
-            let progress = progress(world, "time")?;
-            (progress.into_iter().map(|part| from + (to - from) * part).collect::<Vec<_>>(), true)
+            let rise = rise(world, values.optional("warm_up").map(|_| values.positive("warm_up")).transpose()?)?;
+            (rise.into_iter().map(|part| from + (to - from) * part).collect::<Vec<_>>(), true)
         }
         (None, None) => {
+            ensure!(values.optional("warm_up").is_none(), "`warm_up` needs `from` and `to`");
             let temperature = |image: &crate::block::Image| {
                 image
                     .temperature_c
@@ -91,6 +93,22 @@ fn prepare(setting: &mut Setting) -> Prepared {
         recorded: made.then_some(temperatures),
     };
     unless(alpha == 0.0 && expansion == 0.0, action)
+}
+
+/// How far the temperature has come at each image, 0 at the first and 1 at the last.
+fn rise(world: &World, warm_up: Option<f64>) -> Result<Vec<f64>> {
+    let mut rise = progress(world, "time")?;
+    if let Some(warm_up) = warm_up {
+        let times = world.times()?;
+        let first = times.iter().copied().fold(f64::INFINITY, f64::min);
+        let last = times.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let gained = |seconds: f64| -(-seconds / warm_up).exp_m1();
+        for (part, time) in rise.iter_mut().zip(times) {
+            *part = gained(time - first) / gained(last - first);
+        }
+        ensure!(rise.iter().all(|part| part.is_finite()), "parameter `warm_up` is too long: {warm_up} s");
+    }
+    Ok(rise)
 }
 
 /// Temperature of the lens at each image.

@@ -9,12 +9,17 @@ pub(super) static CAUSE: Cause = Cause {
     id: "unflatness",
     summary: "sensor surface out of the focal plane (saddle, bend, bump), met by the ray",
     parameters: &[
-        parameter("saddle", "px", Default::Number(3.0), "height of the saddle at the corners: u v"),
-        parameter("bend", "px", Default::Number(3.0), "height of a cylindrical bend at the left and right edge: u^2"),
-        parameter("bump", "px", Default::Number(0.0), "height of a Gaussian bump"),
-        parameter("bump_u", "1", Default::Number(0.3), "its place, -1 at the left edge, 1 at the right"),
-        parameter("bump_v", "1", Default::Number(0.3), "its place, -1 at the top, 1 at the bottom"),
-        parameter("bump_sigma", "1", Default::Number(0.4), "its radius in units of half the width"),
+        parameter("saddle", "px", DefaultValue::Number(3.0), "height of the saddle at the corners: u v"),
+        parameter(
+            "bend",
+            "px",
+            DefaultValue::Number(3.0),
+            "height of a cylindrical bend at the left and right edge: u^2",
+        ),
+        parameter("bump", "px", DefaultValue::Number(0.0), "height of a Gaussian bump"),
+        parameter("bump_u", "1", DefaultValue::Number(0.3), "its place, -1 at the left edge, 1 at the right"),
+        parameter("bump_v", "1", DefaultValue::Number(0.3), "its place, -1 at the top, 1 at the bottom"),
+        parameter("bump_sigma", "1", DefaultValue::Number(0.4), "its radius in units of half the width"),
     ],
     prepare,
 };

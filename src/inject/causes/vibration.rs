@@ -9,13 +9,23 @@ pub(super) static CAUSE: Cause = Cause {
     id: "vibration",
     summary: "camera shaking in its mount at one frequency, read row by row; not in the catalogue",
     parameters: &[
-        parameter("frequency", "Hz", Default::Number(80.0), "frequency"),
-        parameter("angle", "rad", Default::Number(1e-4), "amplitude of the rotation about the camera's x and y axes"),
-        parameter("position_m", "m", Default::Number(0.0), "amplitude of the shift along the camera's x and y axes"),
+        parameter("frequency", "Hz", DefaultValue::Number(80.0), "frequency"),
+        parameter(
+            "angle",
+            "rad",
+            DefaultValue::Number(1e-4),
+            "amplitude of the rotation about the camera's x and y axes",
+        ),
+        parameter(
+            "position_m",
+            "m",
+            DefaultValue::Number(0.0),
+            "amplitude of the shift along the camera's x and y axes",
+        ),
         parameter(
             "readout",
             "s",
-            Default::Number(0.02),
+            DefaultValue::Number(0.02),
             "readout from the top to the bottom row, added to that of rolling-shutter: give 0 where both are named",
         ),
     ],
