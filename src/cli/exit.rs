@@ -3,6 +3,8 @@
 use crate::adjust::AdjustError;
 use crate::evaluate::similarity::SimilarityError;
 use crate::io;
+use crate::problem::ProblemError;
+use crate::run::RunError;
 use crate::scenario::ScenarioError;
 use std::process::ExitCode;
 
@@ -26,6 +28,11 @@ pub enum Exit {
 #[error("{0}")]
 pub struct Usage(pub String);
 
+/// The two solvers found different things; says what and by how much.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("the two solvers disagree: {0}")]
+pub struct Disagreement(pub String);
+
 impl Exit {
     /// The code of an error: that of the outermost cause that has one.
     pub fn of(error: &anyhow::Error) -> Exit {
@@ -34,8 +41,15 @@ impl Exit {
 }
 
 fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
-    if cause.is::<Usage>() || cause.is::<ScenarioError>() || cause.is::<SimilarityError>() {
+    let bad_input = cause.is::<Usage>()
+        || cause.is::<ScenarioError>()
+        || cause.is::<SimilarityError>()
+        || cause.is::<ProblemError>();
+    if bad_input {
         return Some(Exit::BadInput);
+    }
+    if cause.is::<Disagreement>() {
+        return Some(Exit::Disagreement);
     }
     if let Some(error) = cause.downcast_ref::<io::Error>() {
         return Some(match error {
@@ -43,11 +57,20 @@ fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
             io::Error::Write { .. } => Exit::Other,
         });
     }
-    cause.downcast_ref::<AdjustError>().map(|error| match error {
+    match cause.downcast_ref::<RunError>() {
+        // Transparent: what it holds is not among its causes.
+        Some(RunError::Adjust(error)) => Some(adjustment(error)),
+        Some(RunError::Problem(_) | RunError::Similarity(_)) => Some(Exit::BadInput),
+        None => cause.downcast_ref::<AdjustError>().map(adjustment),
+    }
+}
+
+fn adjustment(error: &AdjustError) -> Exit {
+    match error {
         AdjustError::Singular { .. } | AdjustError::NotConverged { .. } => Exit::AdjustmentFailed,
         AdjustError::BadStart { .. } | AdjustError::Unsupported { .. } => Exit::BadInput,
         AdjustError::Cancelled { .. } | AdjustError::Bridge(_) => Exit::Other,
-    })
+    }
 }
 
 impl From<Exit> for ExitCode {
@@ -66,5 +89,9 @@ mod tests {
         assert_eq!(Exit::of(&anyhow::Error::from(singular).context("block `dike`")), Exit::AdjustmentFailed);
         assert_eq!(Exit::of(&anyhow::Error::from(Usage("no".into())).context("a").context("b")), Exit::BadInput);
         assert_eq!(Exit::of(&anyhow::anyhow!("disk full")), Exit::Other);
+        let stuck = AdjustError::NotConverged { solver: "ceres", iterations: 3, reason: "stuck".into() };
+        assert_eq!(Exit::of(&RunError::from(stuck).into()), Exit::AdjustmentFailed);
+        assert_eq!(Exit::of(&RunError::from(ProblemError::Empty).into()), Exit::BadInput);
+        assert_eq!(Exit::of(&Disagreement("f".into()).into()), Exit::Disagreement);
     }
 }

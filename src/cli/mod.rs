@@ -2,6 +2,7 @@
 //!
 //! Results go to standard output (as JSON with `--json`), progress and messages to standard error.
 
+mod adjust;
 mod check;
 mod console;
 mod effects;
@@ -11,6 +12,7 @@ pub mod model_options;
 pub mod run_folder;
 mod simulate;
 pub mod summary;
+mod summary_text;
 mod text;
 
 pub use console::{Console, Progress};
@@ -52,6 +54,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Inject(inject::Arguments),
     Check(check::Arguments),
+    Adjust(adjust::Arguments),
     Effects(effects::Arguments),
 }
 
@@ -103,11 +106,12 @@ fn execute(arguments: Arguments) -> Exit {
 }
 
 impl Command {
-    fn run(self, console: &Console, _threads: usize) -> anyhow::Result<Answer> {
+    fn run(self, console: &Console, threads: usize) -> anyhow::Result<Answer> {
         match self {
             Command::Simulate(arguments) => simulate::run(&arguments, console),
             Command::Inject(arguments) => inject::run(&arguments),
             Command::Check(arguments) => check::run(&arguments),
+            Command::Adjust(arguments) => adjust::run(&arguments, console, threads),
             Command::Effects(arguments) => effects::run(&arguments),
         }
     }

@@ -1,8 +1,11 @@
 //! The model options of `adjust`, `diagnose` and `improve`, and the [`Model`] that they describe.
 
 use super::Usage;
+use crate::adjust::Solver;
+use crate::adjust::native::Native;
 use crate::camera::{GROUPS, PARAMETERS, parameter_indices};
-use crate::effects::{Descriptor, Parameter, Role};
+use crate::effects::{self, Descriptor, Parameter, Role};
+use crate::io::model::read_model;
 use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, TieWeights};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -27,6 +30,9 @@ pub struct ModelOptions {
     /// Effect to add, with start values where the nominal ones do not serve (repeatable; see `misclosure effects`)
     #[arg(long, value_name = "EFFECT[:param=start,...]")]
     pub add: Vec<String>,
+    /// Solver
+    #[arg(long, value_enum, default_value_t)]
+    pub solver: SolverChoice,
     /// What defines position, orientation and scale [default: free for adjust; all for diagnose and improve]
     #[arg(long)]
     pub datum: Option<Datum>,
@@ -36,6 +42,14 @@ pub struct ModelOptions {
     /// Weights of tie points by the number m of their images: 1, m (m - 1), m (m - 1)^2 [default: unit]
     #[arg(long, value_name = "WEIGHTS")]
     pub tie_weights: Option<TieWeights>,
+}
+
+/// Which solvers adjust.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum SolverChoice {
+    /// The native one alone.
+    #[default]
+    Native,
 }
 
 /// The one tie there is.
@@ -71,6 +85,26 @@ value_enum!(TieWeights:
     TieWeights::Pairs = "pairs" "as MicMac weights points that come as pairs");
 
 impl ModelOptions {
+    /// The model that the options describe; `datum` where neither they nor `--model` say one.
+    ///
+    /// # Errors
+    /// [`Usage`], and what is wrong with the file of `--model`.
+    pub fn model(&self, datum: Datum) -> anyhow::Result<Model> {
+        let find = |id: &str| effects::find(id).map(EffectRef::Builtin);
+        let base = match &self.model {
+            Some(path) => read_model(path, &find)?,
+            None => Model { datum, ..Model::default() },
+        };
+        Ok(self.apply(base, &find)?)
+    }
+
+    /// The solvers; results are taken from the first.
+    pub fn solvers(&self) -> Vec<&'static dyn Solver> {
+        match self.solver {
+            SolverChoice::Native => vec![&Native],
+        }
+    }
+
     /// The model: `base` (of `--model`, or the default) as the options change it.
     ///
     /// # Errors

@@ -1,14 +1,14 @@
 //! `summary.json`: what a run found, in the keys that scripts rely on.
 
+use crate::adjust::agreement::Agreement;
 use crate::adjust::{Covariance, Solution};
 use crate::block::Block;
 use crate::camera::PARAMETERS;
-use crate::effects::Scope;
-use crate::evaluate::{Comparison, Similarity, Statistics};
-use crate::problem::{EffectInstance, MeasurementKind, Problem, ThetaEntry};
-use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
+use crate::effects::{Role, Scope};
+use crate::evaluate::{Similarity, Statistics};
+use crate::problem::{EffectInstance, Problem, ThetaEntry};
+use crate::run::{ResidualKind, ResidualRow, Run};
 use serde::ser::{Serialize, Serializer};
-use std::marker::PhantomData;
 
 /// Version of the format.
 pub const FORMAT: u32 = 1;
@@ -18,7 +18,7 @@ pub const FORMAT: u32 = 1;
 pub struct Named<T>(pub Vec<(String, T)>);
 
 /// The whole file.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Summary {
     /// [`FORMAT`].
     pub format: u32,
@@ -39,7 +39,7 @@ pub struct Summary {
     /// By solver.
     pub solvers: Named<SolverSummary>,
     /// Of the two solvers; null when one ran alone.
-    pub agreement: Option<AgreementSummary>,
+    pub agreement: Option<Agreement>,
     /// By camera and parameter.
     pub cameras: Named<Named<CameraParameter>>,
     /// By effect and parameter; values of one flight or camera as `name[flight]`. Values of one image stand in `images.csv`.
@@ -53,7 +53,7 @@ pub struct Summary {
 }
 
 /// What one solver did.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SolverSummary {
     /// Did it meet its stopping rule?
     pub converged: bool,
@@ -67,23 +67,8 @@ pub struct SolverSummary {
     pub gradient_max: f64,
 }
 
-/// How far apart the two solvers are.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct AgreementSummary {
-    /// Is everything within its tolerance?
-    pub agree: bool,
-    /// Largest difference of an image residual at the same point, px.
-    pub residual_max_px: f64,
-    /// Largest difference of a Jacobian entry at the same point, relative.
-    pub jacobian_max_rel: f64,
-    /// Largest difference of a parameter after solving, in its sigma.
-    pub parameter_max_sigma: f64,
-    /// Difference of the costs, relative.
-    pub cost_rel: f64,
-}
-
 /// A camera parameter.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct CameraParameter {
     /// In the unit of [`crate::camera::UNITS`].
     pub value: f64,
@@ -94,7 +79,7 @@ pub struct CameraParameter {
 }
 
 /// A parameter of an effect.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct EffectParameter {
     /// In `unit`.
     pub value: f64,
@@ -105,7 +90,7 @@ pub struct EffectParameter {
 }
 
 /// `survey = scale * rotation * adjusted + translation`.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SimilaritySummary {
     /// Scale.
     pub scale: f64,
@@ -115,70 +100,43 @@ pub struct SimilaritySummary {
     pub translation_m: [f64; 3],
 }
 
-/// What a summary is made of.
-#[derive(Debug, Clone, Copy)]
-pub struct Findings<'a> {
-    /// The block.
-    pub block: &'a Block,
-    /// The problem that was solved.
-    pub problem: &'a Problem,
-    /// Name and result of each solver that ran; the values are those of the first.
-    pub solutions: &'a [(&'a str, &'a Solution)],
-    /// Both solvers compared.
-    pub agreement: Option<&'a AgreementSummary>,
-    /// Residuals at the first solution, divided by their sigma, in the problem's order.
-    pub residuals: &'a [f64],
-    /// Control and check points compared, where there are any.
-    pub comparison: Option<&'a Comparison>,
-}
-
-impl Findings<'_> {
-    /// The values: those of the first solver.
-    ///
-    /// # Panics
-    /// Without any solution.
-    pub fn solution(&self) -> &Solution {
-        self.solutions.first().expect("at least one solver ran").1
-    }
-
-    /// `sqrt(v'Pv / redundancy)` from the (robust) cost; `None` without redundancy.
-    pub fn sigma0(&self) -> Option<f64> {
-        let (_, _, redundancy) = self.problem.redundancy();
-        (redundancy > 0).then(|| (2.0 * self.solution().cost / redundancy as f64).sqrt())
-    }
-
-    /// The file's content.
-    pub fn summary(&self) -> Summary {
-        let (observations, unknowns, redundancy) = self.problem.redundancy();
-        Summary {
+impl Summary {
+    /// Of a run and its residuals.
+    pub fn of(block: &Block, run: &Run, rows: &[ResidualRow]) -> Self {
+        let (observations, unknowns, redundancy) = run.problem.redundancy();
+        let sigma0 = sigma0(run);
+        Self {
             format: FORMAT,
-            block: self.block.name.clone(),
+            block: block.name.clone(),
             observations,
             unknowns,
-            datum_defect: self.problem.datum_defect,
+            datum_defect: run.problem.datum_defect,
             redundancy,
-            sigma0: self.sigma0(),
-            tie_rms_px: tie_rms_px(self.problem, self.residuals),
-            solvers: self.solutions.iter().map(|(name, solution)| (name.to_string(), solver(solution))).collect(),
-            agreement: self.agreement.cloned(),
-            cameras: cameras(self.problem, self.solution(), self.sigma0()),
-            effects: effects(self.problem, self.solution(), self.sigma0()),
-            similarity: self.comparison.and_then(|comparison| comparison.similarity.as_ref()).map(similarity),
-            control: self.comparison.and_then(|comparison| comparison.control),
-            check: self.comparison.and_then(|comparison| comparison.check),
+            sigma0,
+            tie_rms_px: tie_rms_px(rows),
+            solvers: run.solutions.iter().map(|(name, solution)| (name.to_string(), solver(solution))).collect(),
+            agreement: run.agreement.clone(),
+            cameras: cameras(&run.problem, run.solution(), sigma0),
+            effects: effects(&run.problem, run.solution(), sigma0),
+            similarity: run.comparison.as_ref().and_then(|comparison| comparison.similarity.as_ref()).map(similarity),
+            control: run.comparison.as_ref().and_then(|comparison| comparison.control),
+            check: run.comparison.as_ref().and_then(|comparison| comparison.check),
         }
     }
 }
 
-/// Root mean square of the tie-point residuals per coordinate, px.
-fn tie_rms_px(problem: &Problem, residuals: &[f64]) -> Option<f64> {
-    let (mut sum, mut n) = (0.0, 0usize);
-    for (observation, r) in problem.observations.iter().zip(residuals.chunks_exact(2)) {
-        if observation.kind == MeasurementKind::Tie {
-            sum += (r[0] * r[0] + r[1] * r[1]) / (observation.inverse_sigma * observation.inverse_sigma);
-            n += 2;
-        }
-    }
+/// A-posteriori standard deviation of unit weight; `None` without redundancy.
+pub(super) fn sigma0(run: &Run) -> Option<f64> {
+    Some(run.sigma0()).filter(|sigma0| sigma0.is_finite())
+}
+
+/// Root mean square of the tie-point residuals per coordinate, px; `None` without tie points.
+fn tie_rms_px(rows: &[ResidualRow]) -> Option<f64> {
+    let ties = rows.iter().filter(|row| row.kind == ResidualKind::Tie);
+    let (sum, n) = ties.fold((0.0, 0usize), |(sum, n), row| {
+        let [rx, ry] = row.residual;
+        (sum + rx * rx + ry * ry, n + 2)
+    });
     (n > 0).then(|| (sum / n as f64).sqrt())
 }
 
@@ -226,15 +184,25 @@ fn shared_sigma(covariance: &Covariance, unknown: usize, sigma0: f64) -> Option<
 fn effects(problem: &Problem, solution: &Solution, sigma0: Option<f64>) -> Named<Named<EffectParameter>> {
     let effect = |(e, instance): (usize, &EffectInstance)| {
         let descriptor = instance.effect.descriptor();
-        let entries = problem.theta.iter().enumerate().filter(|(_, entry)| entry.effect as usize == e);
-        let shared = entries.filter(|(_, entry)| instance.slots[entry.parameter as usize].0 != Scope::Image);
         let parameter = |(t, entry): (usize, &ThetaEntry)| {
-            let name = entry.name.strip_prefix(&format!("{}.", descriptor.id)).unwrap_or(&entry.name);
-            let unit = descriptor.parameters[entry.parameter as usize].unit.to_string();
-            let sigma = theta_sigma(problem, solution, sigma0, t);
-            (name.to_string(), EffectParameter { value: solution.state.theta[t], sigma, unit })
+            let parameter = &descriptor.parameters[entry.parameter as usize];
+            let unit = parameter.unit.to_string();
+            let (scope, base) = instance.slots[entry.parameter as usize];
+            match (&parameter.role, scope) {
+                // One number stands for the values of all images; its own precision is not estimated.
+                (Role::Random(name), _) if t == base as usize => {
+                    Some((name.to_string(), EffectParameter { value: entry.prior_sigma?, sigma: None, unit }))
+                }
+                (Role::Random(_), _) | (_, Scope::Image) => None,
+                _ => {
+                    let name = entry.name.strip_prefix(&format!("{}.", descriptor.id)).unwrap_or(&entry.name);
+                    let sigma = theta_sigma(problem, solution, sigma0, t);
+                    Some((name.to_string(), EffectParameter { value: solution.state.theta[t], sigma, unit }))
+                }
+            }
         };
-        (descriptor.id.to_string(), shared.map(parameter).collect())
+        let entries = problem.theta.iter().enumerate().filter(|(_, entry)| entry.effect as usize == e);
+        (descriptor.id.to_string(), entries.filter_map(parameter).collect())
     };
     problem.effects.iter().enumerate().map(effect).collect()
 }
@@ -256,25 +224,5 @@ impl<T> FromIterator<(String, T)> for Named<T> {
 impl<T: Serialize> Serialize for Named<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
-    }
-}
-
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Items<T>(PhantomData<T>);
-        impl<'de, T: Deserialize<'de>> Visitor<'de> for Items<T> {
-            type Value = Named<T>;
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("an object")
-            }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Named<T>, A::Error> {
-                let mut items = Vec::new();
-                while let Some(item) = map.next_entry()? {
-                    items.push(item);
-                }
-                Ok(Named(items))
-            }
-        }
-        deserializer.deserialize_map(Items(PhantomData))
     }
 }

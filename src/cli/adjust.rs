@@ -1,0 +1,55 @@
+//! `misclosure adjust`: one adjustment, with both solvers unless one is asked for.
+
+use super::model_options::ModelOptions;
+use super::summary::Summary;
+use super::summary_text::{disagreement, text};
+use super::{Answer, Console, run_folder};
+use crate::adjust::Options;
+use crate::io::block::read_block;
+use crate::model::Datum;
+use crate::report::numbers::significant;
+use crate::run::{self, residual_rows};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+/// Adjusts a block once and compares it with control and check points
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  misclosure adjust dike -o run                                   everything free, both solvers
+  misclosure adjust dike -o run --tie dc=pp --fix affinity,k3     fewer camera parameters
+  misclosure adjust dike -o run --add focal-time --datum all      with an effect, control and GNSS
+  misclosure adjust dike -o again --model run/model.toml          the same model once more")]
+pub struct Arguments {
+    /// Folder of the block
+    block: PathBuf,
+    /// Folder of the run
+    #[arg(short, long, value_name = "RUN")]
+    output: PathBuf,
+    #[command(flatten)]
+    model: ModelOptions,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::Result<Answer> {
+    let loaded = read_block(&arguments.block)?;
+    if !loaded.set_aside.is_empty() {
+        console.message(&format!("{}: set aside: {}", arguments.block.display(), loaded.set_aside));
+    }
+    let block = &loaded.block;
+    let model = arguments.model.model(Datum::Free)?;
+    let options = Options { threads, ..Options::default() };
+    let progress = console.progress("adjust");
+    let run = run::adjust(block, &model, &arguments.model.solvers(), &options, &mut |solver, at| {
+        let (cost, gradient) = (significant(at.cost, 9), significant(at.gradient_max, 2));
+        progress
+            .step(&format!("{solver}: iteration {}, cost {cost}, gradient {gradient}, {:.1} s", at.number, at.seconds));
+        ControlFlow::Continue(())
+    })?;
+    drop(progress);
+    let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
+    run_folder::write(&arguments.output, block, &model, &run, &rows)?;
+    let summary = Summary::of(block, &run, &rows);
+    let failure = run.agreement.as_ref().filter(|agreement| !agreement.agree).map(|a| disagreement(a).into());
+    let text = text(&summary) + &format!("\nRun: {}\n", arguments.output.display());
+    Ok(Answer { text, json: serde_json::to_value(&summary)?, failure })
+}

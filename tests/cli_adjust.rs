@@ -1,0 +1,173 @@
+//! `adjust` as scripts see it: the run folder, its keys, its exit codes.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Number of check points: enough for statistics, few enough to be quick.
+const CHECKS: &str = "check=200";
+/// Number of tie points, likewise.
+const TIES: &str = "points=2000";
+
+struct Scene {
+    folder: tempfile::TempDir,
+}
+
+impl Scene {
+    /// A small `dike` with noise.
+    fn new() -> Self {
+        let scene = Self { folder: tempfile::tempdir().expect("a temporary folder") };
+        let block = scene.path("block");
+        let (code, stderr) =
+            scene.run(&["simulate", "dike", "-o", &block, "--noise-px", "0.3", "--set", CHECKS, "--set", TIES]);
+        assert_eq!(code, 0, "{stderr}");
+        scene
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.folder.path().join(name).to_str().expect("UTF-8").to_string()
+    }
+
+    /// Exit code and standard error.
+    fn run(&self, arguments: &[&str]) -> (i32, String) {
+        let output = Command::new(env!("CARGO_BIN_EXE_misclosure"))
+            .arg("--quiet")
+            .args(arguments)
+            .output()
+            .expect("the program runs");
+        (output.status.code().expect("not killed"), String::from_utf8(output.stderr).expect("UTF-8"))
+    }
+
+    /// Adjusts the block into the folder `name`.
+    fn adjust(&self, name: &str, options: &[&str]) -> PathBuf {
+        let (code, stderr) = self.run(&[&["adjust", &self.path("block"), "-o", &self.path(name)], options].concat());
+        assert_eq!((code, stderr.as_str()), (0, ""));
+        self.folder.path().join(name)
+    }
+}
+
+/// `summary.json` without what differs from run to run.
+fn summary(run: &Path) -> Value {
+    let text = fs::read_to_string(run.join("summary.json")).expect("a summary");
+    let mut summary: Value = serde_json::from_str(&text).expect("JSON");
+    for (_, solver) in summary["solvers"].as_object_mut().expect("an object") {
+        solver.as_object_mut().expect("an object").remove("seconds").expect("seconds");
+    }
+    summary
+}
+
+/// Header and rows of a table.
+fn table(run: &Path, name: &str) -> (Vec<String>, Vec<Vec<String>>) {
+    let mut reader = csv::Reader::from_path(run.join(name)).expect("a table");
+    let header = reader.headers().expect("a header").iter().map(String::from).collect();
+    let rows = reader.records().map(|row| row.expect("a row").iter().map(String::from).collect()).collect();
+    (header, rows)
+}
+
+#[test]
+fn a_run_folder_has_what_scripts_read() {
+    let scene = Scene::new();
+    let run = scene.adjust("run", &[]);
+    let found = summary(&run);
+    let keys: Vec<&String> = found.as_object().expect("an object").keys().collect();
+    assert_eq!(
+        keys,
+        [
+            "format",
+            "block",
+            "observations",
+            "unknowns",
+            "datum_defect",
+            "redundancy",
+            "sigma0",
+            "tie_rms_px",
+            "solvers",
+            "agreement",
+            "cameras",
+            "effects",
+            "similarity",
+            "control",
+            "check"
+        ]
+    );
+    let (residual_header, residuals) = table(&run, "residuals.csv");
+    assert_eq!(residual_header, ["image", "point", "kind", "x", "y", "rx", "ry", "sigma"]);
+    let ties: Vec<_> = residuals.iter().filter(|row| row[2] == "tie").collect();
+    assert_eq!(found["observations"], 2 * ties.len());
+    // Two thousand points with three coordinates, 113 poses, twelve camera parameters.
+    assert_eq!(found["unknowns"], 3 * 2000 + 6 * 113 + 12);
+    assert_eq!(found["datum_defect"], 7);
+    let redundancy = found["redundancy"].as_f64().expect("a number");
+    assert_eq!(redundancy, (2 * ties.len()) as f64 - (3 * 2000 + 6 * 113 + 12) as f64 + 7.0);
+
+    // Both figures follow from the table of residuals.
+    let number = |row: &[String], k: usize| row[k].parse::<f64>().expect("a number");
+    let sum: f64 = ties.iter().map(|row| number(row, 5).powi(2) + number(row, 6).powi(2)).sum();
+    let rms = (sum / (2.0 * ties.len() as f64)).sqrt();
+    let sigma0 = (sum / 0.3f64.powi(2) / redundancy).sqrt();
+    assert!((found["tie_rms_px"].as_f64().expect("a number") / rms - 1.0).abs() < 1e-12);
+    assert!((found["sigma0"].as_f64().expect("a number") / sigma0 - 1.0).abs() < 1e-9);
+
+    let (check_header, checks) = table(&run, "checks.csv");
+    assert_eq!(check_header[..5], ["point", "role", "dx", "dy", "dz"]);
+    let of_check: Vec<_> = checks.iter().filter(|row| row[1] == "check").collect();
+    assert_eq!(found["check"]["n"], of_check.len());
+    let sum: f64 = of_check.iter().map(|row| (2..5).map(|k| number(row, k).powi(2)).sum::<f64>()).sum();
+    let rms = (sum / of_check.len() as f64).sqrt();
+    assert!((found["check"]["rms_m"]["xyz"].as_f64().expect("a number") / rms - 1.0).abs() < 1e-12);
+
+    let (image_header, images) = table(&run, "images.csv");
+    assert_eq!(images.len(), 113);
+    for column in ["x", "qw", "sigma_w1", "sigma_cx", "sigma_cy", "sigma_cz"] {
+        assert!(image_header.iter().any(|name| name == column), "{column}");
+    }
+    let (_, points) = table(&run, "points.csv");
+    assert_eq!(points.len(), 2000);
+    assert!(points.iter().all(|row| (4..7).all(|k| number(row, k) > 0.0)));
+}
+
+#[test]
+fn the_model_of_a_run_repeats_it() {
+    let scene = Scene::new();
+    let first =
+        scene.adjust("first", &["--tie", "dc=pp", "--fix", "affinity,k3", "--add", "focal-time:a=1", "--datum", "all"]);
+    let model = first.join("model.toml");
+    let second = scene.adjust("second", &["--model", model.to_str().expect("UTF-8"), "--threads", "1"]);
+    assert_eq!(summary(&first), summary(&second));
+    for file in ["model.toml", "images.csv", "points.csv", "residuals.csv", "checks.csv"] {
+        assert!(fs::read(first.join(file)).expect(file) == fs::read(second.join(file)).expect(file), "{file} differs");
+    }
+    let found = summary(&first);
+    assert_eq!(found["datum_defect"], 0);
+    assert_eq!(found["effects"]["focal-time"]["a"]["unit"], "px");
+    let camera = &found["cameras"]["cam"];
+    assert_eq!((&camera["dcx"]["value"], &camera["dcx"]["sigma"]), (&camera["ppx"]["value"], &camera["ppx"]["sigma"]));
+    assert_eq!((&camera["b1"]["free"], &camera["b1"]["sigma"]), (&false.into(), &0.0.into()));
+    assert_eq!((&camera["f"]["free"], &camera["dcx"]["free"]), (&true.into(), &false.into()));
+}
+
+#[test]
+fn failures_have_their_codes() {
+    let scene = Scene::new();
+    let block = scene.path("block");
+    let run = scene.path("run");
+    for (options, code, message) in [
+        (&["--add", "nonsense"][..], 2, "unknown effect `nonsense`"),
+        (&["--free", "f,q"], 2, "--free q: no such parameter"),
+        (&["--model", "none.toml"], 2, "none.toml"),
+        (&["--datum", "nowhere"], 2, "invalid value 'nowhere'"),
+        // Without distortion its centre has no effect: b1, b2, k and p are held at zero below.
+        (&["--fix", "radial,decentring,affinity", "--model", &scene.path("flat.toml")], 3, "dcx"),
+    ] {
+        fs::write(
+            scene.path("flat.toml"),
+            "format = 1\n[camera.cam]\nk1 = 0.0\nk2 = 0.0\nk3 = 0.0\np1 = 0.0\np2 = 0.0\nb1 = 0.0\nb2 = 0.0\n",
+        )
+        .expect("written");
+        let (found, stderr) = scene.run(&[&["adjust", &block, "-o", &run], options].concat());
+        assert_eq!(found, code, "{options:?}: {stderr}");
+        assert!(stderr.contains(message), "{options:?}: {stderr}");
+        assert!(!Path::new(&run).exists(), "{options:?} left something behind");
+    }
+}
