@@ -1,0 +1,66 @@
+// A smooth displacement field over the sensor: uniform cubic B-splines, 8 columns and 6 rows of coefficients for x and for y.
+//
+// Knots are w/5 and h/3 apart, so that the sensor is five by three polynomial pieces, each of the 4 x 4 coefficients around it.
+// Up to one spacing outside the sensor the outermost pieces go on; beyond it the field is not defined.
+#include "effect.h"
+#include "bspline.h"
+
+namespace misclosure {
+
+constexpr Parameter GridNode(const char* name) { return Estimated(name, "px", Scope::kGlobal, 0.0, 0.3); }
+
+struct ImageGrid {
+  static constexpr const char* id = "image-grid";
+  static constexpr Stage stage = Stage::kImage;
+  static constexpr Kind kind = Kind::kEmpirical;
+  static constexpr const char* summary =
+      "A smooth displacement field over the sensor, the same in all images; names no cause.";
+  static constexpr const char* formula = "(x, y) += sum_ij g_ij B_i(5x/w) B_j(3y/h), uniform cubic B-splines";
+  static constexpr const char* confused_with = "everything that is constant in the image.";
+  static constexpr const char* source = "tensor-product B-splines; de Boor, A Practical Guide to Splines (2001)";
+  static constexpr Parameter parameters[] = {
+      GridNode("gx_0_0"), GridNode("gx_0_1"), GridNode("gx_0_2"), GridNode("gx_0_3"), GridNode("gx_0_4"), GridNode("gx_0_5"),
+      GridNode("gx_1_0"), GridNode("gx_1_1"), GridNode("gx_1_2"), GridNode("gx_1_3"), GridNode("gx_1_4"), GridNode("gx_1_5"),
+      GridNode("gx_2_0"), GridNode("gx_2_1"), GridNode("gx_2_2"), GridNode("gx_2_3"), GridNode("gx_2_4"), GridNode("gx_2_5"),
+      GridNode("gx_3_0"), GridNode("gx_3_1"), GridNode("gx_3_2"), GridNode("gx_3_3"), GridNode("gx_3_4"), GridNode("gx_3_5"),
+      GridNode("gx_4_0"), GridNode("gx_4_1"), GridNode("gx_4_2"), GridNode("gx_4_3"), GridNode("gx_4_4"), GridNode("gx_4_5"),
+      GridNode("gx_5_0"), GridNode("gx_5_1"), GridNode("gx_5_2"), GridNode("gx_5_3"), GridNode("gx_5_4"), GridNode("gx_5_5"),
+      GridNode("gx_6_0"), GridNode("gx_6_1"), GridNode("gx_6_2"), GridNode("gx_6_3"), GridNode("gx_6_4"), GridNode("gx_6_5"),
+      GridNode("gx_7_0"), GridNode("gx_7_1"), GridNode("gx_7_2"), GridNode("gx_7_3"), GridNode("gx_7_4"), GridNode("gx_7_5"),
+      GridNode("gy_0_0"), GridNode("gy_0_1"), GridNode("gy_0_2"), GridNode("gy_0_3"), GridNode("gy_0_4"), GridNode("gy_0_5"),
+      GridNode("gy_1_0"), GridNode("gy_1_1"), GridNode("gy_1_2"), GridNode("gy_1_3"), GridNode("gy_1_4"), GridNode("gy_1_5"),
+      GridNode("gy_2_0"), GridNode("gy_2_1"), GridNode("gy_2_2"), GridNode("gy_2_3"), GridNode("gy_2_4"), GridNode("gy_2_5"),
+      GridNode("gy_3_0"), GridNode("gy_3_1"), GridNode("gy_3_2"), GridNode("gy_3_3"), GridNode("gy_3_4"), GridNode("gy_3_5"),
+      GridNode("gy_4_0"), GridNode("gy_4_1"), GridNode("gy_4_2"), GridNode("gy_4_3"), GridNode("gy_4_4"), GridNode("gy_4_5"),
+      GridNode("gy_5_0"), GridNode("gy_5_1"), GridNode("gy_5_2"), GridNode("gy_5_3"), GridNode("gy_5_4"), GridNode("gy_5_5"),
+      GridNode("gy_6_0"), GridNode("gy_6_1"), GridNode("gy_6_2"), GridNode("gy_6_3"), GridNode("gy_6_4"), GridNode("gy_6_5"),
+      GridNode("gy_7_0"), GridNode("gy_7_1"), GridNode("gy_7_2"), GridNode("gy_7_3"), GridNode("gy_7_4"), GridNode("gy_7_5"),
+  };
+  static constexpr std::array<Need, 0> needs = {};
+
+  template <class T>
+  static bool Apply(const Context& context, const T* in, const T* theta, T* out) {
+    constexpr int kColumns = 8, kRows = 6, kPiecesX = kColumns - 3, kPiecesY = kRows - 3;
+    const T s = in[0] * (kPiecesX / context.width_px);
+    const T t = in[1] * (kPiecesY / context.height_px);
+    if (!(s >= -1.0) || !(s <= kPiecesX + 1.0) || !(t >= -1.0) || !(t <= kPiecesY + 1.0)) return false;
+    T column[4], row[4];
+    const int first_column = CubicBSpline(s, kPiecesX, column);
+    const int first_row = CubicBSpline(t, kPiecesY, row);
+    T shift[2] = {T(0.0), T(0.0)};
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) {
+        const T weight = column[i] * row[j];
+        const T* node = theta + (first_column + i) * kRows + first_row + j;
+        shift[0] += weight * node[0];
+        shift[1] += weight * node[kColumns * kRows];
+      }
+    }
+    out[0] = in[0] + shift[0];
+    out[1] = in[1] + shift[1];
+    return true;
+  }
+};
+MISCLOSURE_EFFECT(ImageGrid)
+
+}  // namespace misclosure
