@@ -15,8 +15,8 @@ struct DecentringHigh {
   static constexpr const char* confused_with = "free:decentring, which takes most of it; unflatness in mapping blocks.";
   static constexpr const char* source = "Brown, Decentering distortion of lenses, Photogrammetric Engineering 32 (1966)";
   static constexpr Parameter parameters[] = {
-      Estimated("q1", "px^-3", Scope::kGlobal, 0.0, 3e-15),
-      Estimated("q2", "px^-3", Scope::kGlobal, 0.0, 3e-15),
+      Estimated("q1", "px^-3", Scope::kGlobal, 0.0, 1e-15),
+      Estimated("q2", "px^-3", Scope::kGlobal, 0.0, 1e-15),
   };
   static constexpr std::array<Need, 0> needs = {};
 

@@ -17,7 +17,7 @@ struct EarthCurvature {
   static constexpr Parameter parameters[] = {
       Estimated("q", "1", Scope::kGlobal, 0.0, 1.0),
   };
-  static constexpr std::array needs = {Need::kVertical};
+  static constexpr std::array<Need, 0> needs = {};
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

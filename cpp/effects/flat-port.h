@@ -25,7 +25,7 @@ struct FlatPort {
   static constexpr const char* source =
       "plane-parallel plate; e.g. Luhmann et al., Close-Range Photogrammetry and 3D Imaging (2014)";
   static constexpr Parameter parameters[] = {
-      Estimated("D", "m", Scope::kGlobal, 0.0, 0.01),
+      Estimated("D", "m", Scope::kGlobal, 0.0, 0.005),
       Given("n", "1", 1.33),
   };
   static constexpr std::array<Need, 0> needs = {};
@@ -41,9 +41,9 @@ struct FlatPort {
     const T distance = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
     for (int k = 0; k < 3; ++k) u[k] = u[k] / distance;
     const T cos_a = u[0] * axis[0] + u[1] * axis[1] + u[2] * axis[2];
-    const T square = n * n - 1.0 + cos_a * cos_a;  // (n cos b)^2; total reflection where it is negative
-    if (!(cos_a > 0.0) || !(n > 0.0) || !(square > 0.0)) return false;
-    const T shift = theta[0] * (T(1.0) - cos_a / sqrt(square));
+    if (!(cos_a > 0.0) || !(n >= 1.0)) return false;  // behind the window; a window is denser than what it stands in
+    const T n_cos_b = sqrt(n * n - 1.0 + cos_a * cos_a);
+    const T shift = theta[0] * (T(1.0) - cos_a / n_cos_b);
     for (int k = 0; k < 3; ++k) out[k] = in[6 + k] + shift * (cos_a * u[k] - axis[k]);
     return true;
   }

@@ -15,7 +15,7 @@ struct FocalFlight {
       "the pauses.";
   static constexpr const char* source = "practice: refocusing between flights";
   static constexpr Parameter parameters[] = {
-      Estimated("a", "px", Scope::kFlightButFirst, 0.0, 5.0),
+      Estimated("a", "px", Scope::kFlightButFirst, 0.0, 3.0),
   };
   static constexpr std::array needs = {Need::kFlights};
 

@@ -22,7 +22,7 @@ struct FocalTemperature {
       "calibration, ISPRS Journal 148 (2019)";
   static constexpr Parameter parameters[] = {
       Estimated("a", "px/K", Scope::kGlobal, 0.0, 0.5),
-      Searched("lag", "s", Scope::kGlobal, 0.0, 60.0, Domain::kRange, 0.0, 600.0),
+      Searched("lag", "s", Scope::kGlobal, 0.0, 100.0, Domain::kRange, 0.0, 600.0),
   };
   static constexpr std::array needs = {Need::kTemperature};
 

@@ -16,7 +16,7 @@ struct GnssDelay {
   static constexpr Parameter parameters[] = {
       Estimated("dt", "s", Scope::kGlobal, 0.0, 0.02),
   };
-  static constexpr std::array needs = {Need::kGnss, Need::kVelocity};
+  static constexpr std::array needs = {Need::kVelocity, Need::kGnss};
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

@@ -18,11 +18,11 @@ struct GnssDrift {
       Estimated("ax", "m", Scope::kFlight, 0.0, 0.05),
       Estimated("ay", "m", Scope::kFlight, 0.0, 0.05),
       Estimated("az", "m", Scope::kFlight, 0.0, 0.05),
-      Estimated("bx", "m/s", Scope::kFlight, 0.0, 1e-4),
-      Estimated("by", "m/s", Scope::kFlight, 0.0, 1e-4),
-      Estimated("bz", "m/s", Scope::kFlight, 0.0, 1e-4),
+      Estimated("bx", "m/s", Scope::kFlight, 0.0, 2e-4),
+      Estimated("by", "m/s", Scope::kFlight, 0.0, 2e-4),
+      Estimated("bz", "m/s", Scope::kFlight, 0.0, 2e-4),
   };
-  static constexpr std::array needs = {Need::kGnss, Need::kTime};
+  static constexpr std::array needs = {Need::kTime, Need::kGnss};
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

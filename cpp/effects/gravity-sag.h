@@ -22,7 +22,7 @@ struct GravitySag {
       Estimated("sy_y", "px", Scope::kGlobal, 0.0, 2.0),
       Estimated("sy_z", "px", Scope::kGlobal, 0.0, 2.0),
   };
-  static constexpr std::array needs = {Need::kVertical};
+  static constexpr std::array<Need, 0> needs = {};
 
   template <class T>
   static bool Apply(const Context&, const T* in, const T* theta, T* out) {

@@ -7,7 +7,7 @@
 
 namespace misclosure {
 
-constexpr Parameter GridNode(const char* name) { return Estimated(name, "px", Scope::kGlobal, 0.0, 0.3); }
+constexpr Parameter GridNode(const char* name) { return Estimated(name, "px", Scope::kGlobal, 0.0, 0.2); }
 
 struct ImageGrid {
   static constexpr const char* id = "image-grid";

@@ -17,9 +17,9 @@ struct MapScale {
   static constexpr const char* source =
       "Ressl, The impact of conformal map projections on direct georeferencing, IAPRS 34-3A (2002)";
   static constexpr Parameter parameters[] = {
-      Estimated("m", "1", Scope::kGlobal, 0.0, 1e-4),
+      Estimated("m", "1", Scope::kGlobal, 0.0, 4e-4),
   };
-  static constexpr std::array needs = {Need::kControl};
+  static constexpr std::array needs = {Need::kControl, Need::kGnss};
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

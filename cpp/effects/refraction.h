@@ -19,13 +19,14 @@ struct Refraction {
   static constexpr Parameter parameters[] = {
       Estimated("kappa", "1/m", Scope::kGlobal, 0.0, 1.3e-8),
   };
-  static constexpr std::array needs = {Need::kVertical};
+  static constexpr std::array<Need, 0> needs = {};
 
   template <class T>
   static bool Apply(const Context&, const T* in, const T* theta, T* out) {
     const T dx = in[6] - in[3];
     const T dy = in[7] - in[4];
     const T height = in[5] - in[8];
+    if (!(height > 0.0)) return false;  // the model is of a camera above the ground
     const T scale = theta[0] * (height + (dx * dx + dy * dy) / height);
     out[0] = in[6] + scale * dx;
     out[1] = in[7] + scale * dy;

@@ -15,18 +15,18 @@ struct Unflatness {
   static constexpr const char* confused_with = "radial distortion (a bowl is one), decentring-high, image-grid.";
   static constexpr const char* source = "Fraser, Digital camera self-calibration, ISPRS Journal 52 (1997)";
   static constexpr Parameter parameters[] = {
-      Estimated("c_02", "px", Scope::kGlobal, 0.0, 1.0),
-      Estimated("c_03", "px", Scope::kGlobal, 0.0, 1.0),
-      Estimated("c_04", "px", Scope::kGlobal, 0.0, 1.0),
-      Estimated("c_11", "px", Scope::kGlobal, 0.0, 1.0),
-      Estimated("c_12", "px", Scope::kGlobal, 0.0, 1.0),
-      Estimated("c_13", "px", Scope::kGlobal, 0.0, 1.0),
-      Estimated("c_20", "px", Scope::kGlobal, 0.0, 1.0),
-      Estimated("c_21", "px", Scope::kGlobal, 0.0, 1.0),
-      Estimated("c_22", "px", Scope::kGlobal, 0.0, 1.0),
-      Estimated("c_30", "px", Scope::kGlobal, 0.0, 1.0),
-      Estimated("c_31", "px", Scope::kGlobal, 0.0, 1.0),
-      Estimated("c_40", "px", Scope::kGlobal, 0.0, 1.0),
+      Estimated("c_02", "px", Scope::kGlobal, 0.0, 0.5),
+      Estimated("c_03", "px", Scope::kGlobal, 0.0, 0.5),
+      Estimated("c_04", "px", Scope::kGlobal, 0.0, 0.5),
+      Estimated("c_11", "px", Scope::kGlobal, 0.0, 0.5),
+      Estimated("c_12", "px", Scope::kGlobal, 0.0, 0.5),
+      Estimated("c_13", "px", Scope::kGlobal, 0.0, 0.5),
+      Estimated("c_20", "px", Scope::kGlobal, 0.0, 0.5),
+      Estimated("c_21", "px", Scope::kGlobal, 0.0, 0.5),
+      Estimated("c_22", "px", Scope::kGlobal, 0.0, 0.5),
+      Estimated("c_30", "px", Scope::kGlobal, 0.0, 0.5),
+      Estimated("c_31", "px", Scope::kGlobal, 0.0, 0.5),
+      Estimated("c_40", "px", Scope::kGlobal, 0.0, 0.5),
   };
   static constexpr std::array<Need, 0> needs = {};
 

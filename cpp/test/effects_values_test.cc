@@ -210,16 +210,28 @@ void Grid() {
 
 void Fourier() {
   const Context c = Camera();
-  ExpectNames<ImageFourier>({"ax_1", "ax_2", "ax_3", "ax_4", "ax_5", "ax_6", "ax_7", "ax_8",  //
-                             "ay_1", "ay_2", "ay_3", "ay_4", "ay_5", "ay_6", "ay_7", "ay_8"});
-  // Terms at u = pi/2, v = 0, and at u = 0, v = pi/2.
-  const double right[8] = {0, 1, 1, 0, 0, 1, 0, 1}, below[8] = {1, 0, 0, 1, 0, 1, 0, -1};
-  for (int k = 0; k < 8; ++k) {
-    Values x(16, 0.0), y(16, 0.0);
-    x[k] = y[8 + k] = 1.0;
-    ExpectOut<ImageFourier>(c, Image(3750, 1500), x, {3750 + right[k], 1500});
-    ExpectOut<ImageFourier>(c, Image(2500, 2250), y, {2500, 2250 + below[k]});
+  // Terms at u = pi/2, v = 0, and at u = 0, v = pi/2: cosine and sine of m, or n, quarter turns.
+  const double quarter_cos[5] = {-1, 0, 1, 0, -1}, quarter_sin[5] = {0, -1, 0, 1, 0};  // -2 to 2
+  std::vector<std::string> names[2];
+  size_t k = 0;
+  for (int m = 0; m <= 2; ++m) {
+    for (int n = -2; n <= 2; ++n) {
+      if (m == 0 && n <= 0) continue;
+      for (const bool sine : {false, true}) {
+        for (const char component : {'x', 'y'}) {
+          names[component == 'y'].push_back(std::string(sine ? "b" : "a") + component + "_" + std::to_string(m) + "_" + std::to_string(n));
+        }
+        const double* quarter = sine ? quarter_sin : quarter_cos;
+        Values x(48, 0.0), y(48, 0.0);
+        x[k] = y[24 + k] = 1.0;
+        ExpectOut<ImageFourier>(c, Image(5000, 1500), x, {5000 + quarter[m + 2], 1500});
+        ExpectOut<ImageFourier>(c, Image(2500, 3000), y, {2500, 3000 + quarter[n + 2]});
+        ++k;
+      }
+    }
   }
+  names[0].insert(names[0].end(), names[1].begin(), names[1].end());
+  ExpectNames<ImageFourier>(names[0]);
 }
 
 void Motion() {
@@ -269,6 +281,7 @@ void Rays() {
   Context c = Camera();
   // H = 100, |d| = 50: kappa H (1 + tan^2 z) = 1e-6 * 125.
   ExpectOut<Refraction>(c, {0, 0, 0, 10, 20, 130, 40, 60, 30}, {1e-6}, {40 + 30 * 125e-6, 60 + 40 * 125e-6, 30});
+  ExpectOutside<Refraction>(c, {0, 0, 0, 10, 20, 30, 40, 60, 31}, {1e-6}, "a point above the camera");
   // 600 m east and 800 m north of the centre: 1e6 / 12742000 m.
   c.block_centre[0] = 100, c.block_centre[1] = 200, c.block_centre[2] = 50;
   ExpectOut<EarthCurvature>(c, {0, 0, 0, 0, 0, 0, 700, 1000, 5}, {2}, {700, 1000, 5 - 2e6 / 12742000.0});
@@ -328,7 +341,7 @@ void Port() {
   // There P moves by D (1 - 1/n) of its angle: d x' / d x = 1 + 0.1 / 2 (1 - 1/1.33).
   ExpectNear(axis.d_in[6], 1.0 + 0.05 * (1.0 - 1.0 / n), kRounding, "flat-port: derivative on the axis");
   ExpectOutside<FlatPort>(c, {0, 0, 0, 0, 0, 0, 1, 0, -1}, {0.1, n}, "behind the camera");
-  ExpectOutside<FlatPort>(c, {0, 0, 0, 0, 0, 0, 2, 0, 1}, {0.1, 0.75}, "with total reflection");
+  ExpectOutside<FlatPort>(c, {0, 0, 0, 0, 0, 0, 2, 0, 1}, {0.1, 0.75}, "a window less dense than its medium");
 }
 
 void Positions() {

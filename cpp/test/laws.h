@@ -4,6 +4,7 @@
 #ifndef MISCLOSURE_TEST_LAWS_H_
 #define MISCLOSURE_TEST_LAWS_H_
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <limits>
@@ -185,7 +186,8 @@ inline void CheckDerivatives(const misclosure_effect& effect, const Place& place
   Expect(jet.ok && value.ok, id + ": outside the domain at an ordinary place");
   if (!jet.ok || !value.ok) return;
   for (int i = 0; i < m; ++i) {
-    Expect(std::abs(jet.out[i] - value.out[i]) <= 1e-14 * (1.0 + std::abs(value.out[i])), id + ": values with and without derivatives");
+    const bool same = std::abs(jet.out[i] - value.out[i]) <= 1e-14 * (1.0 + std::abs(value.out[i]));
+    Expect(same, id + ": values with and without derivatives");
   }
   for (double v : jet.d_in) Expect(std::isfinite(v), id + ": d_in is not finite or not filled");
   for (double v : jet.d_theta) Expect(std::isfinite(v), id + ": d_theta is not finite or not filled");
@@ -193,10 +195,11 @@ inline void CheckDerivatives(const misclosure_effect& effect, const Place& place
   for (int variable = 0; variable < n + p; ++variable) {
     double step;
     if (variable < n) {
-      const bool rotation = stage == Stage::kInterior ? variable >= 12 : stage != Stage::kImage && stage != Stage::kControl && variable < 3;
+      const bool interior = stage == Stage::kInterior, image = stage == Stage::kImage;
+      const bool rotation = interior ? variable >= 12 : !image && stage != Stage::kControl && variable < 3;
       step = rotation ? 1e-3 : 1e-1;
-      if (stage == Stage::kInterior && variable >= 5 && variable < 12) continue;  // k1 to b2: far smaller, and no effect looks at them
-      if (stage == Stage::kImage && variable >= 7) continue;
+      // k1 to b2 are far smaller, and no effect looks at them.
+      if ((interior && variable >= 5 && variable < 12) || (image && variable >= 7)) continue;
     } else {
       const Parameter& parameter = effect.parameters[variable - n];
       if (parameter.role == static_cast<uint32_t>(Role::kGiven)) {
@@ -234,9 +237,11 @@ inline void CheckDerivatives(const misclosure_effect& effect, const Place& place
         size = std::max(size, std::abs(place.in[offset + i]));
         error = std::max(error, std::abs(analytic - (4.0 * fine[i] - coarse[i]) / 3.0));
       }
-      const double rounding = 16.0 * std::numeric_limits<double>::epsilon() * (1.0 + size) / step + 4.0 * std::numeric_limits<double>::epsilon();
-      Expect(error <= kDerivativeTolerance * largest + rounding, id + ": derivative by variable " + std::to_string(variable) + ": error " +
-                                                                     std::to_string(error) + " of " + std::to_string(largest));
+      constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+      const double rounding = 16.0 * kEpsilon * (1.0 + size) / step + 4.0 * kEpsilon;
+      Expect(error <= kDerivativeTolerance * largest + rounding,
+             id + ": derivative by variable " + std::to_string(variable) + ": error " + std::to_string(error) + " of " +
+                 std::to_string(largest));
     }
   }
 }
@@ -257,7 +262,8 @@ inline void CheckNeeds(const misclosure_effect& effect, const Place& place) {
     if (need == Need::kVelocity) c.velocity[0] = c.velocity[1] = c.velocity[2] = kUnknown;
     bool needed = false;
     for (uint32_t k = 0; k < effect.need_count; ++k) needed |= effect.needs[k] == static_cast<uint32_t>(need);
-    Expect(Evaluate(effect, blind, false).ok != needed, std::string(effect.id) + ": need " + std::to_string(static_cast<int>(need)));
+    const std::string what = std::string(effect.id) + ": need " + std::to_string(static_cast<int>(need));
+    Expect(Evaluate(effect, blind, false).ok != needed, what);
   }
 }
 
