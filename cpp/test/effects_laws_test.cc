@@ -1,4 +1,5 @@
 // Every built-in effect keeps the laws.
+// Builds alone: c++ -std=c++17 -O1 -I cpp -I /usr/include/eigen3 THIS -lglog
 #include "effects/decentring-high.h"
 #include "effects/earth-curvature.h"
 #include "effects/flat-port.h"

@@ -1,4 +1,5 @@
 // Effects against numbers worked by hand, and against another way to the same physics: a traced ray, a numerical integration.
+// Builds alone: c++ -std=c++17 -O1 -I cpp -I /usr/include/eigen3 THIS -lglog
 #include "effects/decentring-high.h"
 #include "effects/earth-curvature.h"
 #include "effects/flat-port.h"
