@@ -22,6 +22,9 @@ pub fn shared_null_space(
     scales: &[f64],
     information: &DMatrix<f64>,
 ) -> Vec<NullDirection> {
+    if unknowns.is_empty() {
+        return Vec::new();
+    }
     let domain: Vec<f64> = unknowns.iter().zip(scales).map(|(u, scale)| domain(problem, *u) / scale).collect();
     let scaled = DMatrix::from_fn(unknowns.len(), unknowns.len(), |i, j| information[(i, j)] * domain[i] * domain[j]);
     let eigen = SymmetricEigen::new(scaled);

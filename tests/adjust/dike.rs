@@ -1,0 +1,46 @@
+//! The study's block without noise: the truth comes back, from wrong start values.
+
+use crate::common::{preset, solve_both, tie_rms_px};
+use misclosure::model::{Datum, Model};
+use misclosure::scenario::{Perturbation, Simulation};
+
+/// What must hold of an error-free block: the measurements agree to 1e-9 px, so a millionth is the solver's.
+const CHECK_RMS_M: f64 = 1e-6;
+const TIE_RMS_PX: f64 = 1e-6;
+
+/// Focal length wrong by 0.5 %, poses by 0.1 m and 0.1 degree, no object points.
+fn wrong_start(simulation: &mut Simulation) {
+    let perturbation =
+        Perturbation { focal_fraction: 0.005, position_m: 0.1, angle_rad: 0.1f64.to_radians(), points: true };
+    simulation.perturb_start(perturbation, 7).expect("a perturbation");
+}
+
+fn truth_comes_back(datum: Datum) {
+    let mut simulation = preset("dike", &[], 1);
+    wrong_start(&mut simulation);
+    let run = solve_both(&simulation.block, &Model { datum, ..Model::default() });
+    let comparison = run.comparison.as_ref().expect("check points are compared");
+    assert_eq!(comparison.failed.len(), 0);
+    let check = comparison.check.as_ref().expect("statistics of check points");
+    assert_eq!(check.n, 5000);
+    assert!(check.rms_m.xyz < CHECK_RMS_M, "{datum:?}: check points {:e} m", check.rms_m.xyz);
+    let rms = tie_rms_px(&simulation.block, &run);
+    assert!(rms < TIE_RMS_PX, "{datum:?}: tie points {rms:e} px");
+    // Every camera parameter, to a part of what moves a corner of the sensor by a thousandth of a pixel.
+    for (found, camera) in run.solution().state.interiors.iter().zip(&simulation.truth.cameras) {
+        for (k, scale) in camera.scales().iter().enumerate() {
+            let error = (found[k] - camera.interior[k]) / scale;
+            assert!(error.abs() < 1e-3, "{datum:?}: {}: {error:e}", misclosure::camera::PARAMETERS[k]);
+        }
+    }
+}
+
+#[test]
+fn without_noise_the_truth_comes_back_in_the_free_datum() {
+    truth_comes_back(Datum::Free);
+}
+
+#[test]
+fn without_noise_the_truth_comes_back_with_control_and_gnss() {
+    truth_comes_back(Datum::All);
+}

@@ -1,0 +1,7 @@
+//! Adjustment: with known truth, of every kind of block and model, in both solvers.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod covariance;
+mod dike;
