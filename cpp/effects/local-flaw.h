@@ -17,9 +17,9 @@ struct LocalFlaw {
   static constexpr Name smooth[] = {{"off", 0.0}, {"on", 1.0}};
   static constexpr Parameter parameters[] = {
       Estimated("lambda", "px", Scope::kGlobal, 0.0, 1.0),
-      Searched("centre_x", "px", Scope::kGlobal, 0.0, 100.0, Domain::kSensorX),
-      Searched("centre_y", "px", Scope::kGlobal, 0.0, 100.0, Domain::kSensorY),
-      Searched("sigma", "px", Scope::kGlobal, 500.0, 100.0, Domain::kSensorFraction, 0.02, 0.25),
+      Searched("centre_x", "px", Scope::kGlobal, 0.0, 1000.0, Domain::kSensorX),
+      Searched("centre_y", "px", Scope::kGlobal, 0.0, 1000.0, Domain::kSensorY),
+      Searched("sigma", "px", Scope::kGlobal, 200.0, 200.0, Domain::kSensorFraction, 0.03, 0.5),
       Given("smooth", "1", 0.0, smooth),
   };
   static constexpr std::array<Need, 0> needs = {};

@@ -1,6 +1,7 @@
 //! Least squares: one problem, two solvers of independent derivation, and the check that they agree.
 
 pub mod agreement;
+pub mod ceres;
 pub mod native;
 
 use crate::problem::{Problem, State};

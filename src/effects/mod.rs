@@ -8,11 +8,14 @@
 //! antenna: (r, C) --position--> A;    surveyed coordinates: P --control--> S
 //! ```
 //!
-//! Several effects of one stage act one after the other, in the order of the model. Two laws hold for every effect: at the nominal
+//! Several effects of one stage act one after the other, in the order of the model; a stage sees what the stages before it made, so
+//! ray and interior effects get `r'`. Two laws hold for every effect: at the nominal
 //! parameters it is exactly the identity (*null law*), and it has no state and is thread-safe (*purity*).
 
+pub mod abi;
 mod common;
 pub mod laws;
+pub mod plugin;
 mod registry;
 mod spline;
 

@@ -14,12 +14,13 @@ mod thin;
 
 pub use build::{ProblemError, missing_need};
 
-use crate::block::{PointId, Pose};
+use crate::block::PointId;
 use crate::camera::{self, Interior};
 use crate::effects::{BlockContext, ImageContext, Scope};
-use crate::model::EffectRef;
 
-pub use crate::model::{LOSS_SCALE, Loss};
+pub use crate::block::Pose;
+pub use crate::model::{EffectRef, LOSS_SCALE, Loss};
+
 use nalgebra::Vector3;
 
 /// What kind of image measurement an observation is.

@@ -1,0 +1,47 @@
+//! Builds the C++ side: the solver library with CMake, the bridge with cxx.
+
+fn main() {
+    for path in ["cpp", "src/adjust/ceres/bridge.rs"] {
+        println!("cargo::rerun-if-changed={path}");
+    }
+    if let Err(missing) = find_packages() {
+        println!("cargo::error={missing}");
+        return;
+    }
+    let solver = cmake::Config::new("cpp")
+        .profile("Release")
+        .define("BUILD_TESTING", "OFF")
+        .build_target("misclosure_solver")
+        .build();
+
+    // Dependents first: the linker reads from left to right.
+    cxx_build::bridge("src/adjust/ceres/bridge.rs")
+        .file("cpp/bridge.cc")
+        .include("cpp")
+        .include("/usr/include/eigen3")
+        .std("c++17")
+        .opt_level(2)
+        .compile("misclosure_bridge");
+    println!("cargo::rustc-link-search=native={}", solver.join("build").display());
+    println!("cargo::rustc-link-lib=static=misclosure_solver");
+    for library in ["ceres", "glog", "cholmod"] {
+        println!("cargo::rustc-link-lib=dylib={library}");
+    }
+}
+
+/// CMake's own message on a missing Ceres is a page long; this one says what to install.
+fn find_packages() -> Result<(), String> {
+    let needed = [
+        ("ceres/ceres.h", "libceres-dev"),
+        ("suitesparse/cholmod.h", "libsuitesparse-dev"),
+        ("eigen3/Eigen/Core", "libeigen3-dev"),
+    ];
+    for (header, package) in needed {
+        let found =
+            ["/usr/include", "/usr/local/include"].iter().any(|root| std::path::Path::new(root).join(header).exists());
+        if !found {
+            return Err(format!("`{header}` not found: install {package} (`make setup` does)"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,130 @@
+// The measurement chain of one image: which effects act at which stage, and where their parameters come from.
+//
+//   (r, C) --exposure--> (r', C');  P --ray--> P';  v = R' (P' - C')
+//   interior --interior--> interior';  (x, y) = Fraser(interior', v) --image--> (x', y')
+//   antenna: (r, C) --position--> A;  surveyed: P --control--> S
+//
+// Each stage sees what the stages before it made: ray and interior get r'.
+
+#ifndef MISCLOSURE_CHAIN_H_
+#define MISCLOSURE_CHAIN_H_
+
+#include <cstddef>
+#include <vector>
+
+#include "effect.h"
+
+namespace misclosure {
+
+// One effect of a chain; offsets into the chain's values and into the scratch of an evaluation.
+struct Link {
+  const misclosure_effect* effect;
+  int values;   // its parameters, in Chain::values
+  int d_in;     // outputs x inputs
+  int d_theta;  // outputs x parameters
+};
+
+// A parameter of an effect that is unknown: entry of a parameter block, and its place among the chain's values.
+struct ChainUnknown {
+  int block;
+  int entry;
+  int value;
+  double scale;  // raw = scale x block value
+};
+
+struct Chain {
+  misclosure_context context = {};
+  std::vector<Link> stages[6];
+  std::vector<double> values;  // raw; those of unknowns are replaced by the blocks'
+  std::vector<ChainUnknown> unknowns;
+  std::vector<double*> blocks;
+  std::vector<int> block_sizes;
+  int derivatives = 0;  // doubles that the links' derivatives take
+
+  const std::vector<Link>& stage(Stage stage) const { return stages[static_cast<int>(stage)]; }
+
+  void Add(const misclosure_effect* effect) {
+    const Stage stage = static_cast<Stage>(effect->stage);
+    const int p = static_cast<int>(effect->parameter_count);
+    Link link{effect, static_cast<int>(values.size()), derivatives, derivatives + Outputs(stage) * Inputs(stage)};
+    derivatives = link.d_theta + Outputs(stage) * p;
+    stages[effect->stage].push_back(link);
+    values.resize(values.size() + p);
+  }
+};
+
+// One evaluation of a chain: parameter values, derivatives of each link, and the residuals' derivatives by the values.
+class ChainRun {
+ public:
+  // `blocks` are the parameter blocks of the effects.
+  ChainRun(const Chain& chain, const misclosure_context& context, const double* const* blocks, int residuals, bool derive)
+      : chain_(chain), context_(context), derive_(derive), residuals_(residuals) {
+    const std::size_t count = chain.values.size();
+    Buffer().resize(count * (1 + residuals) + chain.derivatives);
+    values_ = Buffer().data();
+    columns_ = values_ + count;
+    derivatives_ = columns_ + count * residuals;
+    for (std::size_t k = 0; k < count; ++k) values_[k] = chain.values[k];
+    for (const ChainUnknown& unknown : chain.unknowns) {
+      values_[unknown.value] = blocks[unknown.block][unknown.entry] * unknown.scale;
+    }
+  }
+
+  // out = effect(in); remembers the effect for the reason of a failure.
+  bool Forward(const Link& link, const double* in, double* out) {
+    last_ = link.effect;
+    double* d_in = derive_ ? derivatives_ + link.d_in : nullptr;
+    double* d_theta = derive_ && link.effect->parameter_count > 0 ? derivatives_ + link.d_theta : nullptr;
+    return link.effect->eval(link.effect->self, &context_, in, values_ + link.values, out, d_in, d_theta) != 0;
+  }
+
+  const char* LastEffect() const { return last_->id; }
+
+  const double* DIn(const Link& link) const { return derivatives_ + link.d_in; }
+
+  // Columns of the link's parameters: a (residuals x outputs, row-major) times d_theta.
+  void Backward(const Link& link, const double* a) {
+    const int m = Outputs(static_cast<Stage>(link.effect->stage));
+    const int p = static_cast<int>(link.effect->parameter_count);
+    const double* d_theta = derivatives_ + link.d_theta;
+    for (int k = 0; k < p; ++k) {
+      for (int row = 0; row < residuals_; ++row) {
+        double sum = 0.0;
+        for (int i = 0; i < m; ++i) sum += a[row * m + i] * d_theta[i * p + k];
+        columns_[(link.values + k) * residuals_ + row] = sum;
+      }
+    }
+  }
+
+  // Writes the columns into the Jacobians of the effects' blocks, row `row` times factor[row].
+  void Scatter(const double* factor, double** jacobians) const {
+    for (const ChainUnknown& unknown : chain_.unknowns) {
+      double* jacobian = jacobians[unknown.block];
+      if (jacobian == nullptr) continue;
+      const int size = chain_.block_sizes[unknown.block];
+      for (int row = 0; row < residuals_; ++row) {
+        jacobian[row * size + unknown.entry] =
+            factor[row] * columns_[unknown.value * residuals_ + row] * unknown.scale;
+      }
+    }
+  }
+
+ private:
+  static std::vector<double>& Buffer() {
+    thread_local std::vector<double> buffer;
+    return buffer;
+  }
+
+  const Chain& chain_;
+  const misclosure_context& context_;
+  bool derive_;
+  int residuals_;
+  const misclosure_effect* last_ = nullptr;
+  double* values_;
+  double* columns_;
+  double* derivatives_;
+};
+
+}  // namespace misclosure
+
+#endif  // MISCLOSURE_CHAIN_H_

@@ -1,0 +1,87 @@
+// Normal equations N = J'J with the points eliminated, in two parts: the unknowns of single images (poses and effect parameters per
+// image: sparse) and the shared ones (cameras and the other effect parameters: few, dense). Rank, covariance, and what a full
+// Gauss-Newton step would still gain.
+
+#ifndef MISCLOSURE_NORMAL_H_
+#define MISCLOSURE_NORMAL_H_
+
+#include <Eigen/CholmodSupport>
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <unordered_map>
+#include <vector>
+
+#include "solve.h"
+
+namespace misclosure {
+
+class Normal {
+ public:
+  // Eliminates the points; throws Singular where a point is not determined by its rays.
+  Normal(const ProblemView& view, const Evaluation& evaluation);
+
+  // Points eliminated, nothing else.
+  ReducedSystem Dense() const;
+
+  // Factorises; throws Singular with the directions that have no information.
+  void Factorise();
+
+  // Drop of chi-square that a full step would bring by the linear model: g' N^-1 g. After Factorise.
+  double Decrement() const;
+
+  // After Factorise.
+  Covariance Invert(bool everything) const;
+
+ private:
+  using Sparse = Eigen::SparseMatrix<double>;
+  struct Factor : Eigen::CholmodSupernodalLLT<Sparse> {
+    double ReciprocalCondition() { return cholmod_rcond(m_cholmodFactor, &cholmod()); }
+  };
+  // One point's part: N over (point; images that see it; shared).
+  struct PointPart {
+    Eigen::Matrix3d v;
+    Eigen::Matrix3d inverse;
+    Eigen::Vector3d gradient;
+    std::vector<std::size_t> images;
+    std::vector<Eigen::Matrix<double, 3, Eigen::Dynamic>> w;  // by image
+    Eigen::Matrix<double, 3, Eigen::Dynamic> shared;
+  };
+
+  void NumberUnknowns();
+  void Accumulate();
+  void Gather(std::size_t point, PointPart& part) const;
+  void AddRow(std::size_t row);
+  double* Block(std::size_t a, std::size_t b);
+  Sparse SideMatrix(const Eigen::VectorXd& scale) const;
+  void FindSideNullSpace(bool failed) const;
+  void FindSharedNullSpace() const;
+  NullDirection Direction(const std::vector<std::size_t>& unknowns, const Eigen::VectorXd& components) const;
+  Eigen::MatrixXd SolveSide(const Eigen::MatrixXd& b) const;
+  std::size_t SideSize(std::size_t image) const { return side_start_[image + 1] - side_start_[image]; }
+
+  const ProblemView& view_;
+  const Evaluation& rows_;
+  std::vector<std::size_t> side_unknowns_, shared_unknowns_;
+  std::vector<std::size_t> side_start_;             // by image
+  std::vector<std::ptrdiff_t> side_of_, shared_of_;  // by unknown, -1: not there
+  std::vector<std::size_t> image_of_side_;
+  std::vector<std::vector<std::size_t>> rows_of_point_;
+
+  std::unordered_map<uint64_t, std::size_t> block_index_;  // image pair a >= b -> where its block starts
+  std::vector<std::pair<std::size_t, std::size_t>> block_pairs_;
+  std::vector<double> blocks_;
+  Eigen::MatrixXd side_shared_, shared_;
+  Eigen::VectorXd side_gradient_, shared_gradient_;
+  Eigen::VectorXd side_diagonal_, shared_diagonal_;  // before the points were eliminated
+  double point_decrement_ = 0.0;
+
+  Eigen::VectorXd side_scale_;
+  mutable Factor factor_;
+  Eigen::MatrixXd side_inverse_shared_;  // S_pp^-1 S_ps
+  Eigen::MatrixXd shared_reduced_;       // S_ss - S_sp S_pp^-1 S_ps
+  Eigen::MatrixXd shared_covariance_;
+};
+
+}  // namespace misclosure
+
+#endif  // MISCLOSURE_NORMAL_H_

@@ -1,0 +1,384 @@
+// Cost functions. Jets stay within one stage of the chain each; stages are composed by small matrix products, from the residual
+// back to the unknowns, which costs less than half of one wide Jet.
+
+#ifndef MISCLOSURE_RESIDUALS_H_
+#define MISCLOSURE_RESIDUALS_H_
+
+#include <ceres/cost_function.h>
+#include <ceres/jet.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <string>
+
+#include "chain.h"
+#include "fraser.h"
+
+namespace misclosure {
+
+template <int M, int N>
+using RowMajor = Eigen::Matrix<double, M, N, Eigen::RowMajor>;
+template <int M, int N>
+using ConstMap = Eigen::Map<const RowMajor<M, N>>;
+template <int M, int N>
+Eigen::Map<RowMajor<M, N>> Into(double* values) {
+  return Eigen::Map<RowMajor<M, N>>(values);
+}
+
+// A camera's parameter block: scaled, and without dcx, dcy where they are tied to the principal point.
+struct CameraBlock {
+  const double* scale;  // 12
+  bool tied;
+
+  int size() const { return tied ? 10 : 12; }
+  // Interior parameter of entry k.
+  int parameter(int k) const { return tied && k >= kDcx ? k + 2 : k; }
+  // Entry of an interior parameter.
+  int entry(int parameter) const {
+    return tied && parameter >= kDcx ? parameter - 2 : parameter;  // dcx, dcy -> ppx, ppy; the others move up
+  }
+  void Unpack(const double* block, double interior[12]) const {
+    for (int k = 0; k < size(); ++k) interior[parameter(k)] = block[k] * scale[parameter(k)];
+    if (tied) {
+      interior[kDcx] = interior[kPpx];
+      interior[kDcy] = interior[kPpy];
+    }
+  }
+};
+
+// Rotation vector of a unit quaternion and its derivative.
+inline void RotationVector(const double* q, bool derive, double r[3], RowMajor<3, 4>* r_q) {
+  if (!derive) {
+    RotationVectorOf(q, r);
+    return;
+  }
+  using Jet = ceres::Jet<double, 4>;
+  Jet jet_q[4], jet_r[3];
+  for (int k = 0; k < 4; ++k) jet_q[k] = Jet(q[k], k);
+  RotationVectorOf(jet_q, jet_r);
+  for (int k = 0; k < 3; ++k) {
+    r[k] = jet_r[k].a;
+    r_q->row(k) = jet_r[k].v.transpose();
+  }
+}
+
+// Quaternion of a rotation vector and its derivative.
+inline void Quaternion(const double* r, bool derive, double q[4], RowMajor<4, 3>* q_r) {
+  if (!derive) {
+    QuaternionOf(r, q);
+    return;
+  }
+  using Jet = ceres::Jet<double, 3>;
+  Jet jet_r[3], jet_q[4];
+  for (int k = 0; k < 3; ++k) jet_r[k] = Jet(r[k], k);
+  QuaternionOf(jet_r, jet_q);
+  for (int k = 0; k < 4; ++k) {
+    q[k] = jet_q[k].a;
+    q_r->row(k) = jet_q[k].v.transpose();
+  }
+}
+
+// v = R p and its derivatives by q (first four columns) and p.
+inline void Rotated(const double* q, const double* p, double v[3], RowMajor<3, 7>* v_qp) {
+  using Jet = ceres::Jet<double, 7>;
+  Jet jet_q[4], jet_p[3], jet_v[3];
+  for (int k = 0; k < 4; ++k) jet_q[k] = Jet(q[k], k);
+  for (int k = 0; k < 3; ++k) jet_p[k] = Jet(p[k], 4 + k);
+  RotateByQuaternion(jet_q, jet_p, jet_v);
+  for (int k = 0; k < 3; ++k) {
+    v[k] = jet_v[k].a;
+    v_qp->row(k) = jet_v[k].v.transpose();
+  }
+}
+
+// Fraser projection and its derivatives by the interior orientation and by v, as two stages of Jets.
+inline bool Projected(const double* interior, const double* v, double xy[2], RowMajor<2, 12>* by_interior,
+                      RowMajor<2, 3>* by_v) {
+  using Front = ceres::Jet<double, 4>;  // f, v
+  const Front f(interior[kF], 0);
+  const Front front_v[3] = {Front(v[0], 1), Front(v[1], 2), Front(v[2], 3)};
+  Front ideal[2];
+  if (!Perspective(f, front_v, ideal)) return false;
+
+  using Back = ceres::Jet<double, 2 + kCoefficients>;  // d, coefficients
+  Back d[2], c[kCoefficients], shift[2];
+  for (int k = 0; k < 2; ++k) d[k] = Back(ideal[k].a + interior[kPpx + k] - interior[kDcx + k], k);
+  for (int k = 0; k < kCoefficients; ++k) c[k] = Back(interior[kK1 + k], 2 + k);
+  Distortion(d, c, shift);
+
+  RowMajor<2, 2> shift_d;
+  for (int i = 0; i < 2; ++i) {
+    xy[i] = interior[kPpx + i] + ideal[i].a + shift[i].a;
+    shift_d.row(i) = shift[i].v.head<2>().transpose();
+    by_interior->row(i).tail<kCoefficients>() = shift[i].v.tail<kCoefficients>().transpose();
+  }
+  // The ideal point and the principal point move the image point directly and through the distortion.
+  RowMajor<2, 2> direct = shift_d;
+  direct(0, 0) += 1.0;
+  direct(1, 1) += 1.0;
+  RowMajor<2, 4> ideal_fv;
+  ideal_fv.row(0) = ideal[0].v.transpose();
+  ideal_fv.row(1) = ideal[1].v.transpose();
+  const RowMajor<2, 4> by_fv = direct * ideal_fv;
+  by_interior->col(kF) = by_fv.col(0);
+  by_interior->block<2, 2>(0, kPpx) = direct;
+  by_interior->block<2, 2>(0, kDcx) = -shift_d;
+  *by_v = by_fv.rightCols<3>();
+  return true;
+}
+
+// An image measurement. Parameter blocks: camera, quaternion, centre, point, then those of the effects.
+class ImageCost final : public ceres::CostFunction {
+ public:
+  ImageCost(const Chain& chain, const CameraBlock& camera, const double* xy, double weight)
+      : chain_(chain), camera_(camera), xy_{xy[0], xy[1]}, weight_(weight) {
+    set_num_residuals(2);
+    *mutable_parameter_block_sizes() = {camera.size(), 4, 3, 3};
+    mutable_parameter_block_sizes()->insert(mutable_parameter_block_sizes()->end(), chain.block_sizes.begin(),
+                                            chain.block_sizes.end());
+  }
+
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    return Compute(x, residuals, jacobians, nullptr);
+  }
+
+  // The same; says why it failed.
+  bool Compute(double const* const* x, double* residuals, double** jacobians, std::string* reason) const {
+    const bool derive = jacobians != nullptr;
+    const auto& exposure = chain_.stage(Stage::kExposure);
+    const auto& ray = chain_.stage(Stage::kRay);
+    const auto& interior_effects = chain_.stage(Stage::kInterior);
+    const auto& image = chain_.stage(Stage::kImage);
+    const bool any = !chain_.values.empty() || chain_.derivatives > 0;
+    misclosure_context context;
+    if (any) {
+      context = chain_.context;
+      context.column_px = xy_[0];
+      context.row_px = xy_[1];
+    }
+    ChainRun run(chain_, context, x + 4, 2, derive);
+    const auto outside = [&] {
+      if (reason != nullptr) *reason = std::string("outside the domain of effect ") + run.LastEffect();
+      return false;
+    };
+
+    // Exposure: (r, C) and the quaternion again.
+    double in[15], interior[16] = {}, r[3], q[4], c[3], p[3];
+    std::copy_n(x[1], 4, q);
+    std::copy_n(x[2], 3, c);
+    std::copy_n(x[3], 3, p);
+    RowMajor<3, 4> r_q;
+    RowMajor<4, 3> q_r;
+    if (!exposure.empty() || !ray.empty() || !interior_effects.empty()) RotationVector(q, derive, r, &r_q);
+    if (!exposure.empty()) {
+      double out[6];
+      for (const Link& link : exposure) {
+        std::copy_n(r, 3, in);
+        std::copy_n(c, 3, in + 3);
+        if (!run.Forward(link, in, out)) return outside();
+        std::copy_n(out, 3, r);
+        std::copy_n(out + 3, 3, c);
+      }
+      Quaternion(r, derive, q, &q_r);
+    }
+    for (const Link& link : ray) {
+      std::copy_n(r, 3, in);
+      std::copy_n(c, 3, in + 3);
+      std::copy_n(p, 3, in + 6);
+      if (!run.Forward(link, in, p)) return outside();
+    }
+    camera_.Unpack(x[0], interior);
+    for (const Link& link : interior_effects) {
+      std::copy_n(interior, 12, in);
+      std::copy_n(r, 3, in + 12);
+      if (!run.Forward(link, in, interior)) return outside();
+    }
+
+    // Into the camera and onto the sensor.
+    const double arm[3] = {p[0] - c[0], p[1] - c[1], p[2] - c[2]};
+    double v[3], xy[2];
+    RowMajor<3, 7> v_qp;
+    RowMajor<2, 12> xy_interior;
+    RowMajor<2, 3> xy_v;
+    bool front;
+    if (derive) {
+      Rotated(q, arm, v, &v_qp);
+      front = Projected(interior, v, xy, &xy_interior, &xy_v);
+    } else {
+      RotateByQuaternion(q, arm, v);
+      front = Project(interior, v, xy);
+    }
+    if (!front) {
+      if (reason != nullptr) *reason = "it lies behind the camera (Z = " + std::to_string(v[2]) + " m)";
+      return false;
+    }
+    for (const Link& link : image) {
+      std::copy_n(xy, 2, in);
+      std::copy_n(interior, 12, in + 2);
+      if (!run.Forward(link, in, xy)) return outside();
+    }
+    residuals[0] = weight_ * (xy_[0] - xy[0]);
+    residuals[1] = weight_ * (xy_[1] - xy[1]);
+    if (!derive) return true;
+
+    // Back: derivative of the image point by what each stage was given.
+    RowMajor<2, 2> by_xy = RowMajor<2, 2>::Identity();
+    RowMajor<2, 12> by_interior = RowMajor<2, 12>::Zero();
+    RowMajor<2, 3> by_r = RowMajor<2, 3>::Zero();
+    for (auto link = image.rbegin(); link != image.rend(); ++link) {
+      const ConstMap<2, 14> d_in(run.DIn(*link));
+      run.Backward(*link, by_xy.data());
+      by_interior += by_xy * d_in.rightCols<12>();
+      by_xy = (by_xy * d_in.leftCols<2>()).eval();
+    }
+    by_interior += by_xy * xy_interior;
+    const RowMajor<2, 7> by_qp = by_xy * xy_v * v_qp;
+    for (auto link = interior_effects.rbegin(); link != interior_effects.rend(); ++link) {
+      const ConstMap<12, 15> d_in(run.DIn(*link));
+      run.Backward(*link, by_interior.data());
+      by_r += by_interior * d_in.rightCols<3>();
+      by_interior = (by_interior * d_in.leftCols<12>()).eval();
+    }
+    RowMajor<2, 4> by_q = by_qp.leftCols<4>();
+    RowMajor<2, 3> by_p = by_qp.rightCols<3>();
+    RowMajor<2, 3> by_c = -by_p;
+    for (auto link = ray.rbegin(); link != ray.rend(); ++link) {
+      const ConstMap<3, 9> d_in(run.DIn(*link));
+      run.Backward(*link, by_p.data());
+      by_r += by_p * d_in.leftCols<3>();
+      by_c += by_p * d_in.middleCols<3>(3);
+      by_p = (by_p * d_in.rightCols<3>()).eval();
+    }
+    if (!exposure.empty()) {
+      RowMajor<2, 6> by_rc;
+      by_rc << by_r + by_q * q_r, by_c;
+      for (auto link = exposure.rbegin(); link != exposure.rend(); ++link) {
+        run.Backward(*link, by_rc.data());
+        by_rc = (by_rc * ConstMap<6, 6>(run.DIn(*link))).eval();
+      }
+      by_q = by_rc.leftCols<3>() * r_q;
+      by_c = by_rc.rightCols<3>();
+    } else if (!ray.empty() || !interior_effects.empty()) {
+      by_q += by_r * r_q;
+    }
+
+    if (jacobians[0] != nullptr) {
+      const int size = camera_.size();
+      for (int row = 0; row < 2; ++row) {
+        for (int k = 0; k < size; ++k) {
+          const int parameter = camera_.parameter(k);
+          double value = by_interior(row, parameter);
+          if (camera_.tied && (parameter == kPpx || parameter == kPpy)) value += by_interior(row, parameter + 2);
+          jacobians[0][row * size + k] = -weight_ * value * camera_.scale[parameter];
+        }
+      }
+    }
+    if (jacobians[1] != nullptr) Into<2, 4>(jacobians[1]) = -weight_ * by_q;
+    if (jacobians[2] != nullptr) Into<2, 3>(jacobians[2]) = -weight_ * by_c;
+    if (jacobians[3] != nullptr) Into<2, 3>(jacobians[3]) = -weight_ * by_p;
+    const double factor[2] = {-weight_, -weight_};
+    run.Scatter(factor, jacobians + 4);
+    return true;
+  }
+
+ private:
+  const Chain& chain_;
+  CameraBlock camera_;
+  double xy_[2];
+  double weight_;
+};
+
+// An observed position: of a surveyed point (blocks: point, effects), of an antenna (blocks: centre, effects), or of an antenna
+// that an effect of the position stage moves (blocks: centre, quaternion, effects).
+class PositionCost final : public ceres::CostFunction {
+ public:
+  PositionCost(const Chain& chain, Stage stage, const double* position, const double* sigma) : chain_(chain), stage_(stage) {
+    std::copy_n(position, 3, position_);
+    for (int k = 0; k < 3; ++k) weight_[k] = 1.0 / sigma[k];
+    turned_ = stage == Stage::kPosition && !chain.stage(stage).empty();
+    set_num_residuals(3);
+    mutable_parameter_block_sizes()->push_back(3);
+    if (turned_) mutable_parameter_block_sizes()->push_back(4);
+    mutable_parameter_block_sizes()->insert(mutable_parameter_block_sizes()->end(), chain.block_sizes.begin(),
+                                            chain.block_sizes.end());
+  }
+
+  bool turned() const { return turned_; }
+
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    return Compute(x, residuals, jacobians, nullptr);
+  }
+
+  bool Compute(double const* const* x, double* residuals, double** jacobians, std::string* reason) const {
+    const bool derive = jacobians != nullptr;
+    const auto& links = chain_.stage(stage_);
+    const int first = turned_ ? 3 : 0;  // place of the position in an effect's input
+    ChainRun run(chain_, chain_.context, x + (turned_ ? 2 : 1), 3, derive);
+    double in[6], position[3];
+    RowMajor<3, 4> r_q;
+    if (turned_) RotationVector(x[1], derive, in, &r_q);
+    std::copy_n(x[0], 3, position);
+    for (const Link& link : links) {
+      std::copy_n(position, 3, in + first);
+      if (!run.Forward(link, in, position)) {
+        if (reason != nullptr) *reason = std::string("outside the domain of effect ") + run.LastEffect();
+        return false;
+      }
+    }
+    for (int k = 0; k < 3; ++k) residuals[k] = weight_[k] * (position_[k] - position[k]);
+    if (!derive) return true;
+
+    RowMajor<3, 3> by_position = RowMajor<3, 3>::Identity();
+    RowMajor<3, 3> by_r = RowMajor<3, 3>::Zero();
+    for (auto link = links.rbegin(); link != links.rend(); ++link) {
+      run.Backward(*link, by_position.data());
+      if (turned_) {
+        const ConstMap<3, 6> d_in(run.DIn(*link));
+        by_r += by_position * d_in.leftCols<3>();
+        by_position = (by_position * d_in.rightCols<3>()).eval();
+      } else {
+        by_position = (by_position * ConstMap<3, 3>(run.DIn(*link))).eval();
+      }
+    }
+    const double factor[3] = {-weight_[0], -weight_[1], -weight_[2]};
+    const auto scale = Eigen::Map<const Eigen::Vector3d>(factor).asDiagonal();
+    if (jacobians[0] != nullptr) Into<3, 3>(jacobians[0]) = scale * by_position;
+    if (turned_ && jacobians[1] != nullptr) Into<3, 4>(jacobians[1]) = scale * (by_r * r_q);
+    run.Scatter(factor, jacobians + (turned_ ? 2 : 1));
+    return true;
+  }
+
+ private:
+  const Chain& chain_;
+  Stage stage_;
+  bool turned_;
+  double position_[3];
+  double weight_[3];
+};
+
+// A prior on one entry of a scaled block.
+class PriorCost final : public ceres::CostFunction {
+ public:
+  PriorCost(int block_size, int entry, double scale, double value, double sigma)
+      : entry_(entry), scale_(scale), value_(value), sigma_(sigma) {
+    set_num_residuals(1);
+    mutable_parameter_block_sizes()->push_back(block_size);
+  }
+
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    residuals[0] = (value_ - x[0][entry_] * scale_) / sigma_;
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      std::fill_n(jacobians[0], parameter_block_sizes()[0], 0.0);
+      jacobians[0][entry_] = -scale_ / sigma_;
+    }
+    return true;
+  }
+
+ private:
+  int entry_;
+  double scale_, value_, sigma_;
+};
+
+}  // namespace misclosure
+
+#endif  // MISCLOSURE_RESIDUALS_H_

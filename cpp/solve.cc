@@ -1,0 +1,170 @@
+#include "solve.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "adjustment.h"
+#include "normal.h"
+
+namespace misclosure {
+namespace {
+
+// Damping 1e-7 to start with; Ceres' own 1e-4 takes many more steps along weak directions.
+constexpr double kFirstRadius = 1e7;
+// After the stopping rule was met with damping: (nearly) none, to reach what weak directions still hold.
+constexpr double kLastRadius = 1e14;
+constexpr double kLargestRadius = 1e18;
+// Rounds without damping; one or two are met in practice.
+constexpr int kMostRounds = 10;
+// Chi-square itself is not known better than this share of it.
+constexpr double kCostRounding = 1e-14;
+// Reduced systems up to this size are dense: the sparse factorisation does not pay there.
+constexpr int kLargestDense = 600;
+// A Cholesky that fails in a weak direction shrinks the radius and tries again; each failure shrinks it more.
+constexpr int kMostInvalidSteps = 20;
+
+using Clock = std::chrono::steady_clock;
+
+double SecondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+// Stops by the absolute change of chi-square, reports progress, and hands on the wish to cancel.
+class Watch final : public ceres::IterationCallback {
+ public:
+  Watch(double change, const Progress& progress) : change_(change), progress_(progress), start_(Clock::now()) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    if (summary.iteration == 0 && offset_ > 0) return ceres::SOLVER_CONTINUE;  // the last state again
+    number_ = offset_ + summary.iteration;
+    if (summary.iteration == 0 || summary.step_is_successful) {
+      cost_ = summary.cost;
+      gradient_max_ = summary.gradient_max_norm;
+    }
+    if (!progress_({number_, cost_, gradient_max_, SecondsSince(start_)})) {
+      cancelled_ = true;
+      return ceres::SOLVER_ABORT;
+    }
+    if (summary.iteration == 0 || !summary.step_is_valid) return ceres::SOLVER_CONTINUE;
+    const double change = 2.0 * std::abs(summary.cost_change);
+    const double predicted = summary.relative_decrease == 0.0 ? 0.0 : std::abs(change / summary.relative_decrease);
+    // Also for a step that was refused: within rounding chi-square can rise.
+    if (change < change_ && predicted < change_) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    return ceres::SOLVER_CONTINUE;
+  }
+
+  void NextRound() { offset_ = number_; }
+  bool cancelled() const { return cancelled_; }
+  int number() const { return number_; }
+  double cost() const { return cost_; }
+  double gradient_max() const { return gradient_max_; }
+  double seconds() const { return SecondsSince(start_); }
+
+ private:
+  double change_;
+  const Progress& progress_;
+  Clock::time_point start_;
+  int offset_ = 0, number_ = 0;
+  double cost_ = 0.0, gradient_max_ = 0.0;
+  bool cancelled_ = false;
+};
+
+ceres::Solver::Options CeresOptions(const Adjustment& adjustment, const SolveOptions& options) {
+  ceres::Solver::Options ceres_options;
+  ceres_options.minimizer_type = ceres::TRUST_REGION;
+  ceres_options.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
+  const bool dense = options.linear_solver == LinearSolver::kDense ||
+                     (options.linear_solver == LinearSolver::kAuto && adjustment.ReducedSize() <= kLargestDense);
+  ceres_options.linear_solver_type = dense ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+  if (options.linear_solver == LinearSolver::kIterative) {
+    ceres_options.linear_solver_type = ceres::ITERATIVE_SCHUR;
+    ceres_options.preconditioner_type = ceres::SCHUR_JACOBI;
+    ceres_options.max_linear_solver_iterations = 1000;
+    // Inexact steps far from the solution; the stopping rule and the certificate hold as for the direct solvers.
+    ceres_options.eta = 1e-6;
+  }
+  ceres_options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+  ceres_options.linear_solver_ordering = adjustment.Ordering();
+  ceres_options.num_threads = options.threads;
+  ceres_options.max_num_iterations = options.max_iterations;
+  ceres_options.max_num_consecutive_invalid_steps = kMostInvalidSteps;
+  ceres_options.initial_trust_region_radius = kFirstRadius;
+  ceres_options.max_trust_region_radius = kLargestRadius;
+  // The callback decides; these must not stop before it does.
+  ceres_options.function_tolerance = 0.0;
+  ceres_options.gradient_tolerance = 0.0;
+  ceres_options.parameter_tolerance = 0.0;
+  ceres_options.update_state_every_iteration = true;
+  ceres_options.logging_type = ceres::SILENT;
+  return ceres_options;
+}
+
+// Ceres writes warnings of its own to standard error; what matters comes back as an outcome.
+void Quiet() { FLAGS_minloglevel = google::GLOG_FATAL; }
+
+}  // namespace
+
+Solution Solve(const ProblemView& view, const SolveOptions& options, const Progress& progress) {
+  Quiet();
+  Check(view);
+  if (options.threads < 1) throw std::invalid_argument("`threads` is less than 1");
+  if (options.max_iterations < 1) throw std::invalid_argument("`max_iterations` is less than 1");
+  if (!(options.chi_square_change > 0.0)) throw std::invalid_argument("`chi_square_change` is not positive");
+  Adjustment adjustment(view);
+  Watch watch(options.chi_square_change, progress);
+  ceres::Solver::Options ceres_options = CeresOptions(adjustment, options);
+  ceres_options.callbacks.push_back(&watch);
+
+  Solution solution;
+  for (int round = 0;; ++round) {
+    ceres::Solver::Summary summary;
+    ceres::Solve(ceres_options, &adjustment.problem(), &summary);
+    if (watch.cancelled()) {
+      solution.outcome = Outcome::kCancelled;
+      return solution;
+    }
+    const bool stopped = summary.termination_type == ceres::CONVERGENCE || summary.termination_type == ceres::USER_SUCCESS;
+    if (summary.termination_type == ceres::FAILURE && watch.number() == 0) adjustment.FindCulprit();
+    solution.seconds = watch.seconds();
+    solution.iterations = watch.number();
+    solution.cost = watch.cost();
+    solution.gradient_max = watch.gradient_max();
+
+    // The certificate: is there information in every direction, and what would a full step still gain?
+    const Evaluation evaluation = adjustment.Linearise(true, options.threads);
+    Normal normal(view, evaluation);
+    normal.Factorise();
+    const double left = normal.Decrement();
+    const double allowed = std::max(options.chi_square_change, 2.0 * solution.cost * kCostRounding);
+    if (left < allowed && stopped) {
+      solution.outcome = Outcome::kConverged;
+      if (options.covariance != CovarianceOf::kNothing) {
+        solution.covariance = normal.Invert(options.covariance == CovarianceOf::kEverything);
+      }
+      break;
+    }
+    if (!stopped || round == kMostRounds || watch.number() >= options.max_iterations) {
+      solution.reason = (stopped ? "a full step would still change chi-square by " + std::to_string(left) : summary.message);
+      break;
+    }
+    watch.NextRound();
+    ceres_options.max_num_iterations = options.max_iterations - watch.number();
+    ceres_options.initial_trust_region_radius = kLastRadius;
+  }
+  adjustment.Store(solution);
+  return solution;
+}
+
+Evaluation Evaluate(const ProblemView& view) {
+  Quiet();
+  Check(view);
+  return Adjustment(view).Linearise(false, 1);
+}
+
+ReducedSystem Reduce(const ProblemView& view) {
+  const Evaluation evaluation = Evaluate(view);
+  return Normal(view, evaluation).Dense();
+}
+
+}  // namespace misclosure

@@ -1,0 +1,168 @@
+//! Effects from shared libraries: a header of `cpp/effect.h`'s kind, compiled as its first lines say, loaded by explicit path.
+
+#![allow(unsafe_code)] // loading
+
+use super::abi::{AbiError, CEffect, RawEffect};
+use super::*;
+use crate::camera;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Why a plug-in was not loaded.
+#[derive(Debug, thiserror::Error)]
+pub enum PluginError {
+    /// Not a library that this machine can load.
+    #[error("{path}: cannot be loaded: {source}", path = .path.display())]
+    Load {
+        /// The file.
+        path: PathBuf,
+        /// The loader's message.
+        source: libloading::Error,
+    },
+    /// A library, but not a plug-in.
+    #[error("{path}: has no symbol `misclosure_plugin`: compile the header with -DMISCLOSURE_PLUGIN", path = .path.display())]
+    Symbol {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A plug-in for another program.
+    #[error("{path}: {source}", path = .path.display())]
+    Abi {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: AbiError,
+    },
+}
+
+/// Step of the numerical derivatives, as a share of the sizes in [`Plugin::input_sizes`]: a five-point formula loses 1e-12 of its
+/// order and 1e-13 / 1e-3 by rounding.
+const STEP: f64 = 1e-3;
+
+/// Sizes over which effects change: rotation, rad; positions, m; image coordinates, px.
+const ANGLE: f64 = 1.0;
+const POSITION_M: f64 = 100.0;
+const IMAGE_PX: f64 = 300.0;
+
+/// Where the image size is not known.
+const HALF_DIAGONAL_PX: f64 = 3000.0;
+
+struct Plugin {
+    effect: CEffect, // before the library: dropped first
+    _library: libloading::Library,
+}
+
+/// Loads a plug-in; the library stays loaded as long as the effect. A name without a slash is a file in the working directory, never
+/// one from the system's search path.
+///
+/// # Errors
+/// [`PluginError`], with the path.
+pub fn load(path: &Path) -> Result<Arc<dyn Effect>, PluginError> {
+    let explicit = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    // SAFETY: loading runs the library's initialisers; that it may is what the user says by naming the file.
+    let library = unsafe { libloading::Library::new(&explicit) }
+        .map_err(|source| PluginError::Load { path: path.to_path_buf(), source })?;
+    // SAFETY: a symbol of this name has this type, by effect.h.
+    let table = unsafe {
+        let entry = library
+            .get::<unsafe extern "C" fn() -> *const RawEffect>(b"misclosure_plugin")
+            .map_err(|_| PluginError::Symbol { path: path.to_path_buf() })?;
+        entry()
+    };
+    // SAFETY: a table of effect.h, in a library that is kept loaded beside the effect.
+    let effect =
+        unsafe { CEffect::new(table) }.map_err(|source| PluginError::Abi { path: path.to_path_buf(), source })?;
+    Ok(Arc::new(Plugin { effect, _library: library }))
+}
+
+impl Plugin {
+    fn input_sizes(&self, context: &Context<'_>) -> Vec<f64> {
+        let diagonal = 0.5 * context.image.width_px.hypot(context.image.height_px);
+        let h = if diagonal.is_finite() { diagonal } else { HALF_DIAGONAL_PX };
+        // Coefficients by what moves a point at the sensor's edge by as much as an image coordinate's size.
+        let mut interior = [IMAGE_PX; camera::PARAMETERS.len()];
+        for (k, power) in [(5, -3), (6, -5), (7, -7), (8, -2), (9, -2), (10, -1), (11, -1)] {
+            interior[k] *= h.powi(power);
+        }
+        let (angles, position, image) = ([ANGLE; 3], [POSITION_M; 3], [IMAGE_PX; 2]);
+        match self.effect.descriptor().stage {
+            Stage::Exposure | Stage::Position => [angles, position].concat(),
+            Stage::Ray => [angles, position, position].concat(),
+            Stage::Interior => [&interior[..], &angles].concat(),
+            Stage::Image => [&image[..], &interior].concat(),
+            Stage::Control => position.to_vec(),
+        }
+    }
+}
+
+/// Values of an effect as a function of its input or of its parameters.
+type Values<'a> = &'a dyn Fn(&[f64], &mut [f64]) -> Result<(), OutsideDomain>;
+
+/// Derivative of `f` (m outputs) by `x[k]`, five-point formula, into column `k` of the row-major `matrix`.
+fn differentiate(
+    f: Values<'_>,
+    x: &[f64],
+    k: usize,
+    step: f64,
+    m: usize,
+    matrix: &mut [f64],
+) -> Result<(), OutsideDomain> {
+    let mut at = x.to_vec();
+    let mut out = vec![0.0; m];
+    let mut sum = vec![0.0; m];
+    for (offset, weight) in [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)] {
+        at[k] = x[k] + offset * step;
+        f(&at, &mut out)?;
+        for i in 0..m {
+            sum[i] += weight * out[i];
+        }
+    }
+    for i in 0..m {
+        matrix[i * x.len() + k] = sum[i] / (12.0 * step);
+    }
+    Ok(())
+}
+
+impl Effect for Plugin {
+    fn descriptor(&self) -> &Descriptor {
+        self.effect.descriptor()
+    }
+
+    /// Values of the plug-in, derivatives from the values: a wrong derivative in the plug-in then shows as a difference between the
+    /// solvers.
+    fn eval(
+        &self,
+        context: &Context<'_>,
+        input: &[f64],
+        theta: &[f64],
+        out: &mut [f64],
+        d_input: Option<&mut [f64]>,
+        d_theta: Option<&mut [f64]>,
+    ) -> Result<(), OutsideDomain> {
+        let m = out.len();
+        self.effect.eval(context, input, theta, out, None, None)?;
+        if let Some(matrix) = d_input {
+            let sizes = self.input_sizes(context);
+            for k in 0..input.len() {
+                let f = |x: &[f64], out: &mut [f64]| self.effect.eval(context, x, theta, out, None, None);
+                differentiate(&f, input, k, STEP * sizes[k], m, matrix)?;
+            }
+        }
+        if let Some(matrix) = d_theta {
+            matrix.fill(0.0);
+            for (k, parameter) in self.descriptor().parameters.iter().enumerate() {
+                if matches!(parameter.role, Role::Given(_)) {
+                    continue;
+                }
+                let step = STEP * parameter.typical.abs().max(theta[k].abs());
+                let f = |x: &[f64], out: &mut [f64]| self.effect.eval(context, input, x, out, None, None);
+                differentiate(&f, theta, k, step, m, matrix)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn c_abi(&self) -> Option<*const std::ffi::c_void> {
+        Some(self.effect.raw().cast())
+    }
+}
