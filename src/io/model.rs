@@ -8,6 +8,11 @@
 //! loss = "none"                # none, huber, cauchy; absent: none
 //! tie_weights = "unit"         # unit, multi, pairs; absent: unit
 //!
+//! [sigma_factors]              # factors on the a-priori standard deviations; absent: 1
+//! image = 1.0
+//! control = 1.0
+//! gnss = 1.0
+//!
 //! [camera.cam]                 # start values that replace the block's
 //! f = 5510.0
 //!
@@ -29,7 +34,7 @@
 use super::error::{Error, advice, shown};
 use super::toml_table::{Source, Table, quoted};
 use crate::camera::{GROUPS, PARAMETERS, parameter_indices};
-use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, Prior, TieWeights};
+use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, Prior, SigmaFactors, TieWeights};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::ops::Range;
@@ -41,7 +46,9 @@ const FORMAT: u32 = 1;
 /// The one tie there is.
 const DC_TO_PP: &str = "dc=pp";
 
-const KEYS: [&str; 9] = ["format", "free", "tie", "datum", "loss", "tie_weights", "camera", "effect", "prior"];
+const KEYS: [&str; 10] =
+    ["format", "free", "tie", "datum", "loss", "tie_weights", "sigma_factors", "camera", "effect", "prior"];
+const SIGMA_FACTORS: [&str; 3] = ["image", "control", "gnss"];
 const DATUMS: [(&str, Datum); 4] =
     [("free", Datum::Free), ("control", Datum::Control), ("gnss", Datum::Gnss), ("all", Datum::All)];
 const LOSSES: [(&str, Loss); 3] = [("none", Loss::None), ("huber", Loss::Huber), ("cauchy", Loss::Cauchy)];
@@ -68,6 +75,11 @@ pub fn read_model(path: &Path, resolve: &dyn Fn(&str) -> Option<EffectRef>) -> R
         tie_weights: choice(&table, "tie_weights", &TIE_WEIGHTS)?.unwrap_or(default.tie_weights),
         ..default
     };
+    if let Some((factors, _)) = table.table("sigma_factors")? {
+        let values = numbers(&Table::new(&source, "[sigma_factors]", factors, &SIGMA_FACTORS)?)?;
+        let factor = |name: &str| values.get(name).copied().unwrap_or(1.0);
+        model.sigma_factors = SigmaFactors { image: factor("image"), control: factor("control"), gnss: factor("gnss") };
+    }
     if let Some((cameras, _)) = table.table("camera")? {
         let cameras = Table::of_names(&source, "[camera]", cameras);
         for (id, _) in cameras.keys() {
@@ -193,7 +205,11 @@ pub fn write_model(model: &Model, path: &Path) -> Result<(), Error> {
     let camera_values = model.camera_values.values().flat_map(|values| values.values());
     let effect_values = model.effects.iter().flat_map(|term| term.values.values());
     let priors = model.priors.iter().flat_map(|prior| [&prior.value, &prior.sigma]);
-    if let Some(number) = camera_values.chain(effect_values).chain(priors).find(|number| !number.is_finite()) {
+    let factors = &model.sigma_factors;
+    let factors = [&factors.image, &factors.control, &factors.gnss];
+    if let Some(number) =
+        camera_values.chain(effect_values).chain(priors).chain(factors).find(|number| !number.is_finite())
+    {
         let problem = format!("{number} cannot be written; it is not a number to read");
         return Err(Error::content(path.display().to_string(), super::Place::File, problem));
     }
@@ -213,6 +229,8 @@ fn text(model: &Model) -> String {
         let _ = writeln!(text, "tie = {}", quoted(DC_TO_PP));
     }
     let _ = writeln!(text, "datum = {}\nloss = {}\ntie_weights = {}", word(datum), word(loss), word(weights));
+    let SigmaFactors { image, control, gnss } = model.sigma_factors;
+    let _ = writeln!(text, "\n[sigma_factors]\nimage = {image:?}\ncontrol = {control:?}\ngnss = {gnss:?}");
     for (id, values) in &model.camera_values {
         let _ = writeln!(text, "\n[camera.{}]", quoted(id));
         write_values(&mut text, values);

@@ -122,6 +122,24 @@ pub struct Prior {
     pub sigma: f64,
 }
 
+/// Factors on the a-priori standard deviations, one per group of observations: 1 where they are believed as stated.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SigmaFactors {
+    /// Tie points and marks.
+    pub image: f64,
+    /// Control coordinates.
+    pub control: f64,
+    /// GNSS positions.
+    pub gnss: f64,
+}
+
+impl Default for SigmaFactors {
+    fn default() -> Self {
+        Self { image: 1.0, control: 1.0, gnss: 1.0 }
+    }
+}
+
 /// What we believe.
 #[derive(Debug, Clone)]
 pub struct Model {
@@ -141,6 +159,8 @@ pub struct Model {
     pub loss: Loss,
     /// Tie-point weights.
     pub tie_weights: TieWeights,
+    /// Factors on the a-priori standard deviations.
+    pub sigma_factors: SigmaFactors,
 }
 
 impl Default for Model {
@@ -155,6 +175,7 @@ impl Default for Model {
             datum: Datum::Free,
             loss: Loss::None,
             tie_weights: TieWeights::Unit,
+            sigma_factors: SigmaFactors::default(),
         }
     }
 }

@@ -77,7 +77,27 @@ pub fn missing_need(block: &Block, contexts: &[ImageContext], need: Need, datum:
     (!met).then_some(what)
 }
 
+/// Value of the option `against` that takes an image's place in the table instead of its time.
+const AGAINST_ORDER: f64 = 1.0;
+
 impl Problem {
+    /// This problem at `state` with further effects at their start values (absent: nominal), numbered after those that it has.
+    pub fn with_effects(
+        &self,
+        block: &Block,
+        datum: Datum,
+        terms: &[EffectTerm],
+        state: &State,
+    ) -> Result<(Problem, State), ProblemError> {
+        let mut problem = self.clone();
+        problem.start = state.clone();
+        for term in terms {
+            problem.add_effect(block, datum, term)?;
+        }
+        let state = problem.start.clone();
+        Ok((problem, state))
+    }
+
     /// Lays out the least-squares problem. Tie points with fewer than two rays, and images without any measurement, do not take part.
     pub fn new(block: &Block, model: &Model) -> Result<Self, ProblemError> {
         let (uses_control, uses_gnss) = datum_parts(block, model.datum)?;
@@ -99,8 +119,9 @@ impl Problem {
             positions.push(start_position(block, &interiors, point)?);
         }
 
-        let control = if uses_control { control_observations(block, &points) } else { Vec::new() };
-        let gnss = if uses_gnss { gnss_observations(block) } else { Vec::new() };
+        let control =
+            if uses_control { control_observations(block, &points, model.sigma_factors.control) } else { Vec::new() };
+        let gnss = if uses_gnss { gnss_observations(block, model.sigma_factors.gnss) } else { Vec::new() };
         let mut problem = Problem {
             camera_names: block.cameras.iter().map(|camera| camera.id.clone()).collect(),
             camera_free,
@@ -129,7 +150,7 @@ impl Problem {
             problem.hold_datum();
         }
         for term in &model.effects {
-            problem.add_effect(block, model, term)?;
+            problem.add_effect(block, model.datum, term)?;
         }
         Ok(problem)
     }
@@ -170,10 +191,12 @@ impl Problem {
     }
 
     /// Adds an effect: its values in `theta`, start values from the term.
-    fn add_effect(&mut self, block: &Block, model: &Model, term: &EffectTerm) -> Result<(), ProblemError> {
+    fn add_effect(&mut self, block: &Block, datum: Datum, term: &EffectTerm) -> Result<(), ProblemError> {
         let descriptor = term.effect.descriptor();
         for need in &descriptor.needs {
-            if let Some(needs) = missing_need(block, &self.image_contexts, *need, model.datum) {
+            // An option may make a need void: focal-time against the order of images needs no times.
+            let void = *need == Need::Time && term.values.get("against") == Some(&AGAINST_ORDER);
+            if let Some(needs) = missing_need(block, &self.image_contexts, *need, datum).filter(|_| !void) {
                 return Err(ProblemError::Need { effect: descriptor.id.to_string(), needs });
             }
         }
@@ -330,6 +353,7 @@ fn point_name(block: &Block, source: PointSource) -> String {
 
 /// Tie points with two rays or more in order along the block, then control points.
 fn collect_points(block: &Block, model: &Model, uses_control: bool, ranks: &[u32]) -> Vec<PointRows> {
+    let factor = model.sigma_factors.image;
     let ties = by_point(&block.ties, block.tie_points.len());
     let mut points: Vec<PointRows> = ties
         .into_iter()
@@ -344,7 +368,7 @@ fn collect_points(block: &Block, model: &Model, uses_control: bool, ranks: &[u32
             };
             let mut observations: Vec<_> = rows
                 .into_iter()
-                .map(|row| observation(row, MeasurementKind::Tie, block.sigma.tie_px, weight.sqrt()))
+                .map(|row| observation(row, MeasurementKind::Tie, block.sigma.tie_px, weight.sqrt() / factor))
                 .collect();
             observations.sort_by_key(|o| ranks[o.image as usize]);
             PointRows { source: PointSource::Tie(PointId::from(id)), observations }
@@ -360,8 +384,10 @@ fn collect_points(block: &Block, model: &Model, uses_control: bool, ranks: &[u32
             if block.surveyed[id].role != Role::Control || rows.is_empty() {
                 continue;
             }
-            let mut observations: Vec<_> =
-                rows.into_iter().map(|row| observation(row, MeasurementKind::Mark, block.sigma.mark_px, 1.0)).collect();
+            let mut observations: Vec<_> = rows
+                .into_iter()
+                .map(|row| observation(row, MeasurementKind::Mark, block.sigma.mark_px, 1.0 / factor))
+                .collect();
             observations.sort_by_key(|o| ranks[o.image as usize]);
             points.push(PointRows { source: PointSource::Control(PointId::from(id)), observations });
         }
@@ -416,24 +442,24 @@ fn intersect(block: &Block, interiors: &[Interior], observations: &[ImageObserva
     observations.iter().all(in_front).then_some(point)
 }
 
-fn control_observations(block: &Block, points: &[PointRows]) -> Vec<PositionObservation> {
+fn control_observations(block: &Block, points: &[PointRows], factor: f64) -> Vec<PositionObservation> {
     let observed = |(j, point): (usize, &PointRows)| match point.source {
         PointSource::Tie(_) => None,
         PointSource::Control(id) => {
             let surveyed = &block.surveyed[id.index()];
-            let xy = surveyed.sigma_xy.unwrap_or(block.sigma.control_xy_m);
-            let z = surveyed.sigma_z.unwrap_or(block.sigma.control_z_m);
+            let xy = factor * surveyed.sigma_xy.unwrap_or(block.sigma.control_xy_m);
+            let z = factor * surveyed.sigma_z.unwrap_or(block.sigma.control_z_m);
             Some(PositionObservation { index: j as u32, position: surveyed.position, sigma: Vector3::new(xy, xy, z) })
         }
     };
     points.iter().enumerate().filter_map(observed).collect()
 }
 
-fn gnss_observations(block: &Block) -> Vec<PositionObservation> {
+fn gnss_observations(block: &Block, factor: f64) -> Vec<PositionObservation> {
     let observed = |(i, image): (usize, &crate::block::Image)| {
         let gnss = image.gnss?;
-        let xy = gnss.sigma_xy.unwrap_or(block.sigma.gnss_xy_m);
-        let z = gnss.sigma_z.unwrap_or(block.sigma.gnss_z_m);
+        let xy = factor * gnss.sigma_xy.unwrap_or(block.sigma.gnss_xy_m);
+        let z = factor * gnss.sigma_z.unwrap_or(block.sigma.gnss_z_m);
         Some(PositionObservation { index: i as u32, position: gnss.position, sigma: Vector3::new(xy, xy, z) })
     };
     block.images.iter().enumerate().filter_map(observed).collect()
