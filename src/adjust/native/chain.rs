@@ -129,8 +129,12 @@ fn predict_with_effects(
     pose[3..].copy_from_slice(frame.centre.as_slice());
     let mut pose_by_pose = SMatrix::<f64, 6, 6>::identity();
     pose_by_pose.fixed_view_mut::<3, 3>(0, 0).copy_from(&frame.d_rotation_vector);
-    scratch.pose_by_theta.clear();
     scratch.pose_by_theta.resize(n, [0.0; 6]);
+    scratch.point_by_theta.resize(n, [0.0; 3]);
+    for k in &stages.ray_locals {
+        scratch.pose_by_theta[*k] = [0.0; 6];
+        scratch.point_by_theta[*k] = [0.0; 3];
+    }
     let mut moved_rotation = false;
     for &e in stages.of(Stage::Exposure) {
         let (offset, count) = own(e);
@@ -142,7 +146,8 @@ fn predict_with_effects(
         effect.eval(&context, &pose, theta, &mut next, Some(&mut d_in), Some(&mut scratch.d_own)).ok()?;
         let d_in = SMatrix::<f64, 6, 6>::from_row_slice(&d_in);
         pose_by_pose = d_in * pose_by_pose;
-        for column in &mut scratch.pose_by_theta {
+        for k in &stages.ray_locals {
+            let column = &mut scratch.pose_by_theta[*k];
             let moved = d_in * SMatrix::<f64, 6, 1>::from_column_slice(column);
             column.copy_from_slice(moved.as_slice());
         }
@@ -162,8 +167,6 @@ fn predict_with_effects(
     let mut p = *object;
     let mut p_by_point = SMatrix::<f64, 3, 3>::identity();
     let mut p_by_pose = SMatrix::<f64, 3, 6>::zeros();
-    scratch.point_by_theta.clear();
-    scratch.point_by_theta.resize(n, [0.0; 3]);
     for &e in stages.of(Stage::Ray) {
         let (offset, count) = own(e);
         let theta = &frame.theta[offset..offset + count];
@@ -180,8 +183,9 @@ fn predict_with_effects(
         let by_point = d_in.fixed_view::<3, 3>(0, 6).into_owned();
         p_by_pose = by_pose * pose_by_pose + by_point * p_by_pose;
         p_by_point = by_point * p_by_point;
-        for (column, pose_column) in scratch.point_by_theta.iter_mut().zip(&scratch.pose_by_theta) {
-            let moved = by_pose * SMatrix::<f64, 6, 1>::from_column_slice(pose_column)
+        for k in &stages.ray_locals {
+            let column = &mut scratch.point_by_theta[*k];
+            let moved = by_pose * SMatrix::<f64, 6, 1>::from_column_slice(&scratch.pose_by_theta[*k])
                 + by_point * Vector3::from_column_slice(column);
             column.copy_from_slice(moved.as_slice());
         }
@@ -209,13 +213,11 @@ fn predict_with_effects(
     let mut by_point = through_point * p_by_point;
     // By the interior orientation after its effects; the chain through the effects comes last.
     let mut by_interior = SMatrix::<f64, 2, 12>::from_fn(|i, j| projection.d_interior[i][j]);
-    if !(stages.of(Stage::Exposure).is_empty() && stages.of(Stage::Ray).is_empty()) {
-        for k in 0..n {
-            let sum = through_pose * SMatrix::<f64, 6, 1>::from_column_slice(&scratch.pose_by_theta[k])
-                + through_point * Vector3::from_column_slice(&scratch.point_by_theta[k]);
-            d_theta[0][k] = sum[0];
-            d_theta[1][k] = sum[1];
-        }
+    for k in &stages.ray_locals {
+        let sum = through_pose * SMatrix::<f64, 6, 1>::from_column_slice(&scratch.pose_by_theta[*k])
+            + through_point * Vector3::from_column_slice(&scratch.point_by_theta[*k]);
+        d_theta[0][*k] = sum[0];
+        d_theta[1][*k] = sum[1];
     }
     for &e in stages.of(Stage::Image) {
         let (offset, count) = own(e);
@@ -251,8 +253,9 @@ fn predict_with_effects(
             for k in 0..3 {
                 by_pose[(i, k)] += by_rotation[(i, k)];
             }
-            for (value, column) in d_theta[i].iter_mut().zip(&chain.d_theta) {
-                *value += column.iter().enumerate().map(|(j, c)| by_interior[(i, j)] * c).sum::<f64>();
+            for k in &stages.interior_locals {
+                let column = &chain.d_theta[*k];
+                d_theta[i][*k] += column.iter().enumerate().map(|(j, c)| by_interior[(i, j)] * c).sum::<f64>();
             }
         }
         by_interior *= chain.d_interior;

@@ -8,7 +8,7 @@ use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Llt as SparseLlt, SymbolicLlt};
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use faer::{Mat, Side};
-use nalgebra::{Cholesky, DMatrix, Dyn};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Up to this many image unknowns the dense factorisation is as fast as the sparse one even on a corridor (2000 unknowns: 0.2 s).
 const DENSE_UNKNOWNS: usize = 2000;
@@ -63,6 +63,16 @@ enum Images {
     Sparse(SparseLlt<usize, f64>),
 }
 
+impl Images {
+    /// Replaces `right` by `A^-1 right`.
+    fn solve(&self, right: &mut Mat<f64>) {
+        match self {
+            Images::Dense(factor) => factor.solve_in_place(right.as_mut()),
+            Images::Sparse(factor) => factor.solve_in_place(right.as_mut()),
+        }
+    }
+}
+
 /// Where a factorisation broke down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Breakdown {
@@ -70,19 +80,6 @@ pub enum Breakdown {
     Images(usize),
     /// The border, given the images.
     Border,
-}
-
-/// A factorised reduced system.
-pub struct Factor {
-    images: Images,
-    /// Jacobi scaling of the image unknowns and of the border: `scaled unknown = unknown / scale`.
-    scale_images: Vec<f64>,
-    scale_border: Vec<f64>,
-    /// `A^-1 B`, image unknowns x border.
-    solved_strip: Mat<f64>,
-    /// Schur complement of the border, Jacobi-scaled.
-    pub border: DMatrix<f64>,
-    border_factor: Cholesky<f64, Dyn>,
 }
 
 fn scaling(diagonal: &[f64]) -> Vec<f64> {
@@ -155,8 +152,24 @@ fn factorise_images(
     Ok(ImageFactor { images, scale })
 }
 
-impl Factor {
-    /// Factorises `S + damping diag(N)`, `N` the system before elimination.
+/// The border after elimination of the images, everything Jacobi-scaled: `scaled unknown = unknown / scale`.
+pub struct ReducedBorder {
+    images: Images,
+    scale_images: Vec<f64>,
+    /// Scaling of the border.
+    pub scale: Vec<f64>,
+    /// `A^-1 B`, image unknowns x border.
+    solved_strip: Mat<f64>,
+    /// Schur complement `C - B' A^-1 B`. The diagonal of the border before any elimination is one.
+    pub matrix: DMatrix<f64>,
+    /// Right-hand side after elimination.
+    pub rhs: DVector<f64>,
+    /// `A^-1` times the images' right-hand side.
+    solved_rhs: Vec<f64>,
+}
+
+impl ReducedBorder {
+    /// Eliminates the images from `S + damping diag(N)`, `N` the system before elimination of the points.
     pub fn new(
         structure: &Structure,
         system: &System,
@@ -165,76 +178,105 @@ impl Factor {
     ) -> Result<Self, Breakdown> {
         let (n, m) = (structure.images * structure.dim, structure.border.len());
         let ImageFactor { images, scale: scale_images } = factorise_images(structure, system, pattern, damping)?;
-        let scale_border = scaling(&system.diagonal_border);
-        let strip = Mat::<f64>::from_fn(n, m, |i, j| system.strip[i * m + j] * scale_images[i] * scale_border[j]);
+        let scale = scaling(&system.diagonal_border);
+        let strip = Mat::<f64>::from_fn(n, m, |i, j| system.strip[i * m + j] * scale_images[i] * scale[j]);
         let mut solved_strip = strip.clone();
-        match &images {
-            Images::Dense(factor) => factor.solve_in_place(solved_strip.as_mut()),
-            Images::Sparse(factor) => factor.solve_in_place(solved_strip.as_mut()),
-        }
+        images.solve(&mut solved_strip);
         let product = strip.transpose() * &solved_strip;
-        let border = DMatrix::from_fn(m, m, |i, j| {
+        let matrix = DMatrix::from_fn(m, m, |i, j| {
             let (a, b) = (i.min(j), i.max(j));
             let damped = if i == j { damping } else { 0.0 };
-            system.border[a * m + b] * scale_border[i] * scale_border[j] + damped
-                - 0.5 * (product[(i, j)] + product[(j, i)])
+            system.border[a * m + b] * scale[i] * scale[j] + damped - 0.5 * (product[(i, j)] + product[(j, i)])
         });
-        let border_factor = Cholesky::new(border.clone()).ok_or(Breakdown::Border)?;
-        Ok(Self { images, scale_images, scale_border, solved_strip, border, border_factor })
+        let scaled: Vec<f64> = system.rhs_images.iter().zip(&scale_images).map(|(r, s)| r * s).collect();
+        let rhs = DVector::from_fn(m, |j, _| {
+            let carried: f64 = (0..n).map(|i| solved_strip[(i, j)] * scaled[i]).sum();
+            system.rhs_border[j] * scale[j] - carried
+        });
+        let mut solved = Mat::<f64>::from_fn(n, 1, |i, _| scaled[i]);
+        images.solve(&mut solved);
+        let solved_rhs = (0..n).map(|i| solved[(i, 0)]).collect();
+        Ok(Self { images, scale_images, scale, solved_strip, matrix, rhs, solved_rhs })
+    }
+
+    /// Image unknowns that go with a border (Jacobi-scaled): `A^-1 (r - B border)` with `with_rhs`, else `-A^-1 B border`. Unscaled.
+    pub fn images_of(&self, border: &DVector<f64>, with_rhs: bool) -> Vec<f64> {
+        (0..self.scale_images.len())
+            .map(|i| {
+                let carried: f64 = (0..border.len()).map(|j| self.solved_strip[(i, j)] * border[j]).sum();
+                let own = if with_rhs { self.solved_rhs[i] } else { 0.0 };
+                (own - carried) * self.scale_images[i]
+            })
+            .collect()
+    }
+}
+
+/// A factorised reduced system.
+pub struct Factor {
+    /// The border without the images.
+    pub reduced: ReducedBorder,
+    border_factor: Cholesky<f64, Dyn>,
+}
+
+impl Factor {
+    /// Factorises `S + damping diag(N)`, `N` the system before elimination of the points.
+    pub fn new(
+        structure: &Structure,
+        system: &System,
+        pattern: Option<&Pattern>,
+        damping: f64,
+    ) -> Result<Self, Breakdown> {
+        Self::of(ReducedBorder::new(structure, system, pattern, damping)?).ok_or(Breakdown::Border)
+    }
+
+    /// Factorises a reduced border; `None` where it is not positive definite.
+    pub fn of(reduced: ReducedBorder) -> Option<Self> {
+        let border_factor = Cholesky::new(reduced.matrix.clone())?;
+        Some(Self { reduced, border_factor })
     }
 
     /// Solves for the unknowns of the images (rank order) and of the border.
-    pub fn solve(&self, rhs_images: &[f64], rhs_border: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let n = rhs_images.len();
-        let mut x = Mat::<f64>::from_fn(n, 1, |i, _| rhs_images[i] * self.scale_images[i]);
-        match &self.images {
-            Images::Dense(factor) => factor.solve_in_place(x.as_mut()),
-            Images::Sparse(factor) => factor.solve_in_place(x.as_mut()),
-        }
-        let m = rhs_border.len();
-        // Y' r = B' A^-1 r without the strip itself.
-        let mut y = nalgebra::DVector::from_fn(m, |j, _| {
-            let carried: f64 = (0..n).map(|i| self.solved_strip[(i, j)] * rhs_images[i] * self.scale_images[i]).sum();
-            rhs_border[j] * self.scale_border[j] - carried
-        });
-        self.border_factor.solve_mut(&mut y);
-        let border: Vec<f64> = (0..m).map(|j| y[j] * self.scale_border[j]).collect();
-        let images = (0..n)
-            .map(|i| {
-                let carried: f64 = (0..m).map(|j| self.solved_strip[(i, j)] * y[j]).sum();
-                (x[(i, 0)] - carried) * self.scale_images[i]
-            })
-            .collect();
-        (images, border)
+    pub fn solve(&self) -> (Vec<f64>, Vec<f64>) {
+        let border = self.border_factor.solve(&self.reduced.rhs);
+        let images = self.reduced.images_of(&border, true);
+        (images, border.iter().zip(&self.reduced.scale).map(|(x, s)| x * s).collect())
     }
 
-    /// Jacobi scaling of the border.
-    pub fn border_scaling(&self) -> &[f64] {
-        &self.scale_border
+    /// `S^-1` times columns over all reduced unknowns (images by rank, then border; scaled units).
+    pub fn solve_columns(&self, columns: &Mat<f64>) -> Mat<f64> {
+        let ReducedBorder { images, scale_images, scale, solved_strip, .. } = &self.reduced;
+        let (n, m, count) = (scale_images.len(), scale.len(), columns.ncols());
+        let mut top = Mat::<f64>::from_fn(n, count, |i, c| columns[(i, c)] * scale_images[i]);
+        let carried = solved_strip.transpose() * &top;
+        let bottom = DMatrix::from_fn(m, count, |l, c| columns[(n + l, c)] * scale[l] - carried[(l, c)]);
+        let border = self.border_factor.solve(&bottom);
+        images.solve(&mut top);
+        let correction = solved_strip * Mat::<f64>::from_fn(m, count, |l, c| border[(l, c)]);
+        Mat::from_fn(n + m, count, |i, c| {
+            if i < n { (top[(i, c)] - correction[(i, c)]) * scale_images[i] } else { border[(i - n, c)] * scale[i - n] }
+        })
     }
 
     /// Covariance of the border's unknowns (scaled units).
     pub fn border_covariance(&self) -> DMatrix<f64> {
         let inverse = self.border_factor.inverse();
         DMatrix::from_fn(inverse.nrows(), inverse.ncols(), |i, j| {
-            inverse[(i, j)] * self.scale_border[i] * self.scale_border[j]
+            inverse[(i, j)] * self.reduced.scale[i] * self.reduced.scale[j]
         })
     }
 
     /// Covariance of the image unknowns (rank order) and, below, its block with the border (both scaled units): the whole
     /// inverse, `(n + m) x (n + m)`. Memory: `8 (n + m)^2` bytes.
     pub fn inverse(&self) -> Mat<f64> {
-        let (n, m) = (self.scale_images.len(), self.scale_border.len());
+        let ReducedBorder { images, scale_images, scale: scale_border, solved_strip, .. } = &self.reduced;
+        let (n, m) = (scale_images.len(), scale_border.len());
         let mut inverse_images = Mat::<f64>::identity(n, n);
-        match &self.images {
-            Images::Dense(factor) => factor.solve_in_place(inverse_images.as_mut()),
-            Images::Sparse(factor) => factor.solve_in_place(inverse_images.as_mut()),
-        }
+        images.solve(&mut inverse_images);
         let border = self.border_factor.inverse();
         let border = Mat::<f64>::from_fn(m, m, |i, j| border[(i, j)]);
-        let carried = &self.solved_strip * &border;
-        let correction = &carried * self.solved_strip.transpose();
-        let scale = |i: usize| if i < n { self.scale_images[i] } else { self.scale_border[i - n] };
+        let carried = solved_strip * &border;
+        let correction = &carried * solved_strip.transpose();
+        let scale = |i: usize| if i < n { scale_images[i] } else { scale_border[i - n] };
         Mat::from_fn(n + m, n + m, |i, j| {
             let value = match (i < n, j < n) {
                 (true, true) => inverse_images[(i, j)] + correction[(i, j)],

@@ -15,6 +15,10 @@ pub struct Stages {
     pub local_offset: Vec<usize>,
     /// Length of the local list: all parameters of all effects.
     pub local_len: usize,
+    /// Positions in the local list of the parameters of exposure and ray effects.
+    pub ray_locals: Vec<usize>,
+    /// Positions in the local list of the parameters of interior effects.
+    pub interior_locals: Vec<usize>,
 }
 
 impl Stages {
@@ -28,7 +32,16 @@ impl Stages {
             local_offset.push(local_len);
             local_len += instance.slots.len();
         }
-        Self { by_stage, local_offset, local_len }
+        let locals = |stages: &[Stage]| -> Vec<usize> {
+            let effects = problem.effects.iter().zip(&local_offset);
+            effects
+                .filter(|(instance, _)| stages.contains(&instance.effect.descriptor().stage))
+                .flat_map(|(instance, offset)| *offset..offset + instance.slots.len())
+                .collect()
+        };
+        let ray_locals = locals(&[Stage::Exposure, Stage::Ray]);
+        let interior_locals = locals(&[Stage::Interior]);
+        Self { by_stage, local_offset, local_len, ray_locals, interior_locals }
     }
 
     /// Effects of a stage, in the order in which they act.

@@ -51,8 +51,10 @@ fn linearise_with<const D: usize>(at: &Prepared<'_>, damping: f64) -> Result<Sys
             total.add(structure, &part?);
         }
     }
-    add_positions(at, &mut total)?;
-    add_priors(at, &mut total);
+    for row in position_rows(at)? {
+        let image = row.image.as_ref().map(|(rank, row)| (*rank, row.as_slice()));
+        total.add_row(structure, image, &row.shared, row.v);
+    }
     Ok(total)
 }
 
@@ -77,6 +79,26 @@ fn linearise_chunk<const D: usize>(at: &Prepared<'_>, points: Range<usize>, damp
     Ok(system)
 }
 
+/// A border up to this wide is summed whole; of a wider one (screening of many effects) only the columns that a point touches.
+const WHOLE_BORDER: usize = 32;
+
+/// `target[column of l] += value(l)` for `l` in `0..count`; the columns are `columns`, or `0..count` themselves.
+#[inline]
+fn add_to(target: &mut [f64], columns: Option<&[u32]>, count: usize, value: impl Fn(usize) -> f64) {
+    match columns {
+        None => {
+            for (l, t) in target[..count].iter_mut().enumerate() {
+                *t += value(l);
+            }
+        }
+        Some(columns) => {
+            for (l, column) in columns[..count].iter().enumerate() {
+                target[*column as usize] += value(l);
+            }
+        }
+    }
+}
+
 /// Adds a point's rows and takes the point out: `S += J'J - W V^-1 W'`, `b += J'v - W V^-1 g`.
 fn eliminate<const D: usize>(
     structure: &Structure,
@@ -84,10 +106,30 @@ fn eliminate<const D: usize>(
     rows: &mut PointRows<D>,
     inverse: &nalgebra::Matrix3<f64>,
 ) {
-    let n = structure.border.len();
+    if structure.border.len() > WHOLE_BORDER {
+        rows.keep_touched_columns();
+        let touched = std::mem::take(&mut rows.touched);
+        eliminate_columns(structure, system, rows, inverse, Some(&touched));
+        rows.touched = touched;
+    } else {
+        eliminate_columns(structure, system, rows, inverse, None);
+    }
+}
+
+/// [`eliminate`] with the border columns that `rows` holds: all, or `columns`.
+fn eliminate_columns<const D: usize>(
+    structure: &Structure,
+    system: &mut System,
+    rows: &mut PointRows<D>,
+    inverse: &nalgebra::Matrix3<f64>,
+    columns: Option<&[u32]>,
+) {
+    let border = structure.border.len();
+    let n = columns.map_or(border, <[u32]>::len);
     let solved = inverse * rows.gradient;
     system.chi_square += rows.chi_square;
     system.gradient_points_max = system.gradient_points_max.max(rows.gradient.amax());
+    let [w0, w1, w2] = &rows.w_shared;
     for (r, row) in rows.rows.iter_mut().enumerate() {
         for k in 0..D {
             for a in 0..3 {
@@ -110,18 +152,15 @@ fn eliminate<const D: usize>(
                 g - (row.w[k][0] * solved[0] + row.w[k][1] * solved[1] + row.w[k][2] * solved[2]);
             system.diagonal_images[i * D + k] += x * x + y * y;
             let [y0, y1, y2] = row.y[k];
-            let strip = &mut system.strip[(i * D + k) * n..(i * D + k + 1) * n];
-            let [w0, w1, w2] = &rows.w_shared;
-            for l in 0..n {
-                strip[l] += x * shared_x[l] + y * shared_y[l] - (y0 * w0[l] + y1 * w1[l] + y2 * w2[l]);
-            }
+            let strip = &mut system.strip[(i * D + k) * border..(i * D + k + 1) * border];
+            add_to(strip, columns, n, |l| x * shared_x[l] + y * shared_y[l] - (y0 * w0[l] + y1 * w1[l] + y2 * w2[l]));
         }
-        add_shared(system, shared_x, row.v[0]);
-        add_shared(system, shared_y, row.v[1]);
+        add_shared(system, border, columns, shared_x, row.v[0]);
+        add_shared(system, border, columns, shared_y, row.v[1]);
     }
     if let Some(control) = &rows.control {
         for i in 0..3 {
-            add_shared(system, &control.shared[i * n..(i + 1) * n], control.v[i]);
+            add_shared(system, border, columns, &control.shared[i * n..(i + 1) * n], control.v[i]);
         }
     }
     for (a, row) in rows.rows.iter().enumerate() {
@@ -137,41 +176,62 @@ fn eliminate<const D: usize>(
             }
         }
     }
-    let [w0, w1, w2] = &rows.w_shared;
     for l in 0..n {
         let y: [f64; 3] =
             std::array::from_fn(|a| w0[l] * inverse[(0, a)] + w1[l] * inverse[(1, a)] + w2[l] * inverse[(2, a)]);
         if y == [0.0; 3] {
             continue;
         }
-        system.rhs_border[l] -= w0[l] * solved[0] + w1[l] * solved[1] + w2[l] * solved[2];
-        let line = &mut system.border[l * n..(l + 1) * n];
-        for m in l..n {
-            line[m] -= y[0] * w0[m] + y[1] * w1[m] + y[2] * w2[m];
-        }
+        let column = columns.map_or(l, |columns| columns[l] as usize);
+        system.rhs_border[column] -= w0[l] * solved[0] + w1[l] * solved[1] + w2[l] * solved[2];
+        let line = &mut system.border[column * border..(column + 1) * border];
+        let first = if columns.is_some() { 0 } else { column };
+        add_to(&mut line[first..], columns.map(|c| &c[l..]), n - l, |m| {
+            -(y[0] * w0[l + m] + y[1] * w1[l + m] + y[2] * w2[l + m])
+        });
     }
 }
 
 /// Adds one row's outer product over the border.
-fn add_shared(system: &mut System, shared: &[f64], v: f64) {
+fn add_shared(system: &mut System, border: usize, columns: Option<&[u32]>, shared: &[f64], v: f64) {
     let n = shared.len();
     for l in 0..n {
         let a = shared[l];
         if a == 0.0 {
             continue;
         }
-        let line = &mut system.border[l * n..(l + 1) * n];
-        for m in l..n {
-            line[m] += a * shared[m];
-        }
-        system.gradient_border[l] += a * v;
-        system.rhs_border[l] += a * v;
-        system.diagonal_border[l] += a * a;
+        let column = columns.map_or(l, |columns| columns[l] as usize);
+        let line = &mut system.border[column * border..(column + 1) * border];
+        let first = if columns.is_some() { 0 } else { column };
+        add_to(&mut line[first..], columns.map(|c| &c[l..]), n - l, |m| a * shared[l + m]);
+        system.gradient_border[column] += a * v;
+        system.rhs_border[column] += a * v;
+        system.diagonal_border[column] += a * a;
     }
 }
 
-/// Adds the GNSS positions.
-fn add_positions(at: &Prepared<'_>, system: &mut System) -> Result<(), Obstacle> {
+/// A row of the design matrix that touches no point: a GNSS coordinate or a prior.
+#[derive(Debug, Clone)]
+pub struct PlainRow {
+    /// Rank of its image and derivatives by the image's unknowns.
+    pub image: Option<(usize, Vec<f64>)>,
+    /// Border columns and derivatives, ascending.
+    pub shared: Vec<(u32, f64)>,
+    /// Weighted misclosure.
+    pub v: f64,
+    /// Image that the row is counted to; the first where it has none.
+    pub belongs_to: usize,
+}
+
+/// Rows of the GNSS positions and of the priors.
+pub fn position_rows(at: &Prepared<'_>) -> Result<Vec<PlainRow>, Obstacle> {
+    let mut rows = Vec::new();
+    gnss_rows(at, &mut rows)?;
+    prior_rows(at, &mut rows);
+    Ok(rows)
+}
+
+fn gnss_rows(at: &Prepared<'_>, rows: &mut Vec<PlainRow>) -> Result<(), Obstacle> {
     let Prepared { problem, structure, frames, .. } = at;
     for observation in &problem.gnss {
         let image = observation.index as usize;
@@ -196,41 +256,36 @@ fn add_positions(at: &Prepared<'_>, system: &mut System) -> Result<(), Obstacle>
                 .filter(|(_, value)| *value != 0.0)
                 .collect();
             let v = (observation.position[i] - p.position[i]) * weight;
-            system.add_row(structure, Some((rank, &row)), &shared, v);
+            rows.push(PlainRow { image: Some((rank, row)), shared, v, belongs_to: image });
         }
     }
     Ok(())
 }
 
-/// Adds the priors of effect parameters and of camera parameters.
-fn add_priors(at: &Prepared<'_>, system: &mut System) {
+/// Priors of effect parameters and of camera parameters; those of held values too, without derivatives.
+fn prior_rows(at: &Prepared<'_>, rows: &mut Vec<PlainRow>) {
     let Prepared { problem, structure, state, .. } = at;
     let layout = problem.layout();
-    let column_of = |unknown: usize| structure.border.binary_search(&unknown).ok();
+    let shared_entry = |unknown: usize, sigma: f64| match structure.border.binary_search(&unknown) {
+        Ok(column) => vec![(column as u32, structure.border_scale[column] / sigma)],
+        Err(_) => Vec::new(),
+    };
     for (t, entry) in problem.theta.iter().enumerate() {
         let Some(sigma) = entry.prior_sigma else { continue };
         let v = (entry.prior_mean - state.theta[t]) / sigma;
         let unknown = layout.theta(t);
-        if let Some(column) = column_of(unknown) {
-            system.add_row(structure, None, &[(column as u32, structure.border_scale[column] / sigma)], v);
-        } else if let Some((rank, k)) = structure.image_position(unknown, entry.instance as usize) {
+        let image = structure.image_position(unknown, entry.instance as usize).map(|(rank, k)| {
             let mut row = vec![0.0; structure.dim];
             row[k] = structure.image_scales[rank * structure.dim + k] / sigma;
-            system.add_row(structure, Some((rank, &row)), &[], v);
-        } else {
-            system.chi_square += v * v;
-        }
+            (rank, row)
+        });
+        let belongs_to = if image.is_some() { entry.instance as usize } else { 0 };
+        rows.push(PlainRow { image, shared: shared_entry(unknown, sigma), v, belongs_to });
     }
     for prior in &problem.camera_priors {
         let (c, k) = (prior.camera as usize, prior.parameter as usize);
         let v = (prior.value - state.interiors[c][k]) / prior.sigma;
-        match column_of(layout.camera(c, k)) {
-            Some(column) => {
-                let a = structure.border_scale[column] / prior.sigma;
-                system.add_row(structure, None, &[(column as u32, a)], v);
-            }
-            None => system.chi_square += v * v,
-        }
+        rows.push(PlainRow { image: None, shared: shared_entry(layout.camera(c, k), prior.sigma), v, belongs_to: 0 });
     }
 }
 

@@ -83,7 +83,7 @@ pub fn minimise(
         iterations += 1;
         let step = match Factor::new(structure, &system, pattern, damping) {
             Ok(factor) => {
-                let (images, border) = factor.solve(&system.rhs_images, &system.rhs_border);
+                let (images, border) = factor.solve();
                 pool.install(|| try_step(&at, &system, &images, &border, damping))
             }
             Err(_) => None,
@@ -183,7 +183,13 @@ fn try_step(at: &Prepared<'_>, system: &System, images: &[f64], border: &[f64], 
 }
 
 /// Adds scaled increments to poses, cameras and effect parameters.
-fn move_images_and_border(problem: &Problem, structure: &Structure, state: &mut State, images: &[f64], border: &[f64]) {
+pub fn move_images_and_border(
+    problem: &Problem,
+    structure: &Structure,
+    state: &mut State,
+    images: &[f64],
+    border: &[f64],
+) {
     let layout = problem.layout();
     for (image, pose) in state.poses.iter_mut().enumerate() {
         let base = structure.rank[image] as usize * structure.dim;

@@ -11,15 +11,18 @@ mod lm;
 mod point;
 mod position;
 mod predictor;
+mod project;
 mod rank;
+pub mod scan;
+pub mod score;
 mod structure;
 mod system;
 
-use super::{AdjustError, Evaluation, LinearSolver, NullDirection, Options, Progress, ReducedSystem, Solution, Solver};
+use super::{AdjustError, Evaluation, LinearSolver, Options, Progress, ReducedSystem, Solution, Solver};
 use crate::problem::{Loss, Problem, State};
 pub use predictor::Predictor;
 
-use factor::{Factor, Pattern};
+use factor::{Factor, Pattern, ReducedBorder};
 use point::Prepared;
 use std::time::Instant;
 use structure::Structure;
@@ -56,12 +59,12 @@ impl Solver for Native {
         let started = Instant::now();
         let outcome = lm::minimise(problem, &structure, pattern.as_ref(), options, &pool, progress)?;
         let seconds = started.elapsed().as_secs_f64();
-        let factor = Factor::new(&structure, &outcome.system, pattern.as_ref(), 0.0);
-        let directions = rank::null_space(problem, &structure, &outcome.system, &factor);
-        let Ok(factor) = factor else { return Err(singular(directions)) };
-        if !directions.is_empty() {
-            return Err(singular(directions));
-        }
+        let reduced = ReducedBorder::new(&structure, &outcome.system, pattern.as_ref(), 0.0);
+        let directions = rank::null_space(problem, &structure, &reduced);
+        let factor = match reduced.map(Factor::of) {
+            Ok(Some(factor)) if directions.is_empty() => factor,
+            _ => return Err(AdjustError::Singular { solver: NAME, directions }),
+        };
         let at = Prepared { problem, structure: &structure, state: &outcome.state, frames: &outcome.frames };
         let covariance = pool.install(|| covariance::covariance(&at, &factor, *covariance))?;
         Ok(Solution {
@@ -87,10 +90,6 @@ impl Solver for Native {
         let system = linearise::linearise(&at, 0.0).map_err(|obstacle| lm::name_obstacle(problem, obstacle))?;
         Ok(evaluation::reduced(&structure, &system))
     }
-}
-
-fn singular(directions: Vec<NullDirection>) -> AdjustError {
-    AdjustError::Singular { solver: NAME, directions }
 }
 
 fn structure(problem: &Problem) -> Result<Structure, AdjustError> {

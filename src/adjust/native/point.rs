@@ -63,6 +63,8 @@ pub struct PointRows<const D: usize> {
     pub control: Option<ControlRows>,
     /// `sum rho`.
     pub chi_square: f64,
+    /// Border columns that `shared` and `w_shared` hold after [`PointRows::keep_touched_columns`], ascending.
+    pub touched: Vec<u32>,
     prediction: Prediction,
 }
 
@@ -70,6 +72,8 @@ pub struct PointRows<const D: usize> {
 pub struct ControlRows {
     /// 3 x border.
     pub shared: Vec<f64>,
+    /// By the point.
+    pub by_point: [[f64; 3]; 3],
     /// Weighted misclosures.
     pub v: [f64; 3],
 }
@@ -85,6 +89,7 @@ impl<const D: usize> PointRows<D> {
             w_shared: Default::default(),
             control: None,
             chi_square: 0.0,
+            touched: Vec::new(),
             prediction: Prediction::default(),
         }
     }
@@ -174,12 +179,13 @@ impl<const D: usize> PointRows<D> {
         let observation = &problem.control[c];
         let border = structure.border.len();
         let p = position::predict_surveyed(problem, &structure.stages, &state.theta, &state.points[j]).ok_or(0usize)?;
-        let mut rows = ControlRows { shared: vec![0.0; 3 * border], v: [0.0; 3] };
+        let mut rows = ControlRows { shared: vec![0.0; 3 * border], by_point: [[0.0; 3]; 3], v: [0.0; 3] };
         for i in 0..3 {
             let weight = 1.0 / observation.sigma[i];
             rows.v[i] = (observation.position[i] - p.position[i]) * weight;
             self.chi_square += rows.v[i] * rows.v[i];
             let by_point: [f64; 3] = std::array::from_fn(|k| p.derivative[(i, 3 + k)] * weight);
+            rows.by_point[i] = by_point;
             // Control effects have no image of their own: any image's list of global parameters serves.
             for column in structure.local.first().into_iter().flatten().filter(|column| column.source >= 12) {
                 rows.shared[i * border + column.column as usize] =
@@ -197,6 +203,37 @@ impl<const D: usize> PointRows<D> {
         }
         self.control = Some(rows);
         Ok(())
+    }
+
+    /// Leaves out the border columns that are zero in every row of the point; `touched` names those that stay.
+    pub fn keep_touched_columns(&mut self) {
+        let border = self.w_shared[0].len();
+        let control = self.control.as_ref().map_or(&[][..], |control| &control.shared);
+        self.touched.clear();
+        for l in 0..border {
+            let rows = self.shared.iter().skip(l).step_by(border).chain(control.iter().skip(l).step_by(border));
+            if rows.into_iter().any(|value| *value != 0.0) {
+                self.touched.push(l as u32);
+            }
+        }
+        let keep = |values: &mut Vec<f64>, touched: &[u32]| {
+            let lines = values.len() / border;
+            let mut end = 0;
+            for line in 0..lines {
+                for column in touched {
+                    values[end] = values[line * border + *column as usize];
+                    end += 1;
+                }
+            }
+            values.truncate(end);
+        };
+        keep(&mut self.shared, &self.touched);
+        for w in &mut self.w_shared {
+            keep(w, &self.touched);
+        }
+        if let Some(control) = &mut self.control {
+            keep(&mut control.shared, &self.touched);
+        }
     }
 
     /// `sum rho` of point `j` moved to `object`, at the state and images `next`. Errors: it cannot be projected.

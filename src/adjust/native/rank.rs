@@ -1,8 +1,7 @@
 //! Rank at the solution: which directions the measurements do not determine, by name.
 
-use super::factor::{Breakdown, Factor};
+use super::factor::{Breakdown, ReducedBorder};
 use super::structure::Structure;
-use super::system::System;
 use crate::adjust::NullDirection;
 use crate::camera;
 use crate::problem::Problem;
@@ -59,32 +58,23 @@ fn domain(problem: &Problem, unknown: usize) -> f64 {
 pub fn null_space(
     problem: &Problem,
     structure: &Structure,
-    system: &System,
-    factor: &Result<Factor, Breakdown>,
+    reduced: &Result<ReducedBorder, Breakdown>,
 ) -> Vec<NullDirection> {
-    let one = |name: String| vec![NullDirection { components: vec![(name, 1.0)] }];
-    match factor {
-        Err(Breakdown::Images(position)) => match structure.image_unknowns.get(*position) {
-            Some(unknown) if *unknown != usize::MAX => one(problem.unknown_name(*unknown)),
-            _ => one("exterior orientation of some image".into()),
-        },
-        Err(Breakdown::Border) => {
-            // Not even positive: take the images out once more with the least damping that lets the border be looked at.
-            match Factor::new(structure, system, None, LOOK_DAMPING) {
-                Ok(factor) => border_null_space(problem, structure, &factor),
-                Err(_) => one("exterior orientation of some image".into()),
-            }
+    match reduced {
+        Ok(reduced) => {
+            let m = structure.border.len();
+            let information =
+                DMatrix::from_fn(m, m, |i, j| reduced.matrix[(i, j)] / (reduced.scale[i] * reduced.scale[j]));
+            shared_null_space(problem, &structure.border, &structure.border_scale, &information)
         }
-        Ok(factor) => border_null_space(problem, structure, factor),
+        Err(breakdown) => {
+            let name = match breakdown {
+                Breakdown::Images(position) => structure.image_unknowns.get(*position),
+                Breakdown::Border => None,
+            };
+            let name = name.filter(|unknown| **unknown != usize::MAX);
+            let name = name.map_or_else(|| "exterior orientation of some image".into(), |u| problem.unknown_name(*u));
+            vec![NullDirection { components: vec![(name, 1.0)] }]
+        }
     }
-}
-
-/// Damping under which a broken-down system is looked at: far above rounding, far below information that counts.
-const LOOK_DAMPING: f64 = 1e-12;
-
-fn border_null_space(problem: &Problem, structure: &Structure, factor: &Factor) -> Vec<NullDirection> {
-    let m = structure.border.len();
-    let scale = factor.border_scaling();
-    let information = DMatrix::from_fn(m, m, |i, j| factor.border[(i, j)] / (scale[i] * scale[j]));
-    shared_null_space(problem, &structure.border, &structure.border_scale, &information)
 }

@@ -80,10 +80,12 @@ impl Structure {
         let centres: Vec<_> = problem.start.poses.iter().map(|pose| pose.centre).collect();
         let rank = ranks_along_block(&centres);
 
-        // Border: free camera parameters, then free effect parameters that are not image-wise.
+        // Border: free camera parameters, then free effect parameters. Image-wise values with a prior stand in their image's block;
+        // without one they may be anything to each other and go to the border too.
         let image_wise = |t: usize| {
             let entry = &problem.theta[t];
-            problem.effects[entry.effect as usize].slots[entry.parameter as usize].0 == Scope::Image
+            let scope = problem.effects[entry.effect as usize].slots[entry.parameter as usize].0;
+            scope == Scope::Image && entry.prior_sigma.is_some()
         };
         let mut border = Vec::new();
         let mut border_scale = Vec::new();

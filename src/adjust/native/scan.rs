@@ -1,0 +1,209 @@
+//! Score of many fixed shapes at once: for each column of a scan (an image-stage effect at one place and width of its searched parameters)
+//! the projected length `M` and score `s` of its one linear parameter. Only the diagonal of `M` is formed, so thousands of columns cost
+//! about as much as one iteration.
+
+use super::chain;
+use super::point::{PointRows, Prepared, inverse_of_damped};
+use super::{frames, linearise, lm, pool, structure};
+use crate::adjust::native::factor::{Factor, Pattern, ReducedBorder};
+use crate::adjust::{AdjustError, LinearSolver};
+use crate::problem::{ImageObservation, Problem, State};
+use faer::Mat;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// One shape of a scan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scanned {
+    /// `B'Pv` with the base taken out.
+    pub score: f64,
+    /// `B'PB` with the base taken out.
+    pub information: f64,
+    /// `B'PB` before.
+    pub length: f64,
+}
+
+/// Gives, for an image measurement and its predicted point, the columns that it touches: index, and derivative of the image point (px) by the
+/// column's parameter.
+pub trait Shapes: Sync {
+    /// Number of columns.
+    fn count(&self) -> usize;
+    /// Appends `(column, d x, d y)` for every column that moves this measurement.
+    fn touch(
+        &self,
+        observation: &ImageObservation,
+        predicted: [f64; 2],
+        interior: &[f64; 12],
+        out: &mut Vec<(u32, f64, f64)>,
+    );
+}
+
+/// Parts into which the points are split: each holds a whole set of columns, so there are few.
+const PARTS: usize = 4;
+
+/// Scans `shapes` at the base solution `state` of `problem`.
+pub fn scan(
+    problem: &Problem,
+    state: &State,
+    threads: usize,
+    shapes: &dyn Shapes,
+) -> Result<Vec<Scanned>, AdjustError> {
+    let structure = structure(problem)?;
+    let frames = frames(problem, &structure, state)?;
+    let at = Prepared { problem, structure: &structure, state, frames: &frames };
+    let pool = pool(threads)?;
+    let system =
+        pool.install(|| linearise::linearise(&at, 0.0)).map_err(|obstacle| lm::name_obstacle(problem, obstacle))?;
+    let pattern = Pattern::new(&structure, LinearSolver::Auto);
+    let reduced = ReducedBorder::new(&structure, &system, pattern.as_ref(), 0.0).ok();
+    let singular = || AdjustError::Singular { solver: super::NAME, directions: Vec::new() };
+    let factor = reduced.and_then(Factor::of).ok_or_else(singular)?;
+
+    let points = problem.point_sources.len();
+    let size = points.div_ceil(PARTS).max(1);
+    let ranges: Vec<Range<usize>> = (0..PARTS).map(|k| (k * size).min(points)..((k + 1) * size).min(points)).collect();
+    let mut total = Sums::zeros(&at, shapes.count());
+    for wave in ranges.chunks(threads.max(1)) {
+        let parts: Vec<Sums> = pool.install(|| {
+            wave.par_iter()
+                .map(|range| match structure.dim {
+                    6 => scan_points::<6>(&at, range.clone(), shapes),
+                    7 => scan_points::<7>(&at, range.clone(), shapes),
+                    8 => scan_points::<8>(&at, range.clone(), shapes),
+                    _ => scan_points::<{ super::MAX_DIM }>(&at, range.clone(), shapes),
+                })
+                .collect()
+        });
+        for part in &parts {
+            total.add(part);
+        }
+    }
+    let n = structure.images * structure.dim;
+    let columns = Mat::<f64>::from_fn(total.rows, total.count, |i, c| total.columns[i * total.count + c]);
+    let solved = factor.solve_columns(&columns);
+    Ok((0..total.count)
+        .map(|c| {
+            let mut scanned = total.own[c];
+            for i in 0..total.rows {
+                let rhs = if i < n { system.rhs_images[i] } else { system.rhs_border[i - n] };
+                scanned.information -= columns[(i, c)] * solved[(i, c)];
+                scanned.score -= solved[(i, c)] * rhs;
+            }
+            scanned
+        })
+        .collect())
+}
+
+/// What a part of the points adds.
+struct Sums {
+    rows: usize,
+    count: usize,
+    own: Vec<Scanned>,
+    /// Reduced unknown i (images by rank, border), column c: `columns[i * count + c]`.
+    columns: Vec<f64>,
+}
+
+impl Sums {
+    fn zeros(at: &Prepared<'_>, count: usize) -> Self {
+        let rows = at.structure.images * at.structure.dim + at.structure.border.len();
+        let own = vec![Scanned { score: 0.0, information: 0.0, length: 0.0 }; count];
+        Self { rows, count, own, columns: vec![0.0; rows * count] }
+    }
+
+    fn add(&mut self, part: &Sums) {
+        for (a, b) in self.columns.iter_mut().zip(&part.columns) {
+            *a += b;
+        }
+        for (a, b) in self.own.iter_mut().zip(&part.own) {
+            a.score += b.score;
+            a.information += b.information;
+            a.length += b.length;
+        }
+    }
+}
+
+fn scan_points<const D: usize>(at: &Prepared<'_>, points: Range<usize>, shapes: &dyn Shapes) -> Sums {
+    let (problem, structure) = (at.problem, at.structure);
+    let (n, count, m) = (structure.images * D, shapes.count(), structure.border.len());
+    let mut sums = Sums::zeros(at, count);
+    let mut rows = PointRows::<D>::new();
+    let mut prediction = chain::Prediction::default();
+    let mut touched: Vec<(u32, f64, f64)> = Vec::new();
+    // Per measurement of the point: its touched columns with weighted derivatives.
+    let mut of_row: Vec<Vec<(u32, f64, f64)>> = Vec::new();
+    let mut by_point = vec![Vector3::<f64>::zeros(); count];
+    let mut seen: Vec<u32> = Vec::new();
+    for j in points {
+        // The state was linearised just before.
+        if rows.linearise(at, j).is_err() {
+            continue;
+        }
+        let Some(inverse) = inverse_of_damped(&rows.v_matrix, 0.0) else { continue };
+        let start = problem.point_start[j];
+        for column in seen.drain(..) {
+            by_point[column as usize] = Vector3::zeros();
+        }
+        of_row.clear();
+        for (r, row) in rows.rows.iter().enumerate() {
+            let observation = &problem.observations[start + r];
+            let frame = &at.frames[observation.image as usize];
+            touched.clear();
+            let object = &at.state.points[j];
+            let predicted =
+                chain::predict_point(problem, &structure.stages, frame, observation, object, &mut prediction);
+            if let Some(predicted) = predicted {
+                shapes.touch(observation, predicted, &frame.interior, &mut touched);
+            }
+            for (column, x, y) in &mut touched {
+                *x *= observation.inverse_sigma;
+                *y *= observation.inverse_sigma;
+                let c = *column as usize;
+                let own = &mut sums.own[c];
+                own.length += *x * *x + *y * *y;
+                own.information += *x * *x + *y * *y;
+                own.score += *x * row.v[0] + *y * row.v[1];
+                if by_point[c] == Vector3::zeros() {
+                    seen.push(*column);
+                }
+                by_point[c] += Vector3::from(row.point[0]) * *x + Vector3::from(row.point[1]) * *y;
+                let base = row.rank as usize * D;
+                for k in 0..D {
+                    sums.columns[(base + k) * count + c] += row.image[0][k] * *x + row.image[1][k] * *y;
+                }
+                for l in 0..m {
+                    sums.columns[(n + l) * count + c] +=
+                        rows.shared[2 * r * m + l] * *x + rows.shared[(2 * r + 1) * m + l] * *y;
+                }
+            }
+            of_row.push(touched.clone());
+        }
+        let solved = inverse * rows.gradient;
+        seen.sort_unstable();
+        seen.dedup();
+        let taken: Vec<Vector3<f64>> = seen.iter().map(|c| inverse * by_point[*c as usize]).collect();
+        for (column, taken) in seen.iter().zip(&taken) {
+            let c = *column as usize;
+            sums.own[c].information -= taken.dot(&by_point[c]);
+            sums.own[c].score -= by_point[c].dot(&solved);
+        }
+        for row in &rows.rows {
+            let base = row.rank as usize * D;
+            for k in 0..D {
+                let w = Vector3::from(row.w[k]);
+                let line = &mut sums.columns[(base + k) * count..(base + k + 1) * count];
+                for (column, taken) in seen.iter().zip(&taken) {
+                    line[*column as usize] -= w.dot(taken);
+                }
+            }
+        }
+        for l in 0..m {
+            let w = Vector3::new(rows.w_shared[0][l], rows.w_shared[1][l], rows.w_shared[2][l]);
+            let line = &mut sums.columns[(n + l) * count..(n + l + 1) * count];
+            for (column, taken) in seen.iter().zip(&taken) {
+                line[*column as usize] -= w.dot(taken);
+            }
+        }
+    }
+    sums
+}
