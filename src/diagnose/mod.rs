@@ -1,1 +1,11 @@
-//! See the design: diagnose.
+//! Which physical effect is missing: residual structure, a score test for every candidate, what this block cannot tell apart, and the loop
+//! that adds an effect only when it holds on measurements that the fit did not see.
+
+pub mod candidate;
+pub mod fit;
+pub mod forward;
+pub mod heldout;
+mod random;
+pub mod scan;
+pub mod score;
+mod weights;

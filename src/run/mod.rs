@@ -6,7 +6,7 @@ mod residuals;
 mod variance_components;
 
 pub use fitted::FittedModel;
-pub use residuals::{ResidualKind, ResidualRow, residual_rows};
+pub use residuals::{ResidualKind, ResidualRow, residual_rows, tie_rms_px};
 
 use crate::adjust::agreement::{self, Agreement};
 use crate::adjust::native::Predictor;
@@ -96,6 +96,15 @@ pub fn adjust(
         variance_components::estimate(&mut problem, *first, &options, progress)?;
     }
     solve(block, problem, solvers, &options, progress)
+}
+
+/// Estimates the standard deviations of the random effects of a problem and leaves them in it as priors.
+pub fn estimate_variance_components(
+    problem: &mut Problem,
+    solver: &dyn Solver,
+    options: &Options,
+) -> Result<(), RunError> {
+    variance_components::estimate(problem, solver, options, &mut |_, _| ControlFlow::Continue(()))
 }
 
 /// [`adjust`] for a problem that is already laid out.

@@ -88,3 +88,14 @@ pub fn residual_rows(
     }
     Ok(rows)
 }
+
+/// RMS of tie residuals per coordinate, px: `sqrt(sum(rx^2 + ry^2) / (2 n))`. NaN without tie points.
+pub fn tie_rms_px(block: &Block, problem: &Problem, state: &State) -> Result<f64, AdjustError> {
+    let rows = residual_rows(block, problem, state, None)?;
+    let squares: Vec<f64> = rows
+        .iter()
+        .filter(|row| row.kind == ResidualKind::Tie)
+        .map(|row| row.residual[0].powi(2) + row.residual[1].powi(2))
+        .collect();
+    Ok((squares.iter().sum::<f64>() / (2.0 * squares.len() as f64)).sqrt())
+}

@@ -1,0 +1,307 @@
+//! Add and watch: the best candidate enters the model, and stays only when its refit drops as predicted, it is still needed beside the
+//! others, and it predicts measurements that the fit did not see. Check points only watch.
+
+use super::candidate::Candidate;
+use super::fit::{DiagnoseError, Fit, fit, fit_with_weights, screen_all};
+use super::heldout::{HeldOut, held_out};
+use super::score::{Score, Screening};
+use crate::adjust::Options;
+use crate::block::Block;
+use crate::effects::Role as ParameterRole;
+use crate::math::statistics::chi_square_ln_sf;
+use crate::model::{EffectRef, Model};
+use crate::run;
+use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeSet;
+
+/// Effects that one improvement adds at most: more than this is not a diagnosis any more.
+const MOST_EFFECTS: usize = 6;
+
+/// What an improvement needs besides block and model.
+pub struct Settings<'a> {
+    /// Effects from plug-ins.
+    pub plugins: &'a [EffectRef],
+    /// Options of every fit.
+    pub options: Options,
+    /// Family-wise significance level.
+    pub significance: f64,
+    /// Told what is being done.
+    pub tell: &'a dyn Fn(&str),
+}
+
+/// One row of the ledger.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// Id of what was added; `None` for the base, `-id` for what was taken out again.
+    pub added: Option<String>,
+    /// Model of the step, start values those of its solution.
+    pub model: Model,
+    /// `sqrt(v'Pv / redundancy)`.
+    pub sigma0: f64,
+    /// RMS of tie residuals per coordinate, px.
+    pub tie_rms_px: f64,
+    /// RMS of predictions of left-out measurements, px.
+    pub heldout_rms_px: f64,
+    /// 3D RMS at check points, m.
+    pub check_rms_m: Option<f64>,
+    /// Drop of `v'Pv` since the step before.
+    pub drop: f64,
+    /// Logarithm of the p-value that let it in.
+    pub ln_p: f64,
+}
+
+/// A candidate that was refitted.
+#[derive(Debug, Clone)]
+pub struct Confirmation {
+    /// Id.
+    pub id: String,
+    /// Predicted drop, and that of the refit.
+    pub predicted: f64,
+    /// See `predicted`.
+    pub drop: f64,
+    /// Held-out RMS before and after, px.
+    pub before_px: f64,
+    /// See `before_px`.
+    pub after_px: f64,
+    /// It was kept.
+    pub kept: bool,
+    /// Why not.
+    pub reason: String,
+}
+
+/// The steps of an improvement and where it ended.
+pub struct Improvement {
+    /// Ledger.
+    pub steps: Vec<Step>,
+    /// Refits, in order.
+    pub confirmations: Vec<Confirmation>,
+    /// Screenings, from that of the base model to that of the final one.
+    pub screenings: Vec<Screening>,
+    /// The base fit.
+    pub base: Fit,
+    /// The final fit.
+    pub fitted: Fit,
+    /// Effects that are in the final model and were not in the base, in order of entry.
+    pub added: Vec<String>,
+}
+
+/// Candidates that are significant family-wise and name a cause, best first.
+pub fn significant(screening: &Screening, significance: f64) -> Vec<&Score> {
+    let level = (significance / screening.scores.len().max(1) as f64).ln();
+    screening.scores.iter().filter(|score| score.candidate.physical && score.ln_p < level).collect()
+}
+
+/// Runs the loop.
+pub fn improve(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<Improvement, DiagnoseError> {
+    let Settings { plugins, options, significance, tell } = settings;
+    tell("adjusting the base model and estimating the weights");
+    let mut fitted = fit_with_weights(block, model, plugins, options, *significance)?;
+    let base = fit(block, &fitted.model, options)?;
+    let mut heldout = held_out(&fitted, options)?;
+    let mut steps = vec![step(block, &fitted, &heldout, None, 0.0, 0.0)?];
+    let mut confirmations = Vec::new();
+    let mut added: Vec<String> = Vec::new();
+    let mut refused: BTreeSet<String> = BTreeSet::new();
+    let mut screenings = Vec::new();
+    loop {
+        tell(&format!("testing what may be missing (step {})", steps.len()));
+        let screening = screen_all(block, &fitted, plugins, options.threads, *significance)?;
+        let mut entered = false;
+        if added.len() < MOST_EFFECTS {
+            for score in significant(&screening, *significance) {
+                let id = score.candidate.id.clone();
+                if refused.contains(&id) {
+                    continue;
+                }
+                tell(&format!("adding {id} and adjusting again"));
+                let (confirmation, after) = try_candidate(block, &fitted, &heldout, score, options);
+                let kept = confirmation.kept;
+                let drop = confirmation.drop;
+                confirmations.push(confirmation);
+                match after {
+                    Some((after, after_heldout)) if kept => {
+                        steps.push(step(block, &after, &after_heldout, Some(id.clone()), drop, score.ln_p)?);
+                        (fitted, heldout) = (after, after_heldout);
+                        added.push(id);
+                        entered = true;
+                        break;
+                    }
+                    _ => {
+                        refused.insert(id);
+                    }
+                }
+            }
+        }
+        screenings.push(screening);
+        if !entered {
+            return Ok(Improvement { steps, confirmations, screenings, base, fitted, added });
+        }
+        // What was refused beside a smaller model may be needed beside this one.
+        refused.clear();
+        if let Some(id) = not_needed(&fitted, &added, *significance) {
+            tell(&format!("{id} is not needed any more"));
+            let without = without_effect(&fitted.model, &id);
+            let after = fit(block, &without, options)?;
+            let after_heldout = held_out(&after, options)?;
+            let rise = 2.0 * (after.solution.cost - fitted.solution.cost);
+            steps.push(step(block, &after, &after_heldout, Some(format!("-{id}")), -rise, 0.0)?);
+            (fitted, heldout) = (after, after_heldout);
+            added.retain(|name| *name != id);
+            refused.insert(id);
+        }
+    }
+}
+
+fn try_candidate(
+    block: &Block,
+    before: &Fit,
+    heldout: &HeldOut,
+    score: &Score,
+    options: &Options,
+) -> (Confirmation, Option<(Fit, HeldOut)>) {
+    let mut confirmation = Confirmation {
+        id: score.candidate.id.clone(),
+        predicted: score.drop,
+        drop: 0.0,
+        before_px: heldout.rms_px(),
+        after_px: f64::NAN,
+        kept: false,
+        reason: String::new(),
+    };
+    let model = with_candidate(&before.model, score);
+    let after = fit(block, &model, options).map_err(|error| error.to_string());
+    let after = after.and_then(|after| {
+        let heldout = held_out(&after, options).map_err(|error| error.to_string())?;
+        Ok((after, heldout))
+    });
+    match after {
+        Err(error) => {
+            confirmation.reason = error;
+            (confirmation, None)
+        }
+        Ok((mut after, after_heldout)) => {
+            confirmation.drop = 2.0 * (before.solution.cost - after.solution.cost);
+            confirmation.after_px = after_heldout.rms_px();
+            confirmation.kept = after_heldout.normalised < heldout.normalised;
+            if !confirmation.kept {
+                confirmation.reason = "it does not predict left-out measurements better".into();
+            }
+            after.model = at_solution(&after);
+            (confirmation, Some((after, after_heldout)))
+        }
+    }
+}
+
+fn with_candidate(model: &Model, score: &Score) -> Model {
+    match score.start_term() {
+        Some(term) => {
+            let mut model = model.clone();
+            model.effects.push(term);
+            model
+        }
+        None => score.candidate.added_to(model),
+    }
+}
+
+/// The model with the effects' start values where its fit ended.
+pub fn at_solution(fitted: &Fit) -> Model {
+    let mut model = fitted.model.clone();
+    for (t, entry) in fitted.problem.theta.iter().enumerate() {
+        let term = &mut model.effects[entry.effect as usize];
+        let descriptor = term.effect.descriptor();
+        match descriptor.parameters[entry.parameter as usize].role {
+            ParameterRole::Random(name) => {
+                if let Some(sigma) = entry.prior_sigma {
+                    term.values.insert(name.to_string(), sigma);
+                }
+            }
+            _ => {
+                let prefix = format!("{}.", descriptor.id);
+                let name = entry.name.strip_prefix(&prefix).unwrap_or(&entry.name).to_string();
+                term.values.insert(name, fitted.solution.state.theta[t]);
+            }
+        }
+    }
+    model
+}
+
+fn without_effect(model: &Model, id: &str) -> Model {
+    let mut model = model.clone();
+    model.effects.retain(|term| term.effect.descriptor().id != id);
+    model
+}
+
+/// An added effect (not the newest) whose parameters together are zero within their covariance.
+fn not_needed(fitted: &Fit, added: &[String], significance: f64) -> Option<String> {
+    let older = &added[..added.len().saturating_sub(1)];
+    let level = (significance / older.len().max(1) as f64).ln();
+    older
+        .iter()
+        .map(|id| (id, wald_ln_p(fitted, id)))
+        .filter(|(_, ln_p)| *ln_p > level)
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(id, _)| id.clone())
+}
+
+/// Logarithm of the p-value of an effect's estimated parameters being nominal (Wald). Minus infinity (needed) where there is no covariance: random effects,
+/// camera parameters.
+pub fn wald_ln_p(fitted: &Fit, id: &str) -> f64 {
+    wald(fitted, id).map_or(f64::NEG_INFINITY, |(statistic, dof)| chi_square_ln_sf(statistic, dof))
+}
+
+/// Wald statistic and degrees of freedom of an effect's linear parameters.
+pub fn wald(fitted: &Fit, id: &str) -> Option<(f64, f64)> {
+    let covariance = fitted.solution.covariance.as_ref()?;
+    let layout = fitted.problem.layout();
+    let mut rows = Vec::new();
+    let mut values = Vec::new();
+    for (row, unknown) in covariance.shared_unknowns.iter().enumerate().filter(|(_, u)| **u >= layout.theta(0)) {
+        let t = unknown - layout.theta(0);
+        let entry = &fitted.problem.theta[t];
+        let descriptor = fitted.problem.effects[entry.effect as usize].effect.descriptor();
+        let parameter = &descriptor.parameters[entry.parameter as usize];
+        if descriptor.id == id && parameter.role == ParameterRole::Estimated {
+            rows.push(row);
+            values.push(fitted.solution.state.theta[t] - parameter.nominal);
+        }
+    }
+    let matrix = DMatrix::from_fn(rows.len(), rows.len(), |i, j| covariance.shared[(rows[i], rows[j])]);
+    let values = DVector::from_vec(values);
+    let solved = matrix.cholesky()?.solve(&values);
+    (!rows.is_empty()).then(|| (values.dot(&solved), rows.len() as f64))
+}
+
+fn step(
+    block: &Block,
+    fitted: &Fit,
+    heldout: &HeldOut,
+    added: Option<String>,
+    drop: f64,
+    ln_p: f64,
+) -> Result<Step, DiagnoseError> {
+    let comparison = run::compare(block, &fitted.problem, &fitted.solution)?;
+    let chi_square = 2.0 * fitted.solution.cost;
+    Ok(Step {
+        added,
+        model: fitted.model.clone(),
+        sigma0: (chi_square / fitted.problem.redundancy().2 as f64).sqrt(),
+        tie_rms_px: run::tie_rms_px(block, &fitted.problem, &fitted.solution.state)?,
+        heldout_rms_px: heldout.rms_px(),
+        check_rms_m: comparison.and_then(|comparison| comparison.check).map(|check| check.rms_m.xyz),
+        drop,
+        ln_p,
+    })
+}
+
+/// Ids of candidates that a block cannot tell from `score`, given the screening that it came from.
+pub fn inseparable_from(screening: &Screening, position: usize) -> Vec<String> {
+    let candidate = |i: usize| -> &Candidate { &screening.scores[i].candidate };
+    (0..screening.scores.len())
+        .filter(|i| *i != position && candidate(*i).physical)
+        .filter(|i| {
+            let seen = screening.correlation[position][*i].max(screening.correlation[*i][position]);
+            seen > super::score::INSEPARABLE
+        })
+        .map(|i| candidate(i).id.clone())
+        .collect()
+}

@@ -1,0 +1,122 @@
+//! Does a model predict measurements that its fit did not see? Every `FOLDS`-th tie point, antenna position and control point is left out in turn.
+//!
+//! A left-out tie point is intersected with the fitted cameras from all rays but one and predicted in that one (in closed form: the residual of the
+//! whole intersection divided by what it leaves of itself); a left-out antenna is predicted from its image, a left-out control point from its marks.
+
+use super::fit::Fit;
+use crate::adjust::native::{Native, Predictor};
+use crate::adjust::{AdjustError, CovarianceOf, Options, Solver};
+use crate::problem::{PointSource, Problem, State};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
+use std::ops::ControlFlow;
+
+/// Parts that are left out in turn: each fit keeps three quarters, enough for any block that can be adjusted at all.
+const FOLDS: usize = 4;
+/// Rays that a left-out tie point needs: two intersect, the third is predicted.
+const LEAST_RAYS: usize = 3;
+/// Steps of the intersection; from the adjusted point two suffice.
+const INTERSECTION_STEPS: usize = 3;
+
+/// Errors of prediction.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct HeldOut {
+    /// Sum of squares of predicted image points, px^2, and number of coordinates.
+    squares_px: f64,
+    coordinates: usize,
+    /// Sum of squares of all predictions, each in units of its own standard deviation (that of the measurement and of the ray's intersection).
+    pub normalised: f64,
+}
+
+impl HeldOut {
+    /// RMS per coordinate of predicted tie-point measurements, px; NaN where no point has three rays.
+    pub fn rms_px(&self) -> f64 {
+        (self.squares_px / self.coordinates as f64).sqrt()
+    }
+}
+
+/// Predicts everything once, each part by a fit without it.
+pub fn held_out(fitted: &Fit, options: &Options) -> Result<HeldOut, AdjustError> {
+    let mut sum = HeldOut::default();
+    for fold in 0..FOLDS {
+        hold_out(fitted, options, fold, &mut sum)?;
+    }
+    Ok(sum)
+}
+
+fn hold_out(fitted: &Fit, options: &Options, fold: usize, sum: &mut HeldOut) -> Result<(), AdjustError> {
+    let Fit { problem, solution, .. } = fitted;
+    let state = &solution.state;
+    let left_out = |j: usize| match problem.point_sources[j] {
+        PointSource::Tie(_) => j % FOLDS == fold,
+        // A datum needs control points to stay.
+        PointSource::Control(id) => problem.control.len() > FOLDS && id.index() % FOLDS == fold,
+    };
+    let points = 0..problem.point_sources.len();
+    let kept: Vec<usize> = points.clone().filter(|j| !left_out(*j)).collect();
+    let (mut part, start) = problem.with_points(state, &kept);
+    let images = problem.image_names.len();
+    let gnss_left_out = |image: usize| images > FOLDS && image % FOLDS == fold;
+    part.gnss.retain(|observation| !gnss_left_out(observation.index as usize));
+    part.start = start;
+    let options = Options { covariance: CovarianceOf::Nothing, ..options.clone() };
+    let solution = Native.solve(&part, &options, &mut |_| ControlFlow::Continue(()))?;
+    let fold_state = State { points: state.points.clone(), ..solution.state };
+    let predictor = Predictor::new(problem, &fold_state)?;
+    for j in points.filter(|j| left_out(*j)) {
+        predict_point(problem, &predictor, &fold_state, j, sum);
+    }
+    for observation in problem.gnss.iter().filter(|observation| gnss_left_out(observation.index as usize)) {
+        if let Some(antenna) = predictor.antenna(observation.index as usize) {
+            sum.normalised += (observation.position - antenna).component_div(&observation.sigma).norm_squared();
+        }
+    }
+    Ok(())
+}
+
+/// Rows of one point: weighted residual, weighted derivative, and weight.
+type Rows = Vec<(Vector2<f64>, Matrix2x3<f64>, f64)>;
+
+fn rows(problem: &Problem, predictor: &Predictor<'_>, j: usize, object: &Vector3<f64>) -> Option<Rows> {
+    problem.observations[problem.point_start[j]..problem.point_start[j + 1]]
+        .iter()
+        .map(|observation| {
+            let observed = [observation.x, observation.y];
+            let (computed, by_point) = predictor.image_point(observation.image as usize, observed, object)?;
+            let residual = Vector2::new(observed[0] - computed[0], observed[1] - computed[1]);
+            let weight = observation.inverse_sigma;
+            Some((residual * weight, by_point * weight, weight))
+        })
+        .collect()
+}
+
+fn predict_point(problem: &Problem, predictor: &Predictor<'_>, state: &State, j: usize, sum: &mut HeldOut) {
+    let mut object = state.points[j];
+    let normal = |rows: &Rows| -> Matrix3<f64> { rows.iter().map(|(_, a, _)| a.transpose() * a).sum() };
+    for _ in 0..INTERSECTION_STEPS {
+        let Some(rows) = rows(problem, predictor, j, &object) else { return };
+        let Some(inverse) = normal(&rows).try_inverse() else { return };
+        object += inverse * rows.iter().map(|(v, a, _)| a.transpose() * v).sum::<Vector3<f64>>();
+    }
+    let Some(rows) = rows(problem, predictor, j, &object) else { return };
+    let Some(inverse) = normal(&rows).try_inverse() else { return };
+    if let PointSource::Control(_) = problem.point_sources[j] {
+        let Ok(c) = problem.control.binary_search_by_key(&(j as u32), |observation| observation.index) else { return };
+        let observation = &problem.control[c];
+        if let Some(surveyed) = predictor.surveyed(&object) {
+            let variance = observation.sigma.component_mul(&observation.sigma) + inverse.diagonal();
+            let d = observation.position - surveyed;
+            sum.normalised += d.component_mul(&d).component_div(&variance).sum();
+        }
+        return;
+    }
+    if rows.len() < LEAST_RAYS {
+        return;
+    }
+    for (v, a, weight) in &rows {
+        // Without this ray the intersection predicts it with error (I - A N^-1 A')^-1 v, of covariance (I - A N^-1 A')^-1.
+        let Some(spread) = (Matrix2::identity() - a * inverse * a.transpose()).try_inverse() else { continue };
+        sum.squares_px += (spread * v).norm_squared() / (weight * weight);
+        sum.coordinates += 2;
+        sum.normalised += v.dot(&(spread * v));
+    }
+}

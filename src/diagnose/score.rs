@@ -1,0 +1,394 @@
+//! The score test of every candidate at the converged base model, without refitting: one profile serves them all.
+
+use super::candidate::{Addition, Candidate};
+use super::random;
+use crate::adjust::AdjustError;
+use crate::adjust::native::score::{Column, Profile, profile};
+use crate::block::Block;
+use crate::effects::Stage;
+use crate::math::statistics::{chi_square_quantile, f_ln_sf};
+use crate::model::{EffectTerm, Model};
+use crate::problem::{Problem, ProblemError, State};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use std::collections::BTreeMap;
+
+/// Directions of which the base model leaves less than this share (squared length) are rounding and nonlinearity of the base: dropped. Found
+/// where score and refit part (see the catalogue's notes).
+const KEPT_SHARE: f64 = 1e-5;
+
+/// Squared correlation of two candidates' columns above which this block cannot tell them apart: correlation 0.9.
+pub const INSEPARABLE: f64 = 0.9;
+
+/// Estimated size of a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Value, in `unit`.
+    pub value: f64,
+    /// Standard deviation.
+    pub sigma: f64,
+    /// Unit.
+    pub unit: String,
+}
+
+/// What the score test says of one candidate.
+#[derive(Debug, Clone)]
+pub struct Score {
+    /// The candidate; searched parameters at the best place.
+    pub candidate: Candidate,
+    /// `s' M^-1 s`, for unit weight: the predicted drop of `v'Pv`.
+    pub drop: f64,
+    /// Test statistic: `drop / dof` over the estimated variance factor, and over the design effect.
+    pub statistic: f64,
+    /// Directions that the base leaves.
+    pub dof: f64,
+    /// Natural logarithm of the p-value, corrected for a scan.
+    pub ln_p: f64,
+    /// Factor by which measurements of an image that err together inflate the variance of the score; 1 where there is no sign of it.
+    pub design_effect: f64,
+    /// Estimated parameters by name.
+    pub estimates: BTreeMap<String, Estimate>,
+    /// Smallest size that this block shows with 80 % power, for candidates of one parameter, in its unit.
+    pub detectable: Option<f64>,
+    /// Share of the columns that the base leaves (the largest direction).
+    pub kept_share: f64,
+    /// Columns in the profile, and their estimated values there (scaled).
+    columns: Vec<usize>,
+    values: DVector<f64>,
+    /// Basis of the kept directions times the inverse roots of their eigenvalues: whitens this candidate's scores.
+    whitening: DMatrix<f64>,
+}
+
+impl Score {
+    /// The p-value; zero below the smallest double.
+    pub fn p_value(&self) -> f64 {
+        self.ln_p.exp()
+    }
+
+    /// The term that a refit starts from: the candidate's, at the estimated values.
+    pub fn start_term(&self) -> Option<EffectTerm> {
+        let mut term = self.candidate.term()?.clone();
+        for (name, estimate) in &self.estimates {
+            term.values.entry(name.clone()).or_insert(estimate.value);
+        }
+        Some(term)
+    }
+}
+
+/// Scores of all testable candidates of one base model, and what they share.
+pub struct Screening {
+    /// One per testable candidate, by rising `ln_p`.
+    pub scores: Vec<Score>,
+    /// Candidates that the block cannot test.
+    pub untested: Vec<Candidate>,
+    /// Correlation of scores: `correlation[i][j]` of `scores[i]`'s estimated effect as `scores[j]` sees it.
+    pub correlation: Vec<Vec<f64>>,
+    /// State of the base with each score's effect taken in to first order.
+    pub moved: Vec<State>,
+    /// Problem with every candidate in it, for predictions at `moved`.
+    pub problem: Problem,
+    /// Drop and degrees of freedom of all candidates that bear on GNSS positions, together.
+    pub explained_positions: (f64, f64),
+    /// The same for control coordinates.
+    pub explained_control: (f64, f64),
+}
+
+/// What a screening needs besides candidates.
+pub struct Base<'a> {
+    /// The block, outliers left out.
+    pub block: &'a Block,
+    /// The base model.
+    pub model: &'a Model,
+    /// Its problem.
+    pub problem: &'a Problem,
+    /// Its solution.
+    pub state: &'a State,
+    /// Threads.
+    pub threads: usize,
+    /// Family-wise significance level.
+    pub significance: f64,
+}
+
+/// Why a screening failed.
+#[derive(Debug, thiserror::Error)]
+pub enum ScreenError {
+    /// The base cannot be linearised.
+    #[error(transparent)]
+    Adjust(#[from] AdjustError),
+    /// A candidate does not fit the block.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+}
+
+/// Tests every candidate. `scan_tests[id]` is the number of places that a scan tried for a scanned candidate.
+pub fn screen(
+    base: &Base<'_>,
+    candidates: Vec<Candidate>,
+    scan_tests: &BTreeMap<String, f64>,
+) -> Result<Screening, ScreenError> {
+    let (tested, untested): (Vec<_>, Vec<_>) = candidates.into_iter().partition(Candidate::testable);
+    let (problem, state, owner) = augmented(base, &tested)?;
+    let column_of = |unknown: usize| match owner.get(&unknown) {
+        Some(c) if tested[*c].random() || !tested[*c].physical => Column::Coarse,
+        Some(_) => Column::Refined,
+        None => Column::Base,
+    };
+    let profile = profile(&problem, &state, base.threads, &column_of)?;
+    let redundancy = base.problem.redundancy().2 as f64;
+    let mut columns = vec![Vec::new(); tested.len()];
+    for (column, unknown) in profile.unknowns.iter().enumerate() {
+        if let Some(owner) = owner.get(unknown) {
+            columns[*owner].push(column);
+        }
+    }
+    let tests = tested.len() as f64;
+    let mut scores: Vec<Score> = Vec::with_capacity(tested.len());
+    for (candidate, columns) in tested.into_iter().zip(columns) {
+        let scanned = scan_tests.get(&candidate.id).copied().unwrap_or(1.0);
+        let at = At { base, problem: &problem, profile: &profile, redundancy, tests, scanned };
+        scores.push(if candidate.random() {
+            random::score(&at, candidate, columns)
+        } else {
+            linear(&at, candidate, columns)
+        });
+    }
+    scores.sort_by(|a, b| a.ln_p.total_cmp(&b.ln_p).then_with(|| b.drop.total_cmp(&a.drop)));
+    let of_stages = |stages: &[Stage]| {
+        let own = |score: &&Score| {
+            score.candidate.term().is_some_and(|term| stages.contains(&term.effect.descriptor().stage))
+        };
+        let columns: Vec<usize> = scores.iter().filter(own).flat_map(|score| score.columns.iter().copied()).collect();
+        joint_drop(&profile, &columns)
+    };
+    let explained_positions = of_stages(&[Stage::Position, Stage::Exposure, Stage::Control]);
+    let explained_control = of_stages(&[Stage::Control]);
+    let correlation = scores.iter().map(|a| scores.iter().map(|b| seen_by(&profile, a, b)).collect()).collect();
+    let moved = scores.iter().map(|score| profile.moved(&state, &score.columns, &score.values)).collect();
+    Ok(Screening { scores, untested, correlation, moved, problem, explained_positions, explained_control })
+}
+
+/// What one test sees.
+pub(super) struct At<'a> {
+    pub base: &'a Base<'a>,
+    pub problem: &'a Problem,
+    pub profile: &'a Profile<'a>,
+    pub redundancy: f64,
+    /// Candidates tested.
+    pub tests: f64,
+    /// Places that a scan tried.
+    pub scanned: f64,
+}
+
+/// Base problem with every candidate in it at nominal values, and the candidate of each candidate unknown.
+fn augmented(
+    base: &Base<'_>,
+    candidates: &[Candidate],
+) -> Result<(Problem, State, BTreeMap<usize, usize>), ScreenError> {
+    let terms: Vec<EffectTerm> = candidates.iter().filter_map(Candidate::term).cloned().collect();
+    let first = base.problem.theta.len();
+    let (mut problem, state) = base.problem.with_effects(base.block, base.model.datum, &terms, base.state)?;
+    let of_effect: Vec<usize> = (0..candidates.len()).filter(|c| candidates[*c].term().is_some()).collect();
+    let first_effect = base.problem.effects.len();
+    let mut owner = BTreeMap::new();
+    for (t, entry) in problem.theta.iter_mut().enumerate().skip(first) {
+        let candidate = of_effect[entry.effect as usize - first_effect];
+        // A score test is made at the null: no prior; searched parameters are held where they stand.
+        entry.prior_sigma = None;
+        let role =
+            &problem.effects[entry.effect as usize].effect.descriptor().parameters[entry.parameter as usize].role;
+        entry.free &= !matches!(role, crate::effects::Role::Searched(_));
+        if entry.free {
+            owner.insert(base.problem.layout().theta(0) + t, candidate);
+        }
+    }
+    for (c, candidate) in candidates.iter().enumerate() {
+        if let Addition::Free(indices) = &candidate.addition {
+            for camera in 0..problem.camera_free.len() {
+                for k in indices {
+                    problem.camera_free[camera][*k] = true;
+                    owner.insert(problem.layout().camera(camera, *k), c);
+                }
+            }
+        }
+    }
+    Ok((problem, state, owner))
+}
+
+/// Rows and columns of a matrix.
+fn block_of(matrix: &DMatrix<f64>, columns: &[usize]) -> DMatrix<f64> {
+    DMatrix::from_fn(columns.len(), columns.len(), |i, j| matrix[(columns[i], columns[j])])
+}
+
+/// Drop that all these columns together would bring, and its degrees of freedom.
+fn joint_drop(profile: &Profile<'_>, columns: &[usize]) -> (f64, f64) {
+    let eigen = SymmetricEigen::new(block_of(&profile.information, columns));
+    let score = DVector::from_fn(columns.len(), |i, _| profile.score[columns[i]]);
+    let mut joint = (0.0, 0.0);
+    for (k, eigenvalue) in eigen.eigenvalues.iter().enumerate().filter(|(_, l)| **l > KEPT_SHARE) {
+        joint.0 += eigen.eigenvectors.column(k).dot(&score).powi(2) / eigenvalue;
+        joint.1 += 1.0;
+    }
+    joint
+}
+
+fn linear(at: &At<'_>, candidate: Candidate, columns: Vec<usize>) -> Score {
+    let information = block_of(&at.profile.information, &columns);
+    let score = DVector::from_fn(columns.len(), |i, _| at.profile.score[columns[i]]);
+    let eigen = SymmetricEigen::new(information);
+    let kept: Vec<usize> = (0..columns.len()).filter(|k| eigen.eigenvalues[*k] > KEPT_SHARE).collect();
+    let kept_share = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
+    let whitening = DMatrix::from_fn(columns.len(), kept.len(), |i, k| {
+        eigen.eigenvectors[(i, kept[k])] / eigen.eigenvalues[kept[k]].sqrt()
+    });
+    let white = whitening.transpose() * &score;
+    let drop = white.norm_squared();
+    let values = &whitening * &white;
+    let covariance = &whitening * whitening.transpose();
+    let dof = kept.len() as f64;
+    let rest = at.redundancy - dof;
+    let factor = (at.profile.chi_square - drop) / rest;
+    let design_effect = design_effect(at.profile, &columns, &whitening, &values);
+    let statistic = if dof > 0.0 { drop / dof / factor / design_effect } else { 0.0 };
+    let ln_one = if dof > 0.0 { f_ln_sf(statistic, dof, rest) } else { 0.0 };
+    let mut estimates = BTreeMap::new();
+    let unit_sigma = (factor * design_effect).sqrt();
+    for (i, column) in columns.iter().enumerate() {
+        let (name, unit) = name_and_unit(at.problem, at.profile.unknowns[*column]);
+        let value = values[i] * at.profile.unit[*column];
+        let sigma = covariance[(i, i)].sqrt() * at.profile.unit[*column] * unit_sigma;
+        estimates.insert(name, Estimate { value, sigma, unit });
+    }
+    let level = at.base.significance / at.tests / at.scanned;
+    let detectable = (columns.len() == 1 && kept.len() == 1).then(|| {
+        noncentrality(level, 1.0).sqrt() * covariance[(0, 0)].sqrt() * at.profile.unit[columns[0]] * unit_sigma
+    });
+    Score {
+        candidate,
+        drop,
+        statistic,
+        dof,
+        ln_p: correct_for_scan(ln_one, at.scanned),
+        design_effect,
+        estimates,
+        detectable,
+        kept_share,
+        columns,
+        values,
+        whitening,
+    }
+}
+
+impl Score {
+    /// A score of a variance component.
+    #[allow(clippy::too_many_arguments)]
+    pub(super) fn of_random(
+        candidate: Candidate,
+        columns: Vec<usize>,
+        values: DVector<f64>,
+        drop: f64,
+        statistic: f64,
+        ln_p: f64,
+        estimates: BTreeMap<String, Estimate>,
+        detectable: Option<f64>,
+    ) -> Self {
+        let n = columns.len();
+        Self {
+            candidate,
+            drop,
+            statistic,
+            dof: 1.0,
+            ln_p,
+            design_effect: 1.0,
+            estimates,
+            detectable,
+            kept_share: 1.0,
+            columns,
+            values,
+            whitening: DMatrix::identity(n, n),
+        }
+    }
+}
+
+/// p-value of the best of `places` places, by Šidák's formula, in logarithms.
+fn correct_for_scan(ln_p: f64, places: f64) -> f64 {
+    if places <= 1.0 {
+        return ln_p;
+    }
+    // 1 - (1 - p)^n; for tiny p this is n p to rounding.
+    let small = ln_p + places.ln();
+    if small < -20.0 { small } else { (-(places * (-ln_p.exp()).ln_1p()).exp_m1()).ln() }
+}
+
+/// Factor by which the variance of the score exceeds what independent measurements would give, from the scores of single images after the
+/// candidate is fitted; one unless it is above one by more than its own uncertainty allows. Source: Liang and Zeger (1986), the cluster
+/// sandwich; images are the clusters because matching errs together within an image.
+fn design_effect(profile: &Profile<'_>, columns: &[usize], whitening: &DMatrix<f64>, values: &DVector<f64>) -> f64 {
+    let dof = whitening.ncols();
+    let position = |column: &usize| profile.refined.iter().position(|refined| refined == column);
+    let Some(columns) = columns.iter().map(position).collect::<Option<Vec<usize>>>() else { return 1.0 };
+    let columns = columns.as_slice();
+    let (mut sum, mut squares, mut expected_squares, mut clusters) = (0.0, 0.0, 0.0, 0.0);
+    for (score, information) in &profile.by_image {
+        let own = DVector::from_fn(columns.len(), |i, _| score[columns[i]]) - block_of(information, columns) * values;
+        let share = (whitening.transpose() * block_of(information, columns) * whitening).trace();
+        if share <= 0.0 {
+            continue;
+        }
+        let size = (whitening.transpose() * own).norm_squared();
+        sum += size;
+        squares += size * size;
+        expected_squares += share * share;
+        clusters += 1.0;
+    }
+    if clusters < LEAST_CLUSTERS || dof == 0 {
+        return 1.0;
+    }
+    let effect = sum / dof as f64;
+    let uncertainty = squares.max(2.0 * expected_squares).sqrt() / dof as f64;
+    if effect > 1.0 + DESIGN_SIGMAS * uncertainty { effect } else { 1.0 }
+}
+
+/// Fewer images tell nothing about a variance between images.
+const LEAST_CLUSTERS: f64 = 10.0;
+/// One null case in 700 gets a design effect that it does not have.
+const DESIGN_SIGMAS: f64 = 3.0;
+
+/// Name of the parameter (with its instance) of an unknown, and its unit.
+pub(super) fn name_and_unit(problem: &Problem, unknown: usize) -> (String, String) {
+    let layout = problem.layout();
+    if unknown < layout.theta(0) {
+        return (problem.unknown_name(unknown), crate::camera::UNITS[unknown % 12].to_string());
+    }
+    let entry = &problem.theta[unknown - layout.theta(0)];
+    let descriptor = problem.effects[entry.effect as usize].effect.descriptor();
+    let name = entry.name.strip_prefix(&format!("{}.", descriptor.id)).unwrap_or(&entry.name);
+    (name.to_string(), descriptor.parameters[entry.parameter as usize].unit.to_string())
+}
+
+/// Noncentrality that a chi-square test of this level and these degrees of freedom sees with 80 % power (normal approximation of the
+/// noncentral distribution: mean `dof + l`, variance `2 dof + 4 l`).
+fn noncentrality(level: f64, dof: f64) -> f64 {
+    let threshold = chi_square_quantile(1.0 - level, dof);
+    // Solve threshold = dof + l - 0.84 sqrt(2 dof + 4 l) by iteration; it contracts.
+    let mut l = threshold;
+    for _ in 0..50 {
+        l = threshold - dof + POWER_QUANTILE * (2.0 * dof + 4.0 * l).sqrt();
+    }
+    l
+}
+
+/// Standard normal quantile of a power of 80 %.
+const POWER_QUANTILE: f64 = 0.841_621_233_572_914_4;
+
+/// Correlation between the estimated effect of `a` and what `b` can take of it: the root of the share of `a`'s predicted drop that `b` alone would
+/// bring if `a` were the truth.
+fn seen_by(profile: &Profile<'_>, a: &Score, b: &Score) -> f64 {
+    let truth = &a.values;
+    let length: f64 = (truth.transpose() * block_of(&profile.information, &a.columns) * truth)[(0, 0)];
+    if length <= 0.0 || b.columns.is_empty() {
+        return 0.0;
+    }
+    let cross =
+        DMatrix::from_fn(b.columns.len(), a.columns.len(), |i, j| profile.information[(b.columns[i], a.columns[j])]);
+    let seen = (b.whitening.transpose() * cross * truth).norm_squared();
+    (seen / length).sqrt().min(1.0)
+}
