@@ -26,6 +26,9 @@ const LEAST_DAMPING: f64 = 1e-15;
 const MOST_DAMPING: f64 = 1e12;
 /// A small change of chi-square counts as convergence only under a damping that does not itself make steps small.
 const CONVERGED_DAMPING: f64 = 1e-4;
+/// Chi-square itself is known to no better than this share of it: a sum of some 1e5 squares of differences of image coordinates. Large
+/// weights (tie points weighted by their multiplicity) make that more than the absolute change asked for.
+const CHI_SQUARE_ROUNDING: f64 = 1e-14;
 
 /// Where the iterations ended.
 pub struct Outcome {
@@ -91,9 +94,8 @@ pub fn minimise(
         let chi_square = system.chi_square;
         let (drop, predicted) =
             step.as_ref().map_or((f64::NEG_INFINITY, f64::INFINITY), |s| (chi_square - s.chi_square, s.predicted_drop));
-        let still = predicted.abs() < options.chi_square_change
-            && drop.abs() < options.chi_square_change
-            && damping <= CONVERGED_DAMPING;
+        let small = options.chi_square_change.max(CHI_SQUARE_ROUNDING * chi_square);
+        let still = predicted.abs() < small && drop.abs() < small && damping <= CONVERGED_DAMPING;
         if drop > 0.0 {
             let step = step.ok_or_else(|| unreachable_step(iterations))?;
             state = step.state;
