@@ -2,7 +2,7 @@
 
 use misclosure::effects::{Context, Descriptor, Effect, Kind, OutsideDomain, Parameter, Role, Scope, Stage};
 use misclosure::io::model::{read_model, write_model};
-use misclosure::model::{Datum, EffectRef, EffectTerm, Loss, Model, Prior, TieWeights};
+use misclosure::model::{Datum, EffectRef, EffectTerm, Loss, Model, Prior, SigmaFactors, TieWeights};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -96,6 +96,7 @@ fn full() -> Model {
         datum: Datum::Gnss,
         loss: Loss::Cauchy,
         tie_weights: TieWeights::Pairs,
+        sigma_factors: SigmaFactors { image: 0.75, control: 2.0, gnss: 1.25 },
     }
 }
 
@@ -124,6 +125,11 @@ free = ["f", "ppx", "ppy", "dcx", "dcy", "k1", "k2", "k3", "p1", "p2", "b1", "b2
 datum = "free"
 loss = "none"
 tie_weights = "unit"
+
+[sigma_factors]
+image = 1.0
+control = 1.0
+gnss = 1.0
 
 [[effect]]
 id = "drift"
