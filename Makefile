@@ -2,7 +2,7 @@
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
 
-.PHONY: help setup build test clean
+.PHONY: help setup build demo test clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -14,11 +14,17 @@ setup: ## install what is missing (Debian, Ubuntu) or list it (elsewhere)
 build: setup ## build the program: target/release/misclosure
 	cargo build --release
 
-test: setup ## everything CI runs: format, lints, documentation, tests
+demo: build ## the main job on a simulated block, in half a minute
+	scripts/demo.sh
+
+test: setup ## everything CI runs: format, lints, documentation, Rust and C++ tests
 	cargo fmt --check
 	cargo clippy --release --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps
 	cargo test --release
+	cmake -S cpp -B target/cpp-test -DCMAKE_BUILD_TYPE=Release
+	cmake --build target/cpp-test --target cpp_tests --parallel 2
+	ctest --test-dir target/cpp-test --output-on-failure
 
 clean: ## remove everything that was built
 	cargo clean
