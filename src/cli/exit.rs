@@ -1,6 +1,7 @@
 //! Exit codes: which error means which code, in one place.
 
 use crate::adjust::AdjustError;
+use crate::effects::plugin::PluginError;
 use crate::evaluate::similarity::SimilarityError;
 use crate::io;
 use crate::problem::ProblemError;
@@ -44,7 +45,8 @@ fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
     let bad_input = cause.is::<Usage>()
         || cause.is::<ScenarioError>()
         || cause.is::<SimilarityError>()
-        || cause.is::<ProblemError>();
+        || cause.is::<ProblemError>()
+        || cause.is::<PluginError>();
     if bad_input {
         return Some(Exit::BadInput);
     }

@@ -2,13 +2,15 @@
 
 use super::Usage;
 use crate::adjust::Solver;
+use crate::adjust::ceres::Ceres;
 use crate::adjust::native::Native;
 use crate::camera::{GROUPS, PARAMETERS, parameter_indices};
-use crate::effects::{self, Descriptor, Parameter, Role};
+use crate::effects::{self, Descriptor, Effect, Parameter, Role, plugin};
 use crate::io::model::read_model;
 use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, TieWeights};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Options that describe a model. What is not given stays as `--model` says, else as by default.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -30,9 +32,12 @@ pub struct ModelOptions {
     /// Effect to add, with start values where the nominal ones do not serve (repeatable; see `misclosure effects`)
     #[arg(long, value_name = "EFFECT[:param=start,...]")]
     pub add: Vec<String>,
-    /// Solver
+    /// Solver; `both` holds them against each other and ends with code 4 when they disagree
     #[arg(long, value_enum, default_value_t)]
     pub solver: SolverChoice,
+    /// Shared library of an effect, to be named with --add or in --model (repeatable)
+    #[arg(long, value_name = "FILE.so")]
+    pub plugin: Vec<PathBuf>,
     /// What defines position, orientation and scale [default: free for adjust; all for diagnose and improve]
     #[arg(long)]
     pub datum: Option<Datum>,
@@ -47,8 +52,12 @@ pub struct ModelOptions {
 /// Which solvers adjust.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum SolverChoice {
-    /// The native one alone.
+    /// Both, held against each other.
     #[default]
+    Both,
+    /// Ceres alone.
+    Ceres,
+    /// The native one alone.
     Native,
 }
 
@@ -90,7 +99,9 @@ impl ModelOptions {
     /// # Errors
     /// [`Usage`], and what is wrong with the file of `--model`.
     pub fn model(&self, datum: Datum) -> anyhow::Result<Model> {
-        let find = |id: &str| effects::find(id).map(EffectRef::Builtin);
+        let plugins = load_plugins(&self.plugin)?;
+        let plugged = |id: &str| plugins.iter().find(|effect| effect.descriptor().id == id).cloned();
+        let find = |id: &str| effects::find(id).map(EffectRef::Builtin).or_else(|| plugged(id).map(EffectRef::Plugin));
         let base = match &self.model {
             Some(path) => read_model(path, &find)?,
             None => Model { datum, ..Model::default() },
@@ -101,6 +112,8 @@ impl ModelOptions {
     /// The solvers; results are taken from the first.
     pub fn solvers(&self) -> Vec<&'static dyn Solver> {
         match self.solver {
+            SolverChoice::Both => vec![&Native, &Ceres],
+            SolverChoice::Ceres => vec![&Ceres],
             SolverChoice::Native => vec![&Native],
         }
     }
@@ -130,6 +143,20 @@ impl ModelOptions {
         model.tie_weights = self.tie_weights.unwrap_or(model.tie_weights);
         Ok(model)
     }
+}
+
+/// The effects of shared libraries, no two of one id.
+pub(super) fn load_plugins(paths: &[PathBuf]) -> anyhow::Result<Vec<Arc<dyn Effect>>> {
+    let mut plugins: Vec<Arc<dyn Effect>> = Vec::new();
+    for path in paths {
+        let effect = plugin::load(path)?;
+        let id = &effect.descriptor().id;
+        if effects::find(id).is_some() || plugins.iter().any(|other| other.descriptor().id == *id) {
+            return Err(Usage(format!("--plugin {}: there is an effect `{id}` already", path.display())).into());
+        }
+        plugins.push(effect);
+    }
+    Ok(plugins)
 }
 
 /// Indices into [`PARAMETERS`] of all names of the lists.
@@ -195,9 +222,8 @@ fn number(parameter: &Parameter, text: &str) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::{Context, Effect, Kind, OutsideDomain, Scope, Stage};
+    use crate::effects::{Context, Kind, OutsideDomain, Scope, Stage};
     use clap::Parser;
-    use std::sync::Arc;
 
     #[derive(Debug, Parser)]
     struct Line {

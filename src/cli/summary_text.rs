@@ -90,7 +90,7 @@ pub fn disagreement(a: &Agreement) -> Disagreement {
                 "Jacobian" => format!(" at {}", a.worst_column),
                 _ => String::new(),
             };
-            format!("{what} differ by {}{place} (allowed: {limit:e} {unit})", significant(difference, 2))
+            format!("{what}: difference {}{place} (allowed: {limit:e} {unit})", significant(difference, 2))
         })
         .collect();
     Disagreement(list.join("; "))
@@ -99,7 +99,8 @@ pub fn disagreement(a: &Agreement) -> Disagreement {
 fn value(value: f64, sigma: Option<f64>) -> String {
     match sigma {
         Some(sigma) if sigma > 0.0 => with_sigma(value, sigma),
-        _ => significant(value, 8),
+        // As it was given.
+        _ => format!("{value:?}"),
     }
 }
 
@@ -128,6 +129,14 @@ fn effects_table(summary: &Summary) -> String {
     table.to_text()
 }
 
+/// Below this (m) a table of residuals is one of rounding errors, and has significant digits in place of decimals.
+const ROUNDING_M: f64 = 1e-5;
+
+/// A residual (m) in a table whose residuals are of the size `rms` (m).
+fn millimetres(value: f64, rms: f64) -> String {
+    if rms < ROUNDING_M { mm(value) } else { fixed(1e3 * value, 2) }
+}
+
 fn residuals_table(roles: &[(&str, &Option<Statistics>)]) -> String {
     let mut table = (Table::new("").text("points", "").number("n", "").text("", ""))
         .number("x", "mm")
@@ -142,7 +151,7 @@ fn residuals_table(roles: &[(&str, &Option<Statistics>)]) -> String {
         let std = s.std_m.map(|std| [std.x, std.y, std.z, std.xy, std.xyz]);
         let mut row = |what: &str, values: [f64; 5]| {
             let head = [role.to_string(), s.n.to_string(), what.to_string()];
-            table.row(head.into_iter().chain(values.map(mm)));
+            table.row(head.into_iter().chain(values.map(|value| millimetres(value, s.rms_m.xyz))));
         };
         row("RMS", rms);
         row("mean", mean);
@@ -151,4 +160,30 @@ fn residuals_table(roles: &[(&str, &Option<Statistics>)]) -> String {
         }
     }
     table.to_text()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn disagreement_names_what_is_beyond_its_limit() {
+        let mut found = Agreement {
+            agree: false,
+            residual_max_px: 1e-12,
+            jacobian_max_rel: 1e-15,
+            parameter_max_sigma: 0.02,
+            cost_rel: f64::NAN,
+            covariance_max_rel: 1e-9,
+            worst_unknown: "k1".into(),
+            worst_column: "f".into(),
+            compared_measurements: 10,
+        };
+        let message = disagreement(&found).to_string();
+        let expected = "the two solvers disagree: solutions: difference 0.020 at k1 (allowed: 1e-3 sigma); \
+                        cost: difference not finite (allowed: 1e-6 relative)";
+        assert_eq!(message, expected);
+        found.jacobian_max_rel = f64::INFINITY;
+        assert!(disagreement(&found).to_string().contains("Jacobian: difference not finite at f"));
+    }
 }
