@@ -8,12 +8,12 @@ mkdir -p "$demo"
 
 run() {
   printf '\n$ misclosure %s\n' "$*"
-  target/release/misclosure "$@"
+  target/release/misclosure --quiet "$@"
 }
 
-printf 'A dike of 200 m, four flights, 0.3 px noise; the focal length grows from image to image by 1e-5 of itself.\n'
+printf 'A dike of 200 m, four flights, 0.1 px noise; the focal length grows from image to image by 1e-5 of itself.\n'
 run simulate dike -o "$demo/dike"
-run inject "$demo/dike" -o "$demo/drift" --error focal-growth --error noise:px=0.3
+run inject "$demo/dike" -o "$demo/drift" --error focal-growth --error noise:px=0.1
 printf '\nOne camera for all images. The check points are the truth: what they show is the error that nobody sees in the field.\n'
 run adjust "$demo/drift" -o "$demo/plain"
 printf '\nThe same with a focal length that changes from image to image.\n'

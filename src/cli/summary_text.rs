@@ -2,6 +2,7 @@
 
 use super::exit::Disagreement;
 use super::summary::{CameraParameter, Named, Summary};
+use super::text::paragraph;
 use crate::adjust::agreement::{self, Agreement};
 use crate::camera::UNITS;
 use crate::evaluate::Statistics;
@@ -77,7 +78,7 @@ fn compared(a: &Agreement) -> [(&'static str, f64, f64, &'static str); 5] {
 fn agreement_line(a: &Agreement) -> String {
     let list = compared(a).map(|(what, difference, _, unit)| format!("{what} {} {unit}", significant(difference, 2)));
     let verdict = if a.agree { "The solvers agree" } else { "THE SOLVERS DISAGREE" };
-    format!("{verdict}; largest differences: {}\n", list.join(", "))
+    paragraph("", 0, &format!("{verdict}; largest differences: {}", list.join(", ")))
 }
 
 /// The failure of solvers that do not agree: every difference that is not below its limit.
