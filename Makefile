@@ -2,7 +2,7 @@
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
 
-.PHONY: help setup build demo test clean
+.PHONY: help setup build demo test test-hidden clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -25,6 +25,9 @@ test: setup ## everything CI runs: format, lints, documentation, Rust and C++ te
 	cmake -S cpp -B target/cpp-test -DCMAKE_BUILD_TYPE=Release
 	cmake --build target/cpp-test --target cpp_tests --parallel 2
 	ctest --test-dir target/cpp-test --output-on-failure
+
+test-hidden: setup ## judge every block with a hidden effect (make test: a part of them)
+	MISCLOSURE_HIDDEN=all cargo test --release --test hidden
 
 clean: ## remove everything that was built
 	cargo clean

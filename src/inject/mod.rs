@@ -12,6 +12,8 @@
 //! Nothing here knows the estimator's formulas: a ray is traced, a row's instant is solved for, a trajectory is followed. The
 //! one shared thing is the Fraser projection, which both take as the definition of the camera. Where a cause is a mere
 //! definition (`radial-high`, say), its summary says so.
+//!
+//! A [`recipe`] makes a whole block: scenario, causes, random errors.
 
 mod apply;
 mod causes;
@@ -19,6 +21,7 @@ mod injection;
 mod observe;
 mod parameters;
 mod random;
+pub mod recipe;
 mod trajectory;
 mod world;
 
