@@ -78,6 +78,8 @@ fn parameter(p: &Parameter) -> String {
         Role::Given(names) if !names.is_empty() => {
             format!("{}={}", p.name, names.iter().map(|(name, _)| *name).collect::<Vec<_>>().join("|"))
         }
+        // What is reported is the standard deviation.
+        Role::Random(deviation) => format!("{deviation} ({})", p.unit),
         _ => format!("{} ({})", p.name, p.unit),
     }
 }
