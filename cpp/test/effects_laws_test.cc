@@ -1,60 +1,61 @@
-// Every built-in effect keeps the laws.
-// Builds alone: c++ -std=c++17 -O1 -I cpp -I /usr/include/eigen3 THIS -lglog
-#include "effects/decentring-high.h"
-#include "effects/earth-curvature.h"
-#include "effects/flat-port.h"
-#include "effects/focal-flight.h"
-#include "effects/focal-image.h"
-#include "effects/focal-spline.h"
-#include "effects/focal-temperature.h"
-#include "effects/focal-time.h"
-#include "effects/forward-motion.h"
-#include "effects/gnss-delay.h"
-#include "effects/gnss-drift.h"
-#include "effects/gnss-lever-arm.h"
-#include "effects/gnss-shift.h"
-#include "effects/gravity-sag.h"
-#include "effects/image-fourier.h"
-#include "effects/image-grid.h"
-#include "effects/local-flaw.h"
-#include "effects/map-scale.h"
-#include "effects/pp-flight.h"
-#include "effects/pp-image.h"
-#include "effects/pp-time.h"
-#include "effects/radial-high.h"
-#include "effects/refraction.h"
-#include "effects/rolling-shutter.h"
-#include "effects/unflatness.h"
-#include "test/laws.h"
+// Every built-in effect keeps the laws, and the kit sees an effect that does not.
+#include <set>
+
+#include "effect_test.h"
+#include "solve.h"
+
+namespace misclosure {
+
+// Breaks the null law: moves the point where nothing should move it.
+struct Pusher {
+  static constexpr const char* id = "pusher";
+  static constexpr Stage stage = Stage::kImage;
+  static constexpr Kind kind = Kind::kEmpirical;
+  static constexpr const char *summary = "", *formula = "", *confused_with = "", *source = "";
+  static constexpr Parameter parameters[] = {Estimated("a", "px", Scope::kGlobal, 0.0, 1.0)};
+  static constexpr std::array<Need, 0> needs = {};
+  template <class T>
+  static bool Apply(const Context&, const T* in, const T* theta, T* out) {
+    out[0] = in[0] + 1e-9;
+    out[1] = in[1] + theta[0];
+    return true;
+  }
+};
+
+// A derivative that is wrong in one place by a thousandth.
+int WrongDerivative(void* self, const misclosure_context* context, const double* in, const double* theta, double* out, double* d_in,
+                    double* d_theta) {
+  const auto* right = static_cast<const misclosure_effect*>(self);
+  const int ok = right->eval(right->self, context, in, theta, out, d_in, d_theta);
+  if (d_theta != nullptr) d_theta[0] *= 1.001;
+  return ok;
+}
+
+}  // namespace misclosure
 
 using namespace misclosure;
 
 int main() {
-  test::CheckLaws<DecentringHigh>();
-  test::CheckLaws<EarthCurvature>();
-  test::CheckLaws<FlatPort>();
-  test::CheckLaws<FocalFlight>();
-  test::CheckLaws<FocalImage>();
-  test::CheckLaws<FocalSpline>();
-  test::CheckLaws<FocalTemperature>();
-  test::CheckLaws<FocalTime>();
-  test::CheckLaws<ForwardMotion>();
-  test::CheckLaws<GnssDelay>();
-  test::CheckLaws<GnssDrift>();
-  test::CheckLaws<GnssLeverArm>();
-  test::CheckLaws<GnssShift>();
-  test::CheckLaws<GravitySag>();
-  test::CheckLaws<ImageFourier>();
-  test::CheckLaws<ImageGrid>();
-  test::CheckLaws<LocalFlaw>();
-  test::CheckLaws<MapScale>();
-  test::CheckLaws<PpFlight>();
-  test::CheckLaws<PpImage>();
-  test::CheckLaws<PpTime>();
-  test::CheckLaws<RadialHigh>();
-  test::CheckLaws<Refraction>();
-  test::CheckLaws<RollingShutter>();
-  test::CheckLaws<Unflatness>();
-  std::printf("%s\n", test::failures == 0 ? "all effects keep the laws" : "FAILED");
-  return test::failures == 0 ? 0 : 1;
+  const misclosure_effect* flaw = nullptr;
+  std::set<std::string> ids;
+  for (std::size_t k = 0; const misclosure_effect* effect = misclosure_builtin(k); ++k) {
+    test::CheckLaws(*effect);
+    test::Expect(ids.insert(effect->id).second, std::string(effect->id) + ": the id stands for two effects");
+    if (std::string(effect->id) == "local-flaw") flaw = effect;
+  }
+  test::Expect(ids.size() >= 3, "the registry has the effects");
+  test::Expect(flaw != nullptr, "the registry has local-flaw");
+  const int own = test::failures;
+
+  test::CheckLaws(EffectOf<Pusher>());
+  const int after_pusher = test::failures;
+  misclosure_effect wrong = *flaw;
+  wrong.self = const_cast<misclosure_effect*>(flaw);
+  wrong.eval = &WrongDerivative;
+  test::CheckLaws(wrong);
+  const bool seen = after_pusher > own && test::failures > after_pusher;
+  std::printf("(the failures of `pusher` and of the altered `local-flaw` are meant)\n");
+  test::failures = own;
+  test::Expect(seen, "the kit sees effects that break the laws");
+  return test::Finish();
 }

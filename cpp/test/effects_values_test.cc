@@ -1,5 +1,4 @@
 // Effects against numbers worked by hand, and against another way to the same physics: a traced ray, a numerical integration.
-// Builds alone: c++ -std=c++17 -O1 -I cpp -I /usr/include/eigen3 THIS -lglog
 #include "effects/decentring-high.h"
 #include "effects/earth-curvature.h"
 #include "effects/flat-port.h"
@@ -22,7 +21,7 @@
 #include "effects/refraction.h"
 #include "effects/rolling-shutter.h"
 #include "effects/unflatness.h"
-#include "test/laws.h"
+#include "effect_test.h"
 
 using namespace misclosure;
 using namespace misclosure::test;
@@ -370,6 +369,5 @@ int main() {
   Rays();
   Port();
   Positions();
-  std::printf("%s\n", failures == 0 ? "all values as expected" : "FAILED");
-  return failures == 0 ? 0 : 1;
+  return Finish();
 }

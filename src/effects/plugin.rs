@@ -142,10 +142,19 @@ impl Effect for Plugin {
         let m = out.len();
         self.effect.eval(context, input, theta, out, None, None)?;
         if let Some(matrix) = d_input {
+            // Only what the effect adds to the identity is differentiated numerically, so that the null law holds exactly.
+            let (n, offset) = (input.len(), self.descriptor().stage.identity_offset());
+            let added = |x: &[f64], out: &mut [f64]| {
+                self.effect.eval(context, x, theta, out, None, None)?;
+                out.iter_mut().zip(&x[offset..]).for_each(|(out, x)| *out -= x);
+                Ok(())
+            };
             let sizes = self.input_sizes(context);
-            for k in 0..input.len() {
-                let f = |x: &[f64], out: &mut [f64]| self.effect.eval(context, x, theta, out, None, None);
-                differentiate(&f, input, k, STEP * sizes[k], m, matrix)?;
+            for k in 0..n {
+                differentiate(&added, input, k, STEP * sizes[k], m, matrix)?;
+            }
+            for i in 0..m {
+                matrix[i * n + offset + i] += 1.0;
             }
         }
         if let Some(matrix) = d_theta {
@@ -164,5 +173,100 @@ impl Effect for Plugin {
 
     fn c_abi(&self) -> Option<*const std::ffi::c_void> {
         Some(self.effect.raw().cast())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::process::Command;
+
+    /// Derivatives of the plug-in's values against those derived by hand, relative to the largest of the column.
+    const DERIVATIVE: f64 = 1e-7;
+
+    /// Compiles `source` in a folder of its own, as the first lines of `effect.h` say.
+    fn compile(folder: &Path, source: &str, language: &str, options: &[&str]) -> PathBuf {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let header = folder.join("effect-of-mine.h");
+        let library = folder.join("effect-of-mine.so");
+        std::fs::write(&header, source).unwrap();
+        let status = Command::new("c++")
+            .args(["-O1", "-fPIC", "-shared", "-fvisibility=hidden", "-I"])
+            .arg(root.join("cpp"))
+            .args(["-I", "/usr/include/eigen3", "-x", language])
+            .args(options)
+            .arg(&header)
+            .arg("-o")
+            .arg(&library)
+            .status()
+            .expect("a C++ compiler, which the build needs too");
+        assert!(status.success());
+        library
+    }
+
+    fn error(path: &Path) -> String {
+        load(path).err().expect("refused").to_string()
+    }
+
+    #[test]
+    fn the_unmodified_header_is_a_plug_in() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let source = std::fs::read_to_string(root.join("cpp/effects/gnss-lever-arm.h")).unwrap();
+        let plugin = load(&compile(folder.path(), &source, "c++", &["-std=c++17", "-DMISCLOSURE_PLUGIN"])).unwrap();
+        let own = find("gnss-lever-arm").unwrap();
+        assert!(plugin.c_abi().is_some());
+        assert_eq!(plugin.descriptor().parameters, own.descriptor().parameters);
+        let (block, image) = (BlockContext::default(), ImageContext::default());
+        let context = Context { block: &block, image: &image, column_px: f64::NAN, row_px: f64::NAN };
+        let input = [3.0, 0.2, -0.1, 500.0, 600.0, 70.0];
+        let theta = [0.1, -0.2, 0.3];
+        let run = |effect: &dyn Effect| {
+            let (mut out, mut d_input, mut d_theta) = ([0.0; 3], [0.0; 18], [0.0; 9]);
+            effect.eval(&context, &input, &theta, &mut out, Some(&mut d_input), Some(&mut d_theta)).unwrap();
+            [&out[..], &d_input, &d_theta].concat()
+        };
+        for (a, b) in run(&*plugin).iter().zip(run(own)) {
+            assert!((a - b).abs() <= DERIVATIVE * b.abs().max(1.0), "{a} instead of {b}");
+        }
+        let violations = [laws::null_law(&*plugin, 3), laws::purity(&*plugin, 3), laws::description(&*plugin)];
+        assert!(violations.iter().all(Result::is_ok), "{violations:?}");
+    }
+
+    #[test]
+    fn what_is_not_a_plug_in_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let missing = folder.path().join("missing.so");
+        assert!(error(&missing).contains("missing.so: cannot be loaded: "));
+        let text = folder.path().join("text.so");
+        std::fs::write(&text, "not a library").unwrap();
+        assert!(error(&text).contains("text.so: cannot be loaded: "));
+        let other = compile(folder.path(), "int something(void) { return 1; }", "c", &[]);
+        assert!(error(&other).contains("has no symbol `misclosure_plugin`"), "{}", error(&other));
+    }
+
+    /// A table by hand, in C, with `fields` at its front.
+    fn table(fields: &str) -> String {
+        format!(
+            "#include \"effect.h\"\nstatic misclosure_effect table = {{{fields}}};\n\
+             __attribute__((visibility(\"default\"))) const misclosure_effect* misclosure_plugin(void) {{ return &table; }}\n"
+        )
+    }
+
+    #[test]
+    fn another_version_another_size_and_empty_tables_are_refused() {
+        let sizes = "sizeof(misclosure_effect), sizeof(misclosure_parameter), sizeof(misclosure_name)";
+        let cases = [
+            ("2".to_string(), "made for version 2 of effect.h, this program has version 1: compile it again"),
+            ("1, 8".to_string(), "struct misclosure_effect has 8 bytes"),
+            (format!("1, {sizes}, 16"), "struct misclosure_context has 16 bytes"),
+            (format!("1, {sizes}, sizeof(misclosure_context), 0, 0, 1"), "has no valid parameters"),
+            (format!("1, {sizes}, sizeof(misclosure_context)"), "has no valid id"),
+        ];
+        for (fields, expected) in cases {
+            let folder = tempfile::tempdir().unwrap();
+            let message = error(&compile(folder.path(), &table(&fields), "c", &[]));
+            assert!(message.contains(expected), "{message}");
+        }
     }
 }
