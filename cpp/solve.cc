@@ -80,9 +80,10 @@ ceres::Solver::Options CeresOptions(const Adjustment& adjustment, const SolveOpt
   if (options.linear_solver == LinearSolver::kIterative) {
     ceres_options.linear_solver_type = ceres::ITERATIVE_SCHUR;
     ceres_options.preconditioner_type = ceres::SCHUR_JACOBI;
+    ceres_options.use_explicit_schur_complement = true;  // one product per step, not one per iteration
     ceres_options.max_linear_solver_iterations = 1000;
-    // Inexact steps far from the solution; the stopping rule and the certificate hold as for the direct solvers.
-    ceres_options.eta = 1e-6;
+    // Inexact steps; the stopping rule and the certificate hold as for the direct solvers.
+    ceres_options.eta = 1e-3;
   }
   ceres_options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
   ceres_options.linear_solver_ordering = adjustment.Ordering();
@@ -145,7 +146,12 @@ Solution Solve(const ProblemView& view, const SolveOptions& options, const Progr
       break;
     }
     if (!stopped || round == kMostRounds || watch.number() >= options.max_iterations) {
-      solution.reason = (stopped ? "a full step would still change chi-square by " + std::to_string(left) : summary.message);
+      if (summary.termination_type == ceres::FAILURE) {
+        solution.reason = summary.message;
+      } else {
+        solution.reason = std::string(stopped ? "" : "iteration limit reached; ") +
+                          "a full step would still change chi-square by " + std::to_string(left);
+      }
       break;
     }
     watch.NextRound();
