@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 /// Every solver of the program.
-pub const SOLVERS: [&dyn Solver; 1] = [&Native];
+pub const SOLVERS: [&dyn Solver; 2] = [&Native, &misclosure::adjust::ceres::Ceres];
 
 /// A preset with some of its parameters given.
 pub fn preset(name: &str, overrides: &[(&str, f64)], seed: u64) -> Simulation {
