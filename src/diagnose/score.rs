@@ -220,6 +220,9 @@ fn block_of(matrix: &DMatrix<f64>, columns: &[usize]) -> DMatrix<f64> {
 
 /// Drop that all these columns together would bring, and its degrees of freedom.
 fn joint_drop(profile: &Profile<'_>, columns: &[usize]) -> (f64, f64) {
+    if columns.is_empty() {
+        return (0.0, 0.0);
+    }
     let eigen = SymmetricEigen::new(block_of(&profile.information, columns));
     let score = DVector::from_fn(columns.len(), |i, _| profile.score[columns[i]]);
     let mut joint = (0.0, 0.0);

@@ -130,6 +130,7 @@ impl Problem {
             tie_dc_to_pp: model.tie_dc_to_pp,
             image_names: block.images.iter().map(|image| image.name.clone()).collect(),
             image_contexts: contexts,
+            image_ranks: ranks,
             block_context: block_context(block),
             pose_free: vec![[true; 6]; block.images.len()],
             point_sources: points.iter().map(|point| point.source).collect(),

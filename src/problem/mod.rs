@@ -156,6 +156,9 @@ pub struct Problem {
     pub image_names: Vec<String>,
     /// Constants per image; names its camera and flight.
     pub image_contexts: Vec<ImageContext>,
+    /// Rank of each image along the block as it was at the block's approximations: the measurements of a point are in this order,
+    /// wherever the images have moved since.
+    pub image_ranks: Vec<u32>,
     /// Constants of the block.
     pub block_context: BlockContext,
     /// Free parts of each pose (rotation 3, centre 3).

@@ -34,6 +34,7 @@ impl Problem {
             tie_dc_to_pp: self.tie_dc_to_pp,
             image_names: self.image_names.clone(),
             image_contexts: self.image_contexts.clone(),
+            image_ranks: self.image_ranks.clone(),
             block_context: self.block_context.clone(),
             pose_free: self.pose_free.clone(),
             gnss: self.gnss.clone(),

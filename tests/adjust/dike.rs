@@ -1,8 +1,10 @@
 //! The study's block without noise: the truth comes back, from wrong start values.
 
-use crate::common::{preset, solve_both, tie_rms_px};
+use crate::common::{SOLVERS, preset, solve_both, tie_rms_px};
+use misclosure::adjust::Options;
 use misclosure::model::{Datum, Model};
-use misclosure::scenario::{Perturbation, Simulation};
+use misclosure::scenario::{Perturbation, Simulation, add_noise};
+use std::ops::ControlFlow;
 
 /// What must hold of an error-free block: the measurements agree to 1e-9 px, so a millionth is the solver's.
 const CHECK_RMS_M: f64 = 1e-6;
@@ -43,4 +45,22 @@ fn without_noise_the_truth_comes_back_in_the_free_datum() {
 #[test]
 fn without_noise_the_truth_comes_back_with_control_and_gnss() {
     truth_comes_back(Datum::All);
+}
+
+/// The refits of a diagnosis start where the fit before ended, which puts images into another order along the block.
+#[test]
+fn a_problem_that_starts_where_another_ended_has_the_same_solution() {
+    let mut simulation = preset("dike", &[("points", 2000.0), ("check", 0.0)], 3);
+    add_noise(&mut simulation.block, 0.3, 3).expect("noise");
+    // As far off as the images of neighbouring strips are apart along the block.
+    let perturbation = Perturbation { position_m: 2.0, ..Perturbation::default() };
+    simulation.perturb_start(perturbation, 7).expect("a perturbation");
+    let run = solve_both(&simulation.block, &Model::default());
+    let mut problem = run.problem.clone();
+    problem.start = run.solution().state.clone();
+    for solver in SOLVERS {
+        let again = solver.solve(&problem, &Options::default(), &mut |_| ControlFlow::Continue(())).expect("converges");
+        assert!(again.iterations <= 2, "{}: {} iterations from the solution", solver.name(), again.iterations);
+        assert!((again.cost / run.solution().cost - 1.0).abs() < 1e-9, "{}: another minimum", solver.name());
+    }
 }

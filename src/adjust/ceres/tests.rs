@@ -85,6 +85,7 @@ fn problem_with(interior: [f64; 12]) -> (State, Problem) {
         tie_dc_to_pp: false,
         image_names: (0..IMAGES).map(|i| format!("img{i}")).collect(),
         image_contexts: contexts.collect(),
+        image_ranks: (0..IMAGES as u32).collect(),
         block_context: BlockContext { counts: [IMAGES as u32, 2, 1], ..BlockContext::default() },
         pose_free,
         point_sources: (0..POINTS).map(|j| PointSource::Tie(j.into())).collect(),

@@ -4,7 +4,6 @@
 use super::frame::Stages;
 use crate::effects::Scope;
 use crate::problem::Problem;
-use crate::problem::order::ranks_along_block;
 use std::ops::Range;
 
 /// Marks "not an unknown" in the index tables.
@@ -77,8 +76,7 @@ impl Structure {
         let layout = problem.layout();
         let stages = Stages::new(problem);
         let images = layout.images;
-        let centres: Vec<_> = problem.start.poses.iter().map(|pose| pose.centre).collect();
-        let rank = ranks_along_block(&centres);
+        let rank = problem.image_ranks.clone();
 
         // Border: free camera parameters, then free effect parameters. Image-wise values with a prior stand in their image's block;
         // without one they may be anything to each other and go to the border too.
