@@ -5,6 +5,8 @@
 mod adjust;
 mod check;
 mod console;
+mod diagnose;
+pub mod diagnosis_text;
 mod effects;
 mod exit;
 mod inject;
@@ -55,6 +57,8 @@ enum Command {
     Inject(inject::Arguments),
     Check(check::Arguments),
     Adjust(adjust::Arguments),
+    Diagnose(diagnose::DiagnoseArguments),
+    Improve(diagnose::ImproveArguments),
     Effects(effects::Arguments),
 }
 
@@ -112,6 +116,8 @@ impl Command {
             Command::Inject(arguments) => inject::run(&arguments),
             Command::Check(arguments) => check::run(&arguments),
             Command::Adjust(arguments) => adjust::run(&arguments, console, threads),
+            Command::Diagnose(arguments) => diagnose::run_diagnose(&arguments, console, threads),
+            Command::Improve(arguments) => diagnose::run_improve(&arguments, console, threads),
             Command::Effects(arguments) => effects::run(&arguments),
         }
     }

@@ -109,6 +109,14 @@ impl ModelOptions {
         Ok(self.apply(base, &find)?)
     }
 
+    /// The effects of `--plugin`, as candidates of a diagnosis.
+    ///
+    /// # Errors
+    /// A library that cannot be loaded, or an id that is taken.
+    pub fn plugin_effects(&self) -> anyhow::Result<Vec<EffectRef>> {
+        Ok(load_plugins(&self.plugin)?.into_iter().map(EffectRef::Plugin).collect())
+    }
+
     /// The solvers; results are taken from the first.
     pub fn solvers(&self) -> Vec<&'static dyn Solver> {
         match self.solver {

@@ -3,6 +3,7 @@
 use super::candidate::{Candidate, candidates};
 use super::scan::best_place;
 use super::score::{Base, ScreenError, Screening, screen};
+use super::variants;
 use super::weights;
 use crate::adjust::native::{Native, Predictor};
 use crate::adjust::{AdjustError, CovarianceOf, Options, Solution, Solver};
@@ -109,7 +110,7 @@ pub fn screen_all(
     let mut places = BTreeMap::new();
     for candidate in candidates(block, problem, model, plugins) {
         if !(candidate.testable() && candidate.scanned()) {
-            list.push(candidate);
+            list.extend(variants::of(problem, candidate));
             continue;
         }
         match best_place(&base, &candidate)? {
@@ -123,7 +124,9 @@ pub fn screen_all(
             }
         }
     }
-    Ok(screen(&base, list, &places)?)
+    let mut screening = screen(&base, list, &places)?;
+    variants::keep_best(&mut screening);
+    Ok(screening)
 }
 
 /// Why a diagnosis failed.

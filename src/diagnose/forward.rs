@@ -1,10 +1,10 @@
 //! Add and watch: the best candidate enters the model, and stays only when its refit drops as predicted, it is still needed beside the
 //! others, and it predicts measurements that the fit did not see. Check points only watch.
 
-use super::candidate::Candidate;
+use super::candidate::{Candidate, candidates};
 use super::fit::{DiagnoseError, Fit, fit, fit_with_weights, screen_all};
 use super::heldout::{HeldOut, held_out};
-use super::score::{Score, Screening};
+use super::score::{Base, Score, Screening, screen};
 use crate::adjust::Options;
 use crate::block::Block;
 use crate::effects::Role as ParameterRole;
@@ -12,10 +12,10 @@ use crate::math::statistics::chi_square_ln_sf;
 use crate::model::{EffectRef, Model};
 use crate::run;
 use nalgebra::{DMatrix, DVector};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Effects that one improvement adds at most: more than this is not a diagnosis any more.
-const MOST_EFFECTS: usize = 6;
+pub const MOST_EFFECTS: usize = 6;
 
 /// What an improvement needs besides block and model.
 pub struct Settings<'a> {
@@ -25,6 +25,8 @@ pub struct Settings<'a> {
     pub options: Options,
     /// Family-wise significance level.
     pub significance: f64,
+    /// Effects to add at most; 0 only tests.
+    pub most_effects: usize,
     /// Told what is being done.
     pub tell: &'a dyn Fn(&str),
 }
@@ -93,7 +95,7 @@ pub fn significant(screening: &Screening, significance: f64) -> Vec<&Score> {
 
 /// Runs the loop.
 pub fn improve(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<Improvement, DiagnoseError> {
-    let Settings { plugins, options, significance, tell } = settings;
+    let Settings { plugins, options, significance, most_effects, tell } = settings;
     tell("adjusting the base model and estimating the weights");
     let mut fitted = fit_with_weights(block, model, plugins, options, *significance)?;
     let base = fit(block, &fitted.model, options)?;
@@ -107,7 +109,7 @@ pub fn improve(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<
         tell(&format!("testing what may be missing (step {})", steps.len()));
         let screening = screen_all(block, &fitted, plugins, options.threads, *significance)?;
         let mut entered = false;
-        if added.len() < MOST_EFFECTS {
+        if added.len() < *most_effects {
             for score in significant(&screening, *significance) {
                 let id = score.candidate.id.clone();
                 if refused.contains(&id) {
@@ -138,9 +140,9 @@ pub fn improve(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<
         }
         // What was refused beside a smaller model may be needed beside this one.
         refused.clear();
-        if let Some(id) = not_needed(&fitted, &added, *significance) {
+        if let Some(id) = not_needed(block, &fitted, &added, settings)? {
             tell(&format!("{id} is not needed any more"));
-            let without = without_effect(&fitted.model, &id);
+            let without = without_effects(&fitted.model, std::slice::from_ref(&id));
             let after = fit(block, &without, options)?;
             let after_heldout = held_out(&after, options)?;
             let rise = 2.0 * (after.solution.cost - fitted.solution.cost);
@@ -169,7 +171,10 @@ fn try_candidate(
         reason: String::new(),
     };
     let model = with_candidate(&before.model, score);
-    let after = fit(block, &model, options).map_err(|error| error.to_string());
+    // A shape with a kink may have no smooth way to its best place; the scan's, held, is the second choice.
+    let after = fit(block, &model, options)
+        .or_else(|error| held_where_found(&model).map_or(Err(error), |model| fit(block, &model, options)))
+        .map_err(|error| error.to_string());
     let after = after.and_then(|after| {
         let heldout = held_out(&after, options).map_err(|error| error.to_string())?;
         Ok((after, heldout))
@@ -190,6 +195,20 @@ fn try_candidate(
             (confirmation, Some((after, after_heldout)))
         }
     }
+}
+
+/// The model with the searched parameters of its newest effect held where they stand; `None` where it has none.
+fn held_where_found(model: &Model) -> Option<Model> {
+    let mut model = model.clone();
+    let term = model.effects.last_mut()?;
+    let parameters = &term.effect.descriptor().parameters;
+    let searched: Vec<String> = parameters
+        .iter()
+        .filter(|p| matches!(p.role, ParameterRole::Searched(_)))
+        .map(|p| p.name.to_string())
+        .collect();
+    term.held.extend(searched.iter().cloned());
+    (!searched.is_empty()).then_some(model)
 }
 
 fn with_candidate(model: &Model, score: &Score) -> Model {
@@ -225,32 +244,75 @@ pub fn at_solution(fitted: &Fit) -> Model {
     model
 }
 
-fn without_effect(model: &Model, id: &str) -> Model {
+/// The model without some of its effects.
+pub fn without_effects(model: &Model, ids: &[String]) -> Model {
     let mut model = model.clone();
-    model.effects.retain(|term| term.effect.descriptor().id != id);
+    model.effects.retain(|term| !ids.iter().any(|id| term.effect.descriptor().id == *id));
     model
 }
 
-/// An added effect (not the newest) whose parameters together are zero within their covariance.
-fn not_needed(fitted: &Fit, added: &[String], significance: f64) -> Option<String> {
+/// Logarithm of the p-value that let an added effect in.
+pub fn entry_ln_p(improvement: &Improvement, id: &str) -> f64 {
+    let entered = |step: &&Step| step.added.as_deref() == Some(id);
+    improvement.steps.iter().rev().find(entered).map_or(0.0, |step| step.ln_p)
+}
+
+/// Notes that effects were taken out again, with the fit that is left.
+pub fn take_out(
+    block: &Block,
+    improvement: &mut Improvement,
+    fitted: Fit,
+    ids: &[String],
+    settings: &Settings<'_>,
+) -> Result<(), DiagnoseError> {
+    let heldout = held_out(&fitted, &settings.options)?;
+    let rise = 2.0 * (fitted.solution.cost - improvement.fitted.solution.cost);
+    let name = ids.iter().map(|id| format!("-{id}")).collect::<Vec<_>>().join(" ");
+    improvement.steps.push(step(block, &fitted, &heldout, Some(name), -rise, 0.0)?);
+    improvement.added.retain(|id| !ids.contains(id));
+    improvement.fitted = fitted;
+    Ok(())
+}
+
+/// An added effect (not the newest) that the others do not leave significant any more: by its parameters' covariance, or for a random effect by
+/// its score beside the others.
+fn not_needed(
+    block: &Block,
+    fitted: &Fit,
+    added: &[String],
+    settings: &Settings<'_>,
+) -> Result<Option<String>, DiagnoseError> {
     let older = &added[..added.len().saturating_sub(1)];
-    let level = (significance / older.len().max(1) as f64).ln();
-    older
-        .iter()
-        .map(|id| (id, wald_ln_p(fitted, id)))
-        .filter(|(_, ln_p)| *ln_p > level)
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(id, _)| id.clone())
+    let level = (settings.significance / older.len().max(1) as f64).ln();
+    let mut least: Option<(f64, &String)> = None;
+    for id in older {
+        let ln_p = match wald(fitted, id) {
+            Some((statistic, dof)) => chi_square_ln_sf(statistic, dof),
+            None => score_beside_others(block, fitted, id, settings)?,
+        };
+        if ln_p > level && least.is_none_or(|(other, _)| ln_p > other) {
+            least = Some((ln_p, id));
+        }
+    }
+    Ok(least.map(|(_, id)| id.clone()))
 }
 
-/// Logarithm of the p-value of an effect's estimated parameters being nominal (Wald). Minus infinity (needed) where there is no covariance: random effects,
-/// camera parameters.
-pub fn wald_ln_p(fitted: &Fit, id: &str) -> f64 {
-    wald(fitted, id).map_or(f64::NEG_INFINITY, |(statistic, dof)| chi_square_ln_sf(statistic, dof))
+/// Logarithm of the p-value of an effect's score test in the model without it; minus infinity (needed) where it cannot be tested.
+fn score_beside_others(block: &Block, fitted: &Fit, id: &str, settings: &Settings<'_>) -> Result<f64, DiagnoseError> {
+    let model = without_effects(&fitted.model, &[id.to_string()]);
+    let without = fit(block, &model, &settings.options)?;
+    let mut list = candidates(block, &without.problem, &without.model, settings.plugins);
+    list.retain(|candidate| candidate.id == id);
+    let Fit { model, problem, solution } = &without;
+    let state = &solution.state;
+    let base =
+        Base { block, model, problem, state, threads: settings.options.threads, significance: settings.significance };
+    let screening = screen(&base, list, &BTreeMap::new())?;
+    Ok(screening.scores.first().map_or(f64::NEG_INFINITY, |score| score.ln_p))
 }
 
-/// Wald statistic and degrees of freedom of an effect's linear parameters.
-pub fn wald(fitted: &Fit, id: &str) -> Option<(f64, f64)> {
+/// Wald statistic and degrees of freedom of an effect's linear parameters; `None` for random effects and camera parameters.
+fn wald(fitted: &Fit, id: &str) -> Option<(f64, f64)> {
     let covariance = fitted.solution.covariance.as_ref()?;
     let layout = fitted.problem.layout();
     let mut rows = Vec::new();

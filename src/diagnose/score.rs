@@ -5,11 +5,11 @@ use super::random;
 use crate::adjust::AdjustError;
 use crate::adjust::native::score::{Column, Profile, profile};
 use crate::block::Block;
-use crate::effects::Stage;
+use crate::effects::{Context, Stage};
 use crate::math::statistics::{chi_square_quantile, f_ln_sf};
 use crate::model::{EffectTerm, Model};
 use crate::problem::{Problem, ProblemError, State};
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use std::collections::BTreeMap;
 
 /// Directions of which the base model leaves less than this share (squared length) are rounding and nonlinearity of the base: dropped. Found
@@ -125,6 +125,10 @@ pub fn screen(
     candidates: Vec<Candidate>,
     scan_tests: &BTreeMap<String, f64>,
 ) -> Result<Screening, ScreenError> {
+    let mut candidates = candidates;
+    for candidate in candidates.iter_mut().filter(|candidate| candidate.testable() && !in_domain(base, candidate)) {
+        candidate.needs.push("every measured point inside the effect's domain".into());
+    }
     let (tested, untested): (Vec<_>, Vec<_>) = candidates.into_iter().partition(Candidate::testable);
     let (problem, state, owner) = augmented(base, &tested)?;
     let column_of = |unknown: usize| match owner.get(&unknown) {
@@ -164,6 +168,41 @@ pub fn screen(
     let correlation = scores.iter().map(|a| scores.iter().map(|b| seen_by(&profile, a, b)).collect()).collect();
     let moved = scores.iter().map(|score| profile.moved(&state, &score.columns, &score.values)).collect();
     Ok(Screening { scores, untested, correlation, moved, problem, explained_positions, explained_control })
+}
+
+/// Can a ray effect be computed for every measurement of the base? (Refraction has no meaning for a point above the camera.)
+fn in_domain(base: &Base<'_>, candidate: &Candidate) -> bool {
+    let Some(term) = candidate.term().filter(|term| term.effect.descriptor().stage == Stage::Ray) else { return true };
+    let theta: Vec<f64> = term
+        .effect
+        .descriptor()
+        .parameters
+        .iter()
+        .map(|p| term.values.get(p.name.as_ref()).copied().unwrap_or(p.nominal))
+        .collect();
+    let vectors: Vec<Vector3<f64>> = base
+        .state
+        .poses
+        .iter()
+        .map(|pose| crate::math::rotation::log(pose.rotation.to_rotation_matrix().matrix()))
+        .collect();
+    let problem = base.problem;
+    (0..problem.point_sources.len()).all(|j| {
+        problem.observations[problem.point_start[j]..problem.point_start[j + 1]].iter().all(|observation| {
+            let image = observation.image as usize;
+            let context = Context {
+                block: &problem.block_context,
+                image: &problem.image_contexts[image],
+                column_px: observation.x,
+                row_px: observation.y,
+            };
+            let mut input = [0.0; 9];
+            input[..3].copy_from_slice(vectors[image].as_slice());
+            input[3..6].copy_from_slice(base.state.poses[image].centre.as_slice());
+            input[6..].copy_from_slice(base.state.points[j].as_slice());
+            term.effect.eval(&context, &input, &theta, &mut [0.0; 3], None, None).is_ok()
+        })
+    })
 }
 
 /// What one test sees.

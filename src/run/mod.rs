@@ -14,7 +14,7 @@ use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Solution, Sol
 use crate::block::{Block, Role};
 use crate::evaluate::{Alignment, Comparison, Method, checks};
 use crate::model::{Datum, Model};
-use crate::problem::{Problem, ProblemError};
+use crate::problem::{Problem, ProblemError, State};
 use std::ops::ControlFlow;
 
 /// Why a run failed.
@@ -131,6 +131,11 @@ pub fn solve(
 
 /// Compares surveyed points with an adjusted block: after a similarity from the control points where the datum is free.
 pub fn compare(block: &Block, problem: &Problem, solution: &Solution) -> Result<Option<Comparison>, RunError> {
+    compare_state(block, problem, &solution.state)
+}
+
+/// [`compare`] at any state of a problem.
+pub fn compare_state(block: &Block, problem: &Problem, state: &State) -> Result<Option<Comparison>, RunError> {
     if block.surveyed.is_empty() {
         return Ok(None);
     }
@@ -138,7 +143,7 @@ pub fn compare(block: &Block, problem: &Problem, solution: &Solution) -> Result<
     if free && block.count(Role::Control) < SIMILARITY_POINTS {
         return Ok(None);
     }
-    let fitted = FittedModel { predictor: Predictor::new(problem, &solution.state)? };
+    let fitted = FittedModel { predictor: Predictor::new(problem, state)? };
     let alignment = if free { Alignment::FromControl } else { Alignment::None };
     Ok(Some(checks::compare(&fitted, block, alignment, Method::Image)?))
 }

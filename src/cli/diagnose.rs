@@ -1,0 +1,101 @@
+//! `misclosure diagnose` and `misclosure improve`: what is missing in the model, and the loop that adds it.
+
+use super::diagnosis_text::text;
+use super::model_options::ModelOptions;
+use super::summary_text::disagreement;
+use super::{Answer, Console, run_folder};
+use crate::adjust::Options;
+use crate::diagnose::forward::{MOST_EFFECTS, Settings};
+use crate::diagnose::run::{Diagnosed, diagnose};
+use crate::io::block::read_block;
+use crate::io::table::write_json;
+use crate::run::{self, residual_rows};
+use anyhow::Context;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+/// Probability with which an adequate block is told that something is missing.
+const SIGNIFICANCE: f64 = 0.001;
+
+/// Adjusts a block and says which physical effect is missing
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  misclosure diagnose block -o run                       everything free, control and GNSS as they are
+  misclosure diagnose block -o run --tie dc=pp           the ten-parameter camera
+  misclosure diagnose block -o run --datum control --json | jq .candidates[0]")]
+pub struct DiagnoseArguments {
+    #[command(flatten)]
+    common: Common,
+}
+
+/// Diagnoses, adds what is missing and adjusts again, until nothing significant is left
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  misclosure improve block -o run                        the whole loop; open run/report.html
+  misclosure improve block -o run --json | jq .ledger    the steps and their figures
+  misclosure adjust block -o again --model run/model.toml   the improved model once more")]
+pub struct ImproveArguments {
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Debug, clap::Args)]
+struct Common {
+    /// Folder of the block
+    block: PathBuf,
+    /// Folder of the run
+    #[arg(short, long, value_name = "RUN")]
+    output: PathBuf,
+    /// Probability with which an adequate block is told that something is missing
+    #[arg(long, default_value_t = SIGNIFICANCE, value_name = "P")]
+    significance: f64,
+    #[command(flatten)]
+    model: ModelOptions,
+}
+
+/// Runs `misclosure diagnose`.
+pub fn run_diagnose(arguments: &DiagnoseArguments, console: &Console, threads: usize) -> anyhow::Result<Answer> {
+    execute(&arguments.common, console, threads, 0)
+}
+
+/// Runs `misclosure improve`.
+pub fn run_improve(arguments: &ImproveArguments, console: &Console, threads: usize) -> anyhow::Result<Answer> {
+    execute(&arguments.common, console, threads, MOST_EFFECTS)
+}
+
+fn execute(arguments: &Common, console: &Console, threads: usize, most_effects: usize) -> anyhow::Result<Answer> {
+    if !(arguments.significance > 0.0 && arguments.significance < 0.5) {
+        let text = format!("--significance {}: expected a probability above 0 and below 0.5", arguments.significance);
+        return Err(super::Usage(text).into());
+    }
+    let loaded = read_block(&arguments.block)?;
+    if !loaded.set_aside.is_empty() {
+        console.message(&format!("{}: set aside: {}", arguments.block.display(), loaded.set_aside));
+    }
+    let block = &loaded.block;
+    let model = arguments.model.model(run::default_diagnosis_datum(block))?;
+    let options = Options { threads, ..Options::default() };
+    let progress = console.progress("diagnose");
+    let tell = |what: &str| progress.step(what);
+    let plugins = arguments.model.plugin_effects()?;
+    let settings = Settings {
+        plugins: &plugins,
+        options: options.clone(),
+        significance: arguments.significance,
+        most_effects,
+        tell: &tell,
+    };
+    let diagnosed = diagnose(block, &model, &settings)?;
+    tell("adjusting the result with both solvers");
+    let final_model = diagnosed.improvement.fitted.model.clone();
+    let solvers = arguments.model.solvers();
+    let run = run::adjust(&diagnosed.block, &final_model, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))?;
+    drop(progress);
+    let Diagnosed { block, diagnosis, .. } = &diagnosed;
+    let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
+    run_folder::write(&arguments.output, block, &final_model, &run, &rows)?;
+    write_json(&arguments.output.join("diagnosis.json"), diagnosis).context("cannot write the diagnosis")?;
+    let failure = run.agreement.as_ref().filter(|agreement| !agreement.agree).map(|a| disagreement(a).into());
+    let text = text(&diagnosed) + &format!("\nRun: {}\n", arguments.output.display());
+    Ok(Answer { text, json: serde_json::to_value(diagnosis)?, failure })
+}
