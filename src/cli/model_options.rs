@@ -7,7 +7,7 @@ use crate::adjust::native::Native;
 use crate::camera::{GROUPS, PARAMETERS, parameter_indices};
 use crate::effects::{self, Descriptor, Effect, Parameter, Role, plugin};
 use crate::io::model::read_model;
-use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, TieWeights};
+use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, PRIOR_KEY, TieWeights};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -193,9 +193,14 @@ fn effect_term(text: &str, find: &dyn Fn(&str) -> Option<EffectRef>) -> Result<E
         let (key, value) = setting
             .split_once('=')
             .ok_or_else(|| Usage(format!("--add {text}: `{setting}` is not of the form param=value")))?;
-        let parameter =
-            parameter(effect.descriptor(), key.trim()).map_err(|what| Usage(format!("--add {text}: {what}")))?;
-        let number = number(parameter, value.trim()).map_err(|what| Usage(format!("--add {text}: {what}")))?;
+        let number = if key.trim() == PRIOR_KEY {
+            let not_one = || Usage(format!("--add {text}: `{}` is not a number", value.trim()));
+            value.trim().parse().map_err(|_| not_one())?
+        } else {
+            let parameter =
+                parameter(effect.descriptor(), key.trim()).map_err(|what| Usage(format!("--add {text}: {what}")))?;
+            number(parameter, value.trim()).map_err(|what| Usage(format!("--add {text}: {what}")))?
+        };
         if values.insert(key.trim().to_string(), number).is_some() {
             return Err(Usage(format!("--add {text}: `{key}` stands there twice")));
         }

@@ -5,6 +5,7 @@ use super::candidate::{Candidate, candidates};
 use super::fit::{DiagnoseError, Fit, fit, fit_with_weights, screen_all};
 use super::heldout::{HeldOut, held_out};
 use super::score::{Base, Score, Screening, screen};
+use super::verdict::shapes_left;
 use crate::adjust::Options;
 use crate::block::Block;
 use crate::effects::Role as ParameterRole;
@@ -134,6 +135,16 @@ pub fn improve(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<
                 }
             }
         }
+        if !entered && added.len() < *most_effects && !shapes_left(&screening, *significance).is_empty() {
+            tell("something is left that no score explains: refitting the effects of the image one by one");
+            if let Some(rescued) = rescue(block, &fitted, &heldout, &screening, settings, &mut confirmations) {
+                let Rescued { id, drop, ln_p, after, heldout: after_heldout } = rescued;
+                steps.push(step(block, &after, &after_heldout, Some(id.clone()), drop, ln_p)?);
+                (fitted, heldout) = (after, after_heldout);
+                added.push(id);
+                entered = true;
+            }
+        }
         screenings.push(screening);
         if !entered {
             return Ok(Improvement { steps, confirmations, screenings, base, fitted, added });
@@ -152,6 +163,45 @@ pub fn improve(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<
             refused.insert(id);
         }
     }
+}
+
+/// An effect that only its refit shows.
+struct Rescued {
+    id: String,
+    drop: f64,
+    ln_p: f64,
+    after: Fit,
+    heldout: HeldOut,
+}
+
+/// Where a missing distortion term has driven the centre of distortion far away, the score at that place under-predicts it; its refit does not. Refits every
+/// effect of the image that was not significant, and keeps the best if its drop is significant among all candidates.
+fn rescue(
+    block: &Block,
+    before: &Fit,
+    heldout: &HeldOut,
+    screening: &Screening,
+    settings: &Settings<'_>,
+    confirmations: &mut Vec<Confirmation>,
+) -> Option<Rescued> {
+    let level = (settings.significance / screening.scores.len().max(1) as f64).ln();
+    let mut best: Option<Rescued> = None;
+    for score in screening.scores.iter().filter(|score| score.candidate.physical && !score.candidate.scanned()) {
+        let of_image =
+            score.candidate.term().is_some_and(|term| term.effect.descriptor().stage == crate::effects::Stage::Image);
+        if !of_image || confirmations.iter().any(|confirmation| confirmation.id == score.candidate.id) {
+            continue;
+        }
+        let (confirmation, after) = try_candidate(block, before, heldout, score, &settings.options);
+        let (drop, kept) = (confirmation.drop, confirmation.kept);
+        let ln_p = chi_square_ln_sf(drop.max(0.0), score.dof.max(1.0));
+        confirmations.push(confirmation);
+        let Some((after, heldout)) = after.filter(|_| kept && ln_p < level) else { continue };
+        if best.as_ref().is_none_or(|best| ln_p < best.ln_p) {
+            best = Some(Rescued { id: score.candidate.id.clone(), drop, ln_p, after, heldout });
+        }
+    }
+    best
 }
 
 fn try_candidate(

@@ -7,7 +7,7 @@ use crate::adjust::native::score::{Column, Profile, profile};
 use crate::block::Block;
 use crate::effects::{Context, Stage};
 use crate::math::statistics::{chi_square_quantile, f_ln_sf};
-use crate::model::{EffectTerm, Model};
+use crate::model::{EffectTerm, Model, PRIOR_KEY};
 use crate::problem::{Problem, ProblemError, State};
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use std::collections::BTreeMap;
@@ -18,6 +18,10 @@ const KEPT_SHARE: f64 = 1e-5;
 
 /// Squared correlation of two candidates' columns above which this block cannot tell them apart: correlation 0.9.
 pub const INSEPARABLE: f64 = 0.9;
+
+/// Standard deviation, in typical sizes, of the prior that holds directions of an effect that the base absorbs: no effect of this size is met,
+/// and what the measurements determine to a typical size moves by a thousandth.
+const WEAK_PRIOR: f64 = 30.0;
 
 /// Estimated size of a parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,6 +71,10 @@ impl Score {
     /// The term that a refit starts from: the candidate's, at the estimated values.
     pub fn start_term(&self) -> Option<EffectTerm> {
         let mut term = self.candidate.term()?.clone();
+        if self.dof < self.columns.len() as f64 && !self.candidate.random() {
+            // Directions that the block does not determine would leave the refit singular.
+            term.values.insert(PRIOR_KEY.to_string(), WEAK_PRIOR);
+        }
         for (name, estimate) in &self.estimates {
             term.values.entry(name.clone()).or_insert(estimate.value);
         }

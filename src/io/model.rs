@@ -34,7 +34,7 @@
 use super::error::{Error, advice, shown};
 use super::toml_table::{Source, Table, quoted};
 use crate::camera::{GROUPS, PARAMETERS, parameter_indices};
-use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, Prior, SigmaFactors, TieWeights};
+use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, PRIOR_KEY, Prior, SigmaFactors, TieWeights};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::ops::Range;
@@ -179,7 +179,8 @@ fn effect(
         None => BTreeMap::new(),
         Some((values, _)) => {
             let values = Table::of_names(source, "values", values);
-            values.keys().iter().try_for_each(|(key, span)| refuse_unknown(key, span))?;
+            let mut named = values.keys().into_iter().filter(|(key, _)| *key != PRIOR_KEY);
+            named.try_for_each(|(key, span)| refuse_unknown(key, &span))?;
             numbers(&values)?
         }
     };

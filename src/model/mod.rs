@@ -46,6 +46,10 @@ pub enum TieWeights {
     Pairs,
 }
 
+/// Key among an effect's values that gives every estimated parameter a weak observation of its nominal value: the factor by which the
+/// parameter's typical size is its standard deviation. For effects of many parameters, some of which a block may not determine.
+pub const PRIOR_KEY: &str = "prior";
+
 /// An effect in the model.
 #[derive(Clone)]
 pub struct EffectTerm {

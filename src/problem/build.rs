@@ -10,7 +10,7 @@ use crate::block::{Block, Measurement, PointId, Role};
 use crate::camera::{self, Camera, Interior, undistort::undistort};
 use crate::effects::{self, ImageContext, Need, Scope};
 use crate::math::intersect::intersect_rays;
-use crate::model::{Datum, EffectTerm, Model, TieWeights};
+use crate::model::{Datum, EffectTerm, Model, PRIOR_KEY, TieWeights};
 use nalgebra::Vector3;
 
 /// Why a block and a model do not make a problem.
@@ -213,6 +213,7 @@ impl Problem {
                 Scope::Image => block.images.iter().map(|image| Some(image.name.as_str())).collect(),
             };
             let given = matches!(parameter.role, effects::Role::Given(_));
+            let weak = term.values.get(PRIOR_KEY).filter(|_| parameter.role == effects::Role::Estimated);
             let held = term.held.iter().any(|name| *name == parameter.name);
             let prior_sigma = match &parameter.role {
                 effects::Role::Random(sigma) => {
@@ -226,7 +227,7 @@ impl Problem {
                     }
                     Some(value)
                 }
-                _ => None,
+                _ => weak.map(|factor| factor * parameter.typical.abs()),
             };
             for (instance, name) in names.iter().enumerate() {
                 let short = name.map_or_else(|| parameter.name.to_string(), |n| format!("{}[{n}]", parameter.name));
@@ -248,6 +249,11 @@ impl Problem {
                 known.push(short);
             }
             known.push(parameter.name.to_string());
+        }
+        known.push(PRIOR_KEY.to_string());
+        if let Some(factor) = term.values.get(PRIOR_KEY).filter(|factor| factor.is_nan() || **factor <= 0.0) {
+            let text = format!("effect `{}`: {PRIOR_KEY} is {factor}, expected above 0", descriptor.id);
+            return Err(ProblemError::Value(text));
         }
         let unknown = term.values.keys().chain(&term.held).find(|name| !known.contains(name));
         if let Some(name) = unknown {

@@ -7,7 +7,6 @@ use super::point::{PointRows, Prepared, inverse_of_damped};
 use super::structure::Structure;
 use super::system::System;
 use crate::adjust::{AdjustError, Iteration, Options, Progress};
-use crate::math::rotation;
 use crate::problem::{Problem, State};
 use nalgebra::{UnitQuaternion, Vector3};
 use rayon::ThreadPool;
@@ -205,10 +204,10 @@ pub fn move_images_and_border(
     for (image, pose) in state.poses.iter_mut().enumerate() {
         let base = structure.rank[image] as usize * structure.dim;
         let d = &images[base..base + structure.dim];
-        let turn = rotation::exp(&Vector3::new(d[0], d[1], d[2]));
-        let turned = nalgebra::Rotation3::from_matrix_unchecked(turn * pose.rotation.to_rotation_matrix().matrix());
         if d[..3].iter().any(|w| *w != 0.0) {
-            pose.rotation = UnitQuaternion::from_rotation_matrix(&turned);
+            // Normalised each time: an error of the quaternion's length would grow from step to step.
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::new(d[0], d[1], d[2]));
+            pose.rotation = UnitQuaternion::new_normalize((turn * pose.rotation).into_inner());
         }
         pose.centre += Vector3::new(d[3], d[4], d[5]);
         for column in &structure.own[image] {
