@@ -2,7 +2,7 @@
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
 
-.PHONY: help setup build demo test test-hidden clean
+.PHONY: help setup build demo test test-hidden bench clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -28,6 +28,9 @@ test: setup ## everything CI runs: format, lints, documentation, Rust and C++ te
 
 test-hidden: setup ## judge every block with a hidden effect (make test: a part of them)
 	MISCLOSURE_HIDDEN=all cargo test --release --test hidden
+
+bench: setup ## both solvers side by side: time and peak memory, on two blocks
+	cargo bench --bench solvers
 
 clean: ## remove everything that was built
 	cargo clean
