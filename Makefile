@@ -14,7 +14,7 @@ setup: ## install what is missing (Debian, Ubuntu) or list it (elsewhere)
 build: setup ## build the program: target/release/misclosure
 	cargo build --release
 
-demo: build ## the main job on a simulated block, in half a minute
+demo: build ## what is missing in a block of the repository, in half a minute
 	scripts/demo.sh
 
 test: setup ## everything CI runs: format, lints, documentation, Rust and C++ tests

@@ -46,6 +46,10 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
         ControlFlow::Continue(())
     })?;
     drop(progress);
+    let idle = run.problem.images_without_part();
+    if !idle.is_empty() {
+        console.message(&format!("{} images have too few measurements to take part: {}", idle.len(), idle.join(", ")));
+    }
     let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
     run_folder::write(&arguments.output, block, &model, &run, &rows)?;
     let summary = Summary::of(block, &run, &rows);

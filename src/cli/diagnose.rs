@@ -91,6 +91,10 @@ fn execute(arguments: &Common, console: &Console, threads: usize, most_effects: 
     let solvers = arguments.model.solvers();
     let run = run::adjust(&diagnosed.block, &final_model, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))?;
     drop(progress);
+    let idle = run.problem.images_without_part();
+    if !idle.is_empty() {
+        console.message(&format!("{} images have too few measurements to take part: {}", idle.len(), idle.join(", ")));
+    }
     let Diagnosed { block, diagnosis, .. } = &diagnosed;
     let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
     run_folder::write(&arguments.output, block, &final_model, &run, &rows)?;

@@ -149,8 +149,14 @@ pub fn improve(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<
         if !entered {
             return Ok(Improvement { steps, confirmations, screenings, base, fitted, added });
         }
-        // What was refused beside a smaller model may be needed beside this one.
+        // What was refused beside a smaller model may be needed beside this one; and what the effect left in the residuals no longer passes for
+        // noise, so the weights are estimated anew.
         refused.clear();
+        let weighted = fit_with_weights(block, &fitted.model, plugins, options, *significance)?;
+        if weighted.model.sigma_factors != fitted.model.sigma_factors {
+            fitted = Fit { model: at_solution(&weighted), ..weighted };
+            heldout = held_out(&fitted, options)?;
+        }
         if let Some(id) = not_needed(block, &fitted, &added, settings)? {
             tell(&format!("{id} is not needed any more"));
             let without = without_effects(&fitted.model, std::slice::from_ref(&id));

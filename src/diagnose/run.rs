@@ -46,11 +46,17 @@ pub fn diagnose(block: &Block, model: &Model, settings: &Settings<'_>) -> Result
     let mut improvement = improve(&clean, model, settings)?;
     if !improvement.added.is_empty() {
         // With the effects in the model, outliers that they hid stand out.
-        let found = search(block, &improvement.fitted.model, settings, Strictness::Tight)?;
-        if found.rejected.len() != outliers.rejected.len() {
-            outliers = found;
-            clean = outliers.without(block);
-            improvement = improve(&clean, model, settings)?;
+        match search(block, &improvement.fitted.model, settings, Strictness::Tight) {
+            Ok(found) if found.rejected.len() != outliers.rejected.len() => {
+                outliers = found;
+                clean = outliers.without(block);
+                improvement = improve(&clean, model, settings)?;
+            }
+            Ok(_) => {}
+            // With the outliers back in, the larger model may not converge at all.
+            Err(error) => {
+                (settings.tell)(&format!("the second search for outliers failed ({error}); the first stands"))
+            }
         }
     }
     (settings.tell)("describing what is left");

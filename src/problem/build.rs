@@ -106,7 +106,8 @@ impl Problem {
         let poses: Vec<_> = block.images.iter().map(|image| image.pose).collect();
         let ranks = ranks_along_block(&poses.iter().map(|pose| pose.centre).collect::<Vec<_>>());
 
-        let points = collect_points(block, model, uses_control, &ranks);
+        let mut points = collect_points(block, model, uses_control, &ranks);
+        set_aside_unoriented(block.images.len(), &mut points);
         if points.iter().all(|point| point.observations.len() < 2) {
             return Err(ProblemError::Empty);
         }
@@ -154,6 +155,15 @@ impl Problem {
             problem.add_effect(block, model.datum, term)?;
         }
         Ok(problem)
+    }
+
+    /// Names of the images that take no part: without measurements, or with too few to orient them. Their poses stay as they were given.
+    pub fn images_without_part(&self) -> Vec<&str> {
+        let mut measured = vec![false; self.image_names.len()];
+        for observation in &self.observations {
+            measured[observation.image as usize] = true;
+        }
+        self.image_names.iter().zip(measured).filter(|(_, measured)| !measured).map(|(name, _)| name.as_str()).collect()
     }
 
     /// Images without a measurement keep their approximate pose; a camera that none of the measured images used keeps its parameters.
@@ -401,6 +411,34 @@ fn collect_points(block: &Block, model: &Model, uses_control: bool, ranks: &[u32
     }
     points
 }
+
+/// Takes images out whose measurements cannot orient them: each gives two numbers less its share of the point's three, and a pose wants six. Their points may fall to one ray and go too, so it repeats. What is out is known by [`Problem::images_without_part`].
+fn set_aside_unoriented(images: usize, points: &mut Vec<PointRows>) {
+    loop {
+        let mut numbers = vec![0.0; images];
+        for point in points.iter() {
+            let known = matches!(point.source, PointSource::Control(_));
+            let share = if known { 2.0 } else { 2.0 - 3.0 / point.observations.len() as f64 };
+            for observation in &point.observations {
+                numbers[observation.image as usize] += share;
+            }
+        }
+        let unoriented = |image: usize| numbers[image] > 0.0 && numbers[image] < POSE_NUMBERS;
+        if !(0..numbers.len()).any(unoriented) {
+            return;
+        }
+        for point in points.iter_mut() {
+            point.observations.retain(|observation| !unoriented(observation.image as usize));
+        }
+        points.retain(|point| match point.source {
+            PointSource::Tie(_) => point.observations.len() > 1,
+            PointSource::Control(_) => !point.observations.is_empty(),
+        });
+    }
+}
+
+/// Unknowns of an exterior orientation.
+const POSE_NUMBERS: f64 = 6.0;
 
 fn by_point(measurements: &[Measurement], points: usize) -> Vec<Vec<&Measurement>> {
     let mut rows = vec![Vec::new(); points];
