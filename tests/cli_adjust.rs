@@ -179,3 +179,26 @@ fn failures_have_their_codes() {
         assert!(!Path::new(&run).exists(), "{options:?} left something behind");
     }
 }
+
+#[test]
+fn the_page_has_its_sections_and_is_the_same_from_the_folder() {
+    let scene = Scene::new();
+    let run = scene.adjust("run", &[]);
+    let page = || fs::read_to_string(run.join("report.html")).expect("a page");
+    let first = page();
+    let sections =
+        ["Adjustment", "Camera and effects", "Residuals over the sensor", "Residuals of images", "Flights and points"];
+    for section in sections.into_iter().chain(["Control and check points", "What agreement cannot prove"]) {
+        assert!(first.contains(section), "{section}");
+    }
+    let pictures = fs::read_dir(run.join("figures")).expect("pictures").count();
+    assert_eq!(pictures, 10, "sensor, images, histogram, flights, and three each of control and check points");
+    assert_eq!((first.matches("<svg").count(), first.matches("</svg>").count()), (pictures, pictures));
+    assert!(!first.contains("no data"));
+    fs::remove_file(run.join("report.html")).expect("removed");
+    assert_eq!(scene.run(&["report", run.to_str().expect("UTF-8")]).0, 0);
+    assert!(page() == first, "the page differs when it is made again from the folder");
+    fs::remove_file(run.join("residuals.csv")).expect("removed");
+    let (code, stderr) = scene.run(&["report", run.to_str().expect("UTF-8")]);
+    assert!(code != 0 && stderr.contains("residuals.csv"), "{stderr}");
+}

@@ -26,7 +26,7 @@ const TABLE: [(&str, May); 15] = [
     ("scenario", May::Only(&["math", "camera", "block"])),
     ("inject", May::Only(&["math", "camera", "block", "scenario"])),
     ("evaluate", May::Only(&["math", "camera", "block"])),
-    ("run", May::Only(&["math", "block", "effects", "model", "problem", "adjust", "evaluate"])),
+    ("run", May::Only(&["math", "camera", "block", "effects", "model", "problem", "adjust", "evaluate"])),
     ("diagnose", May::Only(&["math", "camera", "block", "effects", "model", "problem", "adjust", "evaluate", "run"])),
     ("report", May::AllBut(&["io", "scenario", "inject", "cli"])),
     ("cli", May::AllBut(&[])),

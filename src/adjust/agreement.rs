@@ -4,9 +4,9 @@
 //! What both share (reading, weights, numbering, datum) this cannot test; those parts have tests of their own.
 
 use super::{AdjustError, Covariance, Evaluation, Solution, Solver};
-use crate::math::rotation;
+use crate::math::{null_is_nan, rotation};
 use crate::problem::{Problem, State};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Two exact formulas in double precision at image coordinates of some 1e4 px differ by a few 1e-12 px; a wrong sign or term by far more.
 pub const RESIDUAL_PX: f64 = 1e-9;
@@ -24,19 +24,24 @@ pub const COVARIANCE_REL: f64 = 1e-4;
 const COMPARED_MEASUREMENTS: usize = 200_000;
 
 /// Largest differences, and whether each stays below its tolerance.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Agreement {
     /// All of them do.
     pub agree: bool,
     /// Of residuals at the same point, in px (positions: in m).
+    #[serde(deserialize_with = "null_is_nan")]
     pub residual_max_px: f64,
     /// Of entries of the Jacobian at the same point, by the column's largest.
+    #[serde(deserialize_with = "null_is_nan")]
     pub jacobian_max_rel: f64,
     /// Of the solutions' unknowns, in their own sigma.
+    #[serde(deserialize_with = "null_is_nan")]
     pub parameter_max_sigma: f64,
     /// Of the cost.
+    #[serde(deserialize_with = "null_is_nan")]
     pub cost_rel: f64,
     /// Of standard deviations of camera and effect parameters.
+    #[serde(deserialize_with = "null_is_nan")]
     pub covariance_max_rel: f64,
     /// The unknown behind `parameter_max_sigma`.
     pub worst_unknown: String,

@@ -3,12 +3,13 @@
 use super::diagnosis_text::text;
 use super::model_options::ModelOptions;
 use super::summary_text::disagreement;
-use super::{Answer, Console, run_folder};
+use super::{Answer, Console, run_folder, structure_files};
 use crate::adjust::Options;
 use crate::diagnose::forward::{MOST_EFFECTS, Settings};
 use crate::diagnose::run::{Diagnosed, diagnose};
 use crate::io::block::read_block;
 use crate::io::table::write_json;
+use crate::report::run::write_page;
 use crate::run::{self, residual_rows};
 use anyhow::Context;
 use std::ops::ControlFlow;
@@ -99,7 +100,9 @@ fn execute(arguments: &Common, console: &Console, threads: usize, most_effects: 
     let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
     run_folder::write(&arguments.output, block, &final_model, &run, &rows)?;
     write_json(&arguments.output.join("diagnosis.json"), diagnosis).context("cannot write the diagnosis")?;
+    structure_files::write(&arguments.output, &diagnosed)?;
+    write_page(&arguments.output)?;
     let failure = run.agreement.as_ref().filter(|agreement| !agreement.agree).map(|a| disagreement(a).into());
-    let text = text(&diagnosed) + &format!("\nRun: {}\n", arguments.output.display());
+    let text = text(diagnosis) + &format!("\nRun: {}\n", arguments.output.display());
     Ok(Answer { text, json: serde_json::to_value(diagnosis)?, failure })
 }

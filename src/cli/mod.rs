@@ -11,9 +11,10 @@ mod effects;
 mod exit;
 mod inject;
 pub mod model_options;
+mod report;
 pub mod run_folder;
 mod simulate;
-pub mod summary;
+mod structure_files;
 mod summary_text;
 mod text;
 
@@ -60,6 +61,7 @@ enum Command {
     Diagnose(diagnose::DiagnoseArguments),
     Improve(diagnose::ImproveArguments),
     Effects(effects::Arguments),
+    Report(report::Arguments),
 }
 
 /// What a command found.
@@ -119,6 +121,7 @@ impl Command {
             Command::Diagnose(arguments) => diagnose::run_diagnose(&arguments, console, threads),
             Command::Improve(arguments) => diagnose::run_improve(&arguments, console, threads),
             Command::Effects(arguments) => effects::run(&arguments),
+            Command::Report(arguments) => report::run(&arguments),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The folder that a run writes. Poses, points and their standard deviations are in the survey's system where a similarity took
 //! the block there, else in the adjustment's own.
 
-use super::summary::{Summary, sigma0, theta_sigma};
+use super::structure_files;
 use crate::adjust::Covariance;
 use crate::block::{Block, Image, Role};
 use crate::effects::Scope;
@@ -10,6 +10,7 @@ use crate::io::table::{TableWriter, write_json};
 use crate::io::{self, Error};
 use crate::model::Model;
 use crate::problem::PointSource;
+use crate::run::summary::{Summary, sigma0, theta_sigma};
 use crate::run::{ResidualKind, ResidualRow, Run};
 use std::path::Path;
 
@@ -30,6 +31,8 @@ pub fn write(dir: &Path, block: &Block, model: &Model, run: &Run, rows: &[Residu
     folder.write_points(&dir.join("points.csv"))?;
     folder.write_residuals(rows, &dir.join("residuals.csv"))?;
     folder.write_checks(&dir.join("checks.csv"))?;
+    structure_files::remove(dir)?;
+    structure_files::write_means(dir, block, rows)?;
     // Last: where it is, the run is complete.
     write_json(&dir.join("summary.json"), &Summary::of(block, run, rows))
 }

@@ -4,14 +4,15 @@ use super::forward::{Confirmation, Improvement, Step, inseparable_from, signific
 use super::score::{Score, Screening};
 use super::structure::Structure;
 use crate::block::{Block, PointId, Role};
+use crate::math::null_is_nan;
 use crate::problem::{Problem, State};
 use crate::run;
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What the diagnosis comes to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// Nothing significant is left.
@@ -26,13 +27,14 @@ pub enum Verdict {
 const FORMAT: u32 = 1;
 
 /// `diagnosis.json`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Diagnosis {
     /// Version.
     pub format: u32,
     /// Verdict.
     pub verdict: Verdict,
     /// Family-wise significance level.
+    #[serde(deserialize_with = "null_is_nan")]
     pub significance: f64,
     /// Every effect, by rank at the base model.
     pub candidates: Vec<CandidateEntry>,
@@ -51,22 +53,26 @@ pub struct Diagnosis {
 }
 
 /// A parameter's estimated size.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct EstimateEntry {
     /// In `unit`.
+    #[serde(deserialize_with = "null_is_nan")]
     pub value: f64,
     /// Standard deviation.
+    #[serde(deserialize_with = "null_is_nan")]
     pub sigma: f64,
     /// Unit.
     pub unit: String,
 }
 
 /// What a refit showed.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ConfirmedEntry {
     /// Drop of `v'Pv`.
+    #[serde(deserialize_with = "null_is_nan")]
     pub drop: f64,
     /// Before, px.
+    #[serde(deserialize_with = "null_is_nan")]
     pub heldout_rms_px_before: f64,
     /// After, px; null where the refit failed.
     pub heldout_rms_px_after: Option<f64>,
@@ -77,9 +83,10 @@ pub struct ConfirmedEntry {
 }
 
 /// The smallest size that this block shows with 80 % power.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct DetectableEntry {
     /// In `unit`.
+    #[serde(deserialize_with = "null_is_nan")]
     pub size: f64,
     /// Unit.
     pub unit: String,
@@ -88,25 +95,30 @@ pub struct DetectableEntry {
 }
 
 /// One candidate.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CandidateEntry {
     /// Id.
     pub effect: String,
     /// From 1; untested ones come last.
     pub rank: usize,
     /// Names a cause (`physical`) or a shape (`empirical`).
-    pub kind: &'static str,
+    pub kind: String,
     /// F, or for random effects the standardised sum of squared scores.
+    #[serde(deserialize_with = "null_is_nan")]
     pub statistic: f64,
     /// Degrees of freedom.
+    #[serde(deserialize_with = "null_is_nan")]
     pub dof: f64,
     /// Of this test alone, corrected for a scan.
+    #[serde(deserialize_with = "null_is_nan")]
     pub p_value: f64,
     /// Its natural logarithm, which does not underflow.
+    #[serde(deserialize_with = "null_is_nan")]
     pub ln_p_value: f64,
     /// Significant among all candidates.
     pub significant: bool,
     /// Drop of `v'Pv` that a refit would bring.
+    #[serde(deserialize_with = "null_is_nan")]
     pub predicted_drop: f64,
     /// Sizes by parameter.
     pub estimate: BTreeMap<String, EstimateEntry>,
@@ -115,6 +127,7 @@ pub struct CandidateEntry {
     /// Candidates that this block cannot tell from this one (correlation above 0.9).
     pub inseparable_from: Vec<String>,
     /// Factor on the variance of the score from measurements that err together.
+    #[serde(deserialize_with = "null_is_nan")]
     pub design_effect: f64,
     /// See [`DetectableEntry`]; null for candidates of several parameters.
     pub detectable: Option<DetectableEntry>,
@@ -127,15 +140,18 @@ pub struct CandidateEntry {
 }
 
 /// One test of residual structure.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct StructureEntry {
     /// Against what.
     pub against: String,
     /// Statistic.
+    #[serde(deserialize_with = "null_is_nan")]
     pub statistic: f64,
     /// Of this test alone.
+    #[serde(deserialize_with = "null_is_nan")]
     pub p_value: f64,
     /// Among all tests that decide.
+    #[serde(deserialize_with = "null_is_nan")]
     pub family_p_value: f64,
     /// False for tests at check points, which decide nothing.
     pub decides: bool,
@@ -144,23 +160,27 @@ pub struct StructureEntry {
 }
 
 /// One row of the ledger.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct LedgerRow {
     /// From 0, the base.
     pub step: usize,
     /// What was added (`-id`: taken out again); null for the base.
     pub added: Option<String>,
     /// `sqrt(v'Pv / redundancy)` under the estimated weights.
+    #[serde(deserialize_with = "null_is_nan")]
     pub sigma0: f64,
     /// Per coordinate, px.
+    #[serde(deserialize_with = "null_is_nan")]
     pub tie_rms_px: f64,
     /// Of predictions of left-out measurements, px.
     pub heldout_rms_px: Option<f64>,
     /// 3D, m; null without check points.
     pub check_rms_m: Option<f64>,
     /// Drop of `v'Pv` from the step before.
+    #[serde(deserialize_with = "null_is_nan")]
     pub statistic: f64,
     /// p-value that let the effect in.
+    #[serde(deserialize_with = "null_is_nan")]
     pub p_value: f64,
 }
 
@@ -273,7 +293,7 @@ fn candidates(
         .map(|(position, score)| CandidateEntry {
             effect: score.candidate.id.clone(),
             rank: position + 1,
-            kind: if score.candidate.physical { "physical" } else { "empirical" },
+            kind: kind(score.candidate.physical),
             statistic: score.statistic,
             dof: score.dof,
             p_value: score.p_value(),
@@ -298,7 +318,7 @@ fn candidates(
         entries.push(CandidateEntry {
             effect: candidate.id.clone(),
             rank: entries.len() + 1,
-            kind: if candidate.physical { "physical" } else { "empirical" },
+            kind: kind(candidate.physical),
             statistic: 0.0,
             dof: 0.0,
             p_value: 1.0,
@@ -316,6 +336,10 @@ fn candidates(
         });
     }
     entries
+}
+
+fn kind(physical: bool) -> String {
+    if physical { "physical" } else { "empirical" }.into()
 }
 
 fn confirmed_entry(confirmation: &Confirmation) -> ConfirmedEntry {

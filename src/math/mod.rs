@@ -4,3 +4,9 @@ pub mod finite_difference;
 pub mod intersect;
 pub mod rotation;
 pub mod statistics;
+
+/// Reads a number for which JSON, that has no NaN, may hold `null` (`#[serde(deserialize_with = "null_is_nan")]`).
+pub fn null_is_nan<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    let number: Option<f64> = serde::Deserialize::deserialize(deserializer)?;
+    Ok(number.unwrap_or(f64::NAN))
+}

@@ -1,6 +1,6 @@
 //! Pictures, tables and the page that a run leaves behind.
 //!
-//! This module computes no statistics: it draws what it is given. A figure is a plain struct of `f64` data and one
+//! This module computes no statistics: it draws what it is given. The page of a run ([`run`]) is made from the files of its folder alone. A figure is a plain struct of `f64` data and one
 //! function that turns it into an SVG text; a [`tables::Table`] prints to the terminal and to HTML; a [`html::Page`]
 //! collects headings, tables and figures and writes `report.html` (one file, no script, nothing loaded from elsewhere)
 //! and the same pictures under `figures/`.
@@ -23,13 +23,18 @@
 //! The charts are written directly as SVG: the charting crates at hand round to whole pixels, which turns short arrows
 //! by degrees, and cannot measure text without a font, which puts legends over data.
 
+pub mod diagnosis_tables;
 pub mod figures;
+pub mod folder;
 pub mod html;
 pub mod numbers;
+pub mod run;
+pub mod run_tables;
 pub mod style;
 pub mod tables;
 
 mod axes;
+mod diagnosis;
 mod frame;
 mod scale;
 mod sheet;

@@ -2,10 +2,13 @@
 //! system and compare it with control and check points.
 
 mod fitted;
+mod residual_means;
 mod residuals;
+pub mod summary;
 mod variance_components;
 
 pub use fitted::FittedModel;
+pub use residual_means::{CellMean, cell_means, rms_by};
 pub use residuals::{ResidualKind, ResidualRow, residual_rows, tie_rms_px};
 
 use crate::adjust::agreement::{self, Agreement};

@@ -6,9 +6,12 @@ use crate::block::Block;
 use crate::camera::PARAMETERS;
 use crate::effects::{Role, Scope};
 use crate::evaluate::{Similarity, Statistics};
+use crate::math::null_is_nan;
 use crate::problem::{EffectInstance, Problem, ThetaEntry};
 use crate::run::{ResidualKind, ResidualRow, Run};
+use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use serde::ser::{Serialize, Serializer};
+use std::marker::PhantomData;
 
 /// Version of the format.
 pub const FORMAT: u32 = 1;
@@ -18,7 +21,7 @@ pub const FORMAT: u32 = 1;
 pub struct Named<T>(pub Vec<(String, T)>);
 
 /// The whole file.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Summary {
     /// [`FORMAT`].
     pub format: u32,
@@ -53,24 +56,28 @@ pub struct Summary {
 }
 
 /// What one solver did.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SolverSummary {
     /// Did it meet its stopping rule?
     pub converged: bool,
     /// Half of `v'Pv` (of its robust form).
+    #[serde(deserialize_with = "null_is_nan")]
     pub cost: f64,
     /// Steps tried.
     pub iterations: usize,
     /// Wall-clock seconds, covariance excluded.
+    #[serde(deserialize_with = "null_is_nan")]
     pub seconds: f64,
     /// Largest gradient entry by scaled unknowns.
+    #[serde(deserialize_with = "null_is_nan")]
     pub gradient_max: f64,
 }
 
 /// A camera parameter.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct CameraParameter {
     /// In the unit of [`crate::camera::UNITS`].
+    #[serde(deserialize_with = "null_is_nan")]
     pub value: f64,
     /// A-posteriori standard deviation, zero when held; null when no covariance was computed.
     pub sigma: Option<f64>,
@@ -79,9 +86,10 @@ pub struct CameraParameter {
 }
 
 /// A parameter of an effect.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct EffectParameter {
     /// In `unit`.
+    #[serde(deserialize_with = "null_is_nan")]
     pub value: f64,
     /// A-posteriori standard deviation, zero when held or given; null when no covariance was computed.
     pub sigma: Option<f64>,
@@ -90,9 +98,10 @@ pub struct EffectParameter {
 }
 
 /// `survey = scale * rotation * adjusted + translation`.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SimilaritySummary {
     /// Scale.
+    #[serde(deserialize_with = "null_is_nan")]
     pub scale: f64,
     /// Unit quaternion `[qw, qx, qy, qz]`.
     pub rotation: [f64; 4],
@@ -126,7 +135,7 @@ impl Summary {
 }
 
 /// A-posteriori standard deviation of unit weight; `None` without redundancy.
-pub(super) fn sigma0(run: &Run) -> Option<f64> {
+pub fn sigma0(run: &Run) -> Option<f64> {
     Some(run.sigma0()).filter(|sigma0| sigma0.is_finite())
 }
 
@@ -208,7 +217,7 @@ fn effects(problem: &Problem, solution: &Solution, sigma0: Option<f64>) -> Named
 }
 
 /// A-posteriori standard deviation of a value of `theta`.
-pub(super) fn theta_sigma(problem: &Problem, solution: &Solution, sigma0: Option<f64>, t: usize) -> Option<f64> {
+pub fn theta_sigma(problem: &Problem, solution: &Solution, sigma0: Option<f64>, t: usize) -> Option<f64> {
     if !problem.theta[t].free {
         return Some(0.0);
     }
@@ -224,5 +233,25 @@ impl<T> FromIterator<(String, T)> for Named<T> {
 impl<T: Serialize> Serialize for Named<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct InOrder<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for InOrder<T> {
+            type Value = Named<T>;
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("an object")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Named<T>, A::Error> {
+                let mut items = Vec::new();
+                while let Some(item) = map.next_entry()? {
+                    items.push(item);
+                }
+                Ok(Named(items))
+            }
+        }
+        deserializer.deserialize_map(InOrder(PhantomData))
     }
 }

@@ -1,0 +1,22 @@
+//! `misclosure report RUN`: the page of a run, again.
+
+use super::Answer;
+use crate::report::run::write_page;
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Writes the page of a run again, from the files of its folder
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  misclosure report run          run/report.html and run/figures from the tables of the run")]
+pub struct Arguments {
+    /// Folder of the run
+    run: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
+    write_page(&arguments.run)?;
+    let page = arguments.run.join("report.html");
+    Ok(Answer { text: format!("Report: {}\n", page.display()), json: json!({ "report": page }), failure: None })
+}

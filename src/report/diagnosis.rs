@@ -1,0 +1,169 @@
+//! What a diagnosis adds to the page of a run.
+
+use super::diagnosis_tables::{candidates_table, ledger_table, structure_table, untested_table, verdict_sentence};
+use super::figures::{Axis, BinnedProfile, ImageBar, ImageBars, Ledger, LedgerStep, image_bars, ledger, profile};
+use super::folder::{ProfileRow, RunFolder};
+use super::html::{self, Page};
+use super::numbers::fixed;
+use super::run::sensor_figures;
+use crate::diagnose::verdict::{Diagnosis, Verdict};
+
+/// An effect whole, as it stands in the catalogue: what one writes oneself looks the same.
+const EXAMPLE: &str = include_str!("../../cpp/effects/focal-time.h");
+
+/// The verdict, and what is left in words.
+pub(super) fn verdict(page: &mut Page, diagnosis: &Diagnosis) {
+    let verdict = match diagnosis.verdict {
+        Verdict::Adequate => html::Verdict::Adequate,
+        Verdict::Missing => html::Verdict::Missing,
+        Verdict::Unexplained => html::Verdict::Unexplained,
+    };
+    page.verdict(verdict, &verdict_sentence(diagnosis));
+    if !diagnosis.left.is_empty() {
+        page.section("What is left").list(&diagnosis.left);
+        own_effect(page);
+    }
+    if diagnosis.outliers > 0 {
+        page.note(&format!("{} measurements were set aside as outliers.", diagnosis.outliers));
+    }
+    let factors = &diagnosis.sigma_factors;
+    page.paragraph(&format!(
+        "Tests are at the level {} over the whole catalogue. The stated standard deviations were multiplied by {} (image), \
+         {} (control) and {} (GNSS), as the residuals ask for; 1 means as stated.",
+        diagnosis.significance,
+        fixed(factors.image, 3),
+        fixed(factors.control, 3),
+        fixed(factors.gnss, 3)
+    ));
+}
+
+fn own_effect(page: &mut Page) {
+    page.details("How to write the effect yourself", |page| {
+        page.paragraph(
+            "An effect is one C++ header: what it is called, its parameters, and one formula from the values without it to the values \
+             with it. At the nominal parameters it must change nothing. Derivatives come from the formula. This one is whole:",
+        );
+        page.code(EXAMPLE);
+        page.paragraph("Compiled as a plug-in, it takes part in adjustment, diagnosis and report like those of the catalogue:");
+        page.code(
+            "c++ -std=c++17 -O2 -fPIC -shared -fvisibility=hidden -DMISCLOSURE_PLUGIN -I cpp -I /usr/include/eigen3 \\\n    \
+             -x c++ my-effect.h -o my-effect.so\n\
+             misclosure diagnose BLOCK -o RUN --plugin ./my-effect.so",
+        );
+        page.paragraph(
+            "A plug-in has one derivation: the two solvers are not independent there. The native solver differentiates its values \
+             numerically, so that a wrong derivative still shows.",
+        );
+    });
+}
+
+/// Every candidate.
+pub(super) fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
+    page.section("Candidates");
+    page.paragraph(
+        "Every effect of the catalogue was tested at the base model, before any was added. The predicted drop of v'Pv is what a refit \
+         with the effect would bring; the change of check points is what adding it would do to them. Check points decide nothing.",
+    );
+    page.table(&candidates_table(&diagnosis.candidates, usize::MAX));
+    if diagnosis.candidates.iter().any(|candidate| !candidate.tested) {
+        page.table(&untested_table(&diagnosis.candidates));
+    }
+}
+
+/// The ledger as table and curves.
+pub(super) fn ledger_section(page: &mut Page, diagnosis: &Diagnosis) {
+    page.section("Ledger");
+    page.table(&ledger_table(diagnosis));
+    let steps = diagnosis.ledger.iter().map(|row| LedgerStep {
+        name: match &row.added {
+            None => "base".into(),
+            Some(name) if name.starts_with('-') => name.clone(),
+            Some(name) => format!("+ {name}"),
+        },
+        heldout_px: row.heldout_rms_px.unwrap_or(f64::NAN),
+        check_mm: row.check_rms_m.map(|rms| 1e3 * rms),
+        sigma0: row.sigma0,
+    });
+    let steps: Vec<LedgerStep> = steps.collect();
+    if steps.len() > 1 {
+        let curves = Ledger { title: "What each step did".into(), steps };
+        page.figure("ledger", ledger(&curves), "Left-out measurements are predicted by the model, not fitted.");
+    }
+}
+
+/// Tests and pictures of residual structure.
+pub(super) fn structure(page: &mut Page, run: &RunFolder, diagnosis: &Diagnosis) {
+    page.section("Structure of the residuals");
+    page.table(&structure_table(diagnosis));
+    sensor_figures(page, run);
+    image_scales(page, run);
+    let mut shown: Vec<(&str, &str)> = Vec::new();
+    for row in run.profiles.iter().filter(|row| row.stage == "final") {
+        if shown.last() != Some(&(&row.against, &row.unit)) && !shown.contains(&(&row.against, &row.unit)) {
+            shown.push((&row.against, &row.unit));
+        }
+    }
+    if shown.is_empty() {
+        return;
+    }
+    page.details("Mean residuals against what was recorded", |page| {
+        for (against, unit) in shown {
+            profiles(page, run, against, unit);
+        }
+    });
+}
+
+fn image_scales(page: &mut Page, run: &RunFolder) {
+    let flights = run.flights();
+    let chart = |stage: &str, title: &str| {
+        let rows = run.scales.iter().filter(|row| row.stage == stage);
+        let bars: Vec<ImageBar> = rows
+            .filter_map(|row| {
+                let flight = flights.iter().position(|name| *name == row.flight)?;
+                let whisker = row.sigma_px.map(|sigma| 2.0 * sigma);
+                Some(ImageBar { value: row.scale_px?, whisker, flight, significant: false })
+            })
+            .collect();
+        let chart = ImageBars {
+            title: title.into(),
+            order: "image in the order of the block".into(),
+            y: Axis::new("at half the diagonal", "px"),
+            flights: flights.clone(),
+            bars,
+            whisker_means: "± 2 sigma".into(),
+            ..ImageBars::default()
+        };
+        (!chart.bars.is_empty()).then(|| image_bars(&chart))
+    };
+    if let Some(svg) = chart("base", "Scale residual of each image, before") {
+        page.figure("image-scale-base", svg, "By how much an image is too large or too small for its neighbours.");
+    }
+    if let Some(svg) = chart("final", "Scale residual of each image, at the final model") {
+        page.figure("image-scale-final", svg, "");
+    }
+}
+
+fn profiles(page: &mut Page, run: &RunFolder, against: &str, unit: &str) {
+    let mut bins: Vec<(String, Vec<[f64; 3]>)> = Vec::new();
+    let of_this = |row: &&ProfileRow| row.stage == "final" && row.against == against && row.unit == unit;
+    for row in run.profiles.iter().filter(of_this) {
+        let bin = [row.x, row.mean_px, 2.0 * row.sigma_px.unwrap_or(f64::NAN)];
+        match bins.iter_mut().find(|(name, _)| *name == row.component) {
+            Some((_, list)) => list.push(bin),
+            None => bins.push((row.component.clone(), vec![bin])),
+        }
+    }
+    let chart = BinnedProfile {
+        title: format!("Mean residual against {against}"),
+        x: Axis::new(against, unit),
+        y: Axis::new("mean residual", "px"),
+        cloud: Vec::new(),
+        bins,
+        bars: "± 2 sigma of the mean".into(),
+    };
+    let name = |text: &str| -> String {
+        text.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect()
+    };
+    let id = format!("profile-{}-{}", name(against), name(unit));
+    page.figure(&id, profile(&chart), "");
+}

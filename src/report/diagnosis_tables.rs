@@ -1,0 +1,130 @@
+//! The verdict as a sentence, and the tables of a diagnosis, alike in the terminal and on its page.
+
+use super::numbers::{fixed, mm, or_dash, p_value, significant};
+use super::tables::Table;
+use crate::diagnose::verdict::{CandidateEntry, Diagnosis, Verdict};
+
+/// The verdict as a sentence.
+pub fn verdict_sentence(diagnosis: &Diagnosis) -> String {
+    let names = |ids: &[String]| ids.iter().map(|id| with_partners(diagnosis, id)).collect::<Vec<_>>().join("; and ");
+    match diagnosis.verdict {
+        Verdict::Adequate => "adequate: nothing significant is left.".into(),
+        Verdict::Missing => format!("missing: {}.", names(&diagnosis.recommended)),
+        Verdict::Unexplained if diagnosis.recommended.is_empty() => {
+            let significant: Vec<&CandidateEntry> =
+                diagnosis.candidates.iter().filter(|c| c.significant && c.kind == "physical").collect();
+            match significant.first() {
+                Some(best) if diagnosis.candidates.iter().all(|c| c.confirmed.is_none()) => {
+                    format!("missing, not yet added: {}; run improve.", with_partners(diagnosis, &best.effect))
+                }
+                _ => "unexplained: something significant is left that no effect of the catalogue explains.".into(),
+            }
+        }
+        Verdict::Unexplained => {
+            format!("unexplained: {} was added, but something significant is left.", names(&diagnosis.recommended))
+        }
+    }
+}
+
+fn with_partners(diagnosis: &Diagnosis, id: &str) -> String {
+    let entry = diagnosis.candidates.iter().find(|c| c.effect == id);
+    match entry.map(|c| c.inseparable_from.as_slice()) {
+        Some(partners) if !partners.is_empty() => {
+            format!("{id} (or {}; this block cannot tell)", partners.join(", "))
+        }
+        _ => id.to_string(),
+    }
+}
+
+/// Candidates by rank.
+pub fn candidates_table(candidates: &[CandidateEntry], shown: usize) -> Table {
+    let mut table = Table::new("What may be missing, at the base model")
+        .text("effect", "")
+        .number("statistic", "")
+        .number("dof", "")
+        .number("p", "")
+        .number("predicted drop of v'Pv", "")
+        .number("check points change", "mm")
+        .text("estimate", "")
+        .text("cannot be told from", "");
+    for candidate in candidates.iter().filter(|candidate| candidate.tested).take(shown) {
+        let estimate = match candidate.estimate.len() {
+            0..4 => candidate
+                .estimate
+                .iter()
+                .map(|(name, e)| {
+                    format!("{name} = {} ± {} {}", significant(e.value, 3), significant(e.sigma, 2), e.unit)
+                })
+                .collect::<Vec<_>>()
+                .join(", "),
+            many => format!("{many} parameters"),
+        };
+        table.row([
+            candidate.effect.clone(),
+            fixed(candidate.statistic, 2),
+            fixed(candidate.dof, 0),
+            p_value(candidate.p_value),
+            fixed(candidate.predicted_drop, 1),
+            or_dash(candidate.predicted_check_change_m, mm),
+            estimate,
+            candidate.inseparable_from.join(", "),
+        ]);
+    }
+    table
+}
+
+/// The ledger.
+pub fn ledger_table(diagnosis: &Diagnosis) -> Table {
+    let mut table = Table::new("Ledger")
+        .number("step", "")
+        .text("added", "")
+        .number("sigma0", "")
+        .number("tie RMS", "px")
+        .number("held-out RMS", "px")
+        .number("check points RMS", "mm")
+        .number("drop of v'Pv", "")
+        .number("p", "");
+    for row in &diagnosis.ledger {
+        table.row([
+            row.step.to_string(),
+            row.added.clone().unwrap_or_else(|| "(base)".into()),
+            fixed(row.sigma0, 5),
+            fixed(row.tie_rms_px, 5),
+            or_dash(row.heldout_rms_px, |rms| fixed(rms, 5)),
+            or_dash(row.check_rms_m, mm),
+            fixed(row.statistic, 1),
+            p_value(row.p_value),
+        ]);
+    }
+    table
+}
+
+/// Tests of residual structure, at the final model.
+pub fn structure_table(diagnosis: &Diagnosis) -> Table {
+    let mut table = Table::new("Structure in the residuals of the final model")
+        .text("against", "")
+        .number("statistic", "")
+        .number("p", "")
+        .number("p among all", "")
+        .text("in words", "");
+    for test in &diagnosis.structure {
+        let watching = if test.decides { "" } else { " (decides nothing)" };
+        table.row([
+            test.against.clone() + watching,
+            fixed(test.statistic, 2),
+            p_value(test.p_value),
+            p_value(test.family_p_value),
+            test.description.clone(),
+        ]);
+    }
+    table
+}
+
+/// Candidates that this block cannot test, and what it lacks.
+pub fn untested_table(candidates: &[CandidateEntry]) -> Table {
+    let mut table = Table::new("Not tested: what the block lacks").text("effect", "").text("needs", "");
+    for candidate in candidates.iter().filter(|candidate| !candidate.tested) {
+        table.row([candidate.effect.clone(), candidate.needs.join(", ")]);
+    }
+    table
+}

@@ -1,0 +1,107 @@
+//! The tables of a run, alike in the terminal and on its page.
+
+use super::numbers::{fixed, mm, significant, with_sigma};
+use super::tables::Table;
+use crate::adjust::agreement::{self, Agreement};
+use crate::camera::UNITS;
+use crate::run::summary::{CameraParameter, Named, Summary};
+
+/// What each solver did.
+pub fn solvers_table(summary: &Summary) -> Table {
+    let mut table = (Table::new("").text("solver", "").text("converged", ""))
+        .number("iterations", "")
+        .number("time", "s")
+        .number("cost", "")
+        .number("gradient", "");
+    for (name, solver) in &summary.solvers.0 {
+        table.row([
+            name.clone(),
+            if solver.converged { "yes" } else { "no" }.into(),
+            solver.iterations.to_string(),
+            fixed(solver.seconds, 2),
+            significant(solver.cost, 9),
+            significant(solver.gradient_max, 2),
+        ]);
+    }
+    table
+}
+
+/// Difference and limit of everything that is compared.
+pub fn compared(a: &Agreement) -> [(&'static str, f64, f64, &'static str); 5] {
+    [
+        ("residuals", a.residual_max_px, agreement::RESIDUAL_PX, "px"),
+        ("Jacobian", a.jacobian_max_rel, agreement::JACOBIAN_REL, "relative"),
+        ("solutions", a.parameter_max_sigma, agreement::PARAMETER_SIGMA, "sigma"),
+        ("cost", a.cost_rel, agreement::COST_REL, "relative"),
+        ("standard deviations", a.covariance_max_rel, agreement::COVARIANCE_REL, "relative"),
+    ]
+}
+
+fn value(value: f64, sigma: Option<f64>) -> String {
+    match sigma {
+        Some(sigma) if sigma > 0.0 => with_sigma(value, sigma),
+        // As it was given.
+        _ => format!("{value:?}"),
+    }
+}
+
+/// Parameters of a camera.
+pub fn camera_table(camera: &str, parameters: &Named<CameraParameter>) -> Table {
+    let mut table =
+        Table::new("").text(&format!("camera {camera}"), "").number("value", "").text("unit", "").text("", "");
+    for ((name, parameter), unit) in parameters.0.iter().zip(UNITS) {
+        let state = match (parameter.free, parameter.sigma) {
+            (true, _) => "",
+            (false, Some(sigma)) if sigma > 0.0 => "tied",
+            (false, _) => "held",
+        };
+        table.row([name.clone(), value(parameter.value, parameter.sigma), unit.into(), state.into()]);
+    }
+    table
+}
+
+/// Parameters of the effects in the model.
+pub fn effects_table(summary: &Summary) -> Table {
+    let mut table = Table::new("").text("effect", "").text("parameter", "").number("value", "").text("unit", "");
+    for (effect, parameters) in &summary.effects.0 {
+        for (name, parameter) in &parameters.0 {
+            let shown = value(parameter.value, parameter.sigma);
+            table.row([effect.clone(), name.clone(), shown, parameter.unit.clone()]);
+        }
+    }
+    table
+}
+
+/// Below this (m) a table of residuals is one of rounding errors, and has significant digits in place of decimals.
+const ROUNDING_M: f64 = 1e-5;
+
+/// A residual (m) in a table whose residuals are of the size `rms` (m).
+fn millimetres(value: f64, rms: f64) -> String {
+    if rms < ROUNDING_M { mm(value) } else { fixed(1e3 * value, 2) }
+}
+
+/// Residuals at control and check points.
+pub fn residuals_table(summary: &Summary) -> Table {
+    let mut table = (Table::new("").text("points", "").number("n", "").text("", ""))
+        .number("x", "mm")
+        .number("y", "mm")
+        .number("z", "mm")
+        .number("horizontal", "mm")
+        .number("3D", "mm");
+    for (role, s) in [("control", &summary.control), ("check", &summary.check)] {
+        let Some(s) = s else { continue };
+        let rms = [s.rms_m.x, s.rms_m.y, s.rms_m.z, s.rms_m.xy, s.rms_m.xyz];
+        let mean = [s.mean_m.x, s.mean_m.y, s.mean_m.z, s.mean_m.xy, s.mean_m.xyz];
+        let std = s.std_m.map(|std| [std.x, std.y, std.z, std.xy, std.xyz]);
+        let mut row = |what: &str, values: [f64; 5]| {
+            let head = [role.to_string(), s.n.to_string(), what.to_string()];
+            table.row(head.into_iter().chain(values.map(|value| millimetres(value, s.rms_m.xyz))));
+        };
+        row("RMS", rms);
+        row("mean", mean);
+        if let Some(std) = std {
+            row("std", std);
+        }
+    }
+    table
+}
