@@ -6,3 +6,4 @@ mod common;
 mod building;
 mod covariance;
 mod dike;
+mod singular;
