@@ -112,3 +112,75 @@ fn seneca_with_ten_parameters() {
         reproduce("uav-seneca", &format!("dc = pp, {datum:?}"), &block, &model(datum, &["all"], true), &published);
     }
 }
+
+/// The numbers of the published report's camera, mm and an upward y axis.
+fn published_camera(name: &str) -> impl Fn(&str) -> f64 {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(name).join("reference.json");
+    let text = std::fs::read_to_string(file).expect("reference.json");
+    let reference: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    move |key| reference["published"][0]["camera"][key]["value"].as_f64().unwrap_or_else(|| panic!("no {key}"))
+}
+
+/// The report holds the camera in a backward model, which corrects the measured points. Corrected beforehand, they are those of a
+/// camera without distortion, and its residuals are the report's.
+#[test]
+fn prague_with_the_camera_held() {
+    let name = "dbat-prague-cam";
+    let Some(mut block) = real(name) else { return };
+    let report = published_camera(name);
+    let scale = report("image_h_px") / report("format_h_mm");
+    let (ppx, ppy) = (report("px_mm") * scale, report("py_mm") * scale);
+    let (k1, k2) = (report("K1") / scale.powi(2), report("K2") / scale.powi(4));
+    // An upward y axis turns the sign of P2.
+    let (p1, p2) = (report("P1") / scale, -report("P2") / scale);
+    for row in block.ties.iter_mut().chain(&mut block.marks) {
+        let (x, y) = (row.x - ppx, row.y - ppy);
+        let r2 = x * x + y * y;
+        let radial = k1 * r2 + k2 * r2 * r2;
+        row.x += x * radial + p1 * (r2 + 2.0 * x * x) + 2.0 * p2 * x * y;
+        row.y += y * radial + p2 * (r2 + 2.0 * y * y) + 2.0 * p1 * x * y;
+    }
+    let f = report("cc_mm") * scale;
+    block.cameras[0].interior = [f, ppx, ppy, ppx, ppy, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let published = Published { sigma0_px: Some((0.160984, 1e-6)), f_px: None, redundancy: Some(3734) };
+    reproduce(name, "camera held, measurements corrected", &block, &model(Datum::Control, &[], false), &published);
+}
+
+#[test]
+fn explore3() {
+    for name in ["dbat-camcal-exom", "uav-caliterra"] {
+        let Some(block) = real(name) else { return };
+        for (what, free, tied, ids) in [
+            ("b1", &["f", "pp", "radial", "decentring", "b1"][..], true, &[][..]),
+            ("all tied", &["all"], true, &[]),
+            ("all", &["all"], false, &[]),
+            ("b1 radial-high", &["f", "pp", "radial", "decentring", "b1"], true, &["radial-high"]),
+            (
+                "b1 radial-high dec",
+                &["f", "pp", "radial", "decentring", "b1"],
+                true,
+                &["radial-high", "decentring-high"],
+            ),
+        ] {
+            let mut m = model(if name == "uav-caliterra" { Datum::Free } else { Datum::Control }, free, tied);
+            m.effects = ids.iter().map(|id| common::effect(id)).collect();
+            for solver in common::SOLVERS {
+                let t = Instant::now();
+                match misclosure::run::adjust(&block, &m, &[solver], &Default::default(), &mut |_, _| {
+                    std::ops::ControlFlow::Continue(())
+                }) {
+                    Ok(run) => println!(
+                        "{name} {what} {} s0 {} {} {:?} {} its {:.2} s",
+                        solver.name(),
+                        run.sigma0() * block.sigma.tie_px,
+                        run.problem.redundancy().2,
+                        run.solution().state.interiors[0],
+                        run.solution().iterations,
+                        t.elapsed().as_secs_f64()
+                    ),
+                    Err(e) => println!("{name} {what} {} failed {e}", solver.name()),
+                };
+            }
+        }
+    }
+}

@@ -16,10 +16,12 @@ use std::time::Instant;
 
 /// Damping at the start: small, because the start values of a block are near and the diagonal is unscaled information.
 const START_DAMPING: f64 = 1e-7;
-/// Factor of the damping after a good step.
+/// Least factor of the damping after a step; one that keeps what was predicted of it earns it.
 const RELAX: f64 = 0.1;
 /// Factor of the damping after a bad step, doubled with every further one.
-const TIGHTEN: f64 = 10.0;
+const TIGHTEN: f64 = 2.0;
+/// Part of the predicted drop below which a step is a bad one.
+const LEAST_GAIN: f64 = 1e-3;
 /// Below this the damping changes nothing in double precision.
 const LEAST_DAMPING: f64 = 1e-15;
 /// Above this a step is a crawl along the gradient: nothing reduces the cost any more.
@@ -96,11 +98,13 @@ pub fn minimise(
             step.as_ref().map_or((f64::NEG_INFINITY, f64::INFINITY), |s| (chi_square - s.chi_square, s.predicted_drop));
         let small = options.chi_square_change.max(CHI_SQUARE_ROUNDING * chi_square);
         let still = predicted.abs() < small && drop.abs() < small && damping <= CONVERGED_DAMPING;
-        if drop > 0.0 {
+        let gain = drop / predicted;
+        if drop > 0.0 && (gain > LEAST_GAIN || still) {
             let step = step.ok_or_else(|| unreachable_step(iterations))?;
             state = step.state;
             frames = step.frames;
-            damping = (damping * RELAX).max(LEAST_DAMPING);
+            // Nielsen (1999): as the prediction was, so the damping changes; in a curved valley it settles instead of alternating.
+            damping = (damping * (1.0 - (2.0 * gain - 1.0).powi(3)).max(RELAX)).max(LEAST_DAMPING);
             tighten = TIGHTEN;
         } else if !still {
             damping *= tighten;
