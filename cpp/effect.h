@@ -55,7 +55,7 @@ typedef struct misclosure_context {
   double angular_velocity[3];                        // rad/s, camera axes
   double exposure_s, focus_m;
   double block_centre[3];                            // mean of the projection centres' start values, m
-  double survey_mean[3];                             // mean of the surveyed points, m
+  double survey_mean[3];                             // mean of the control points, m
 } misclosure_context;
 
 // A name for a value of a given parameter: `against=order` is 1.

@@ -235,7 +235,7 @@ pub struct Descriptor {
 pub struct BlockContext {
     /// Mean of the projection centres' start values, m.
     pub centre: Vector3<f64>,
-    /// Mean of the surveyed points (control and check), m.
+    /// Mean of the control points, m; check points take part in no estimation.
     pub survey_mean: Vector3<f64>,
     /// Number of images, flights, cameras.
     pub counts: [u32; 3],

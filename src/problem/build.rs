@@ -122,7 +122,6 @@ impl Problem {
 
         let control =
             if uses_control { control_observations(block, &points, model.sigma_factors.control) } else { Vec::new() };
-        let gnss = if uses_gnss { gnss_observations(block, model.sigma_factors.gnss) } else { Vec::new() };
         let mut problem = Problem {
             camera_names: block.cameras.iter().map(|camera| camera.id.clone()).collect(),
             camera_free,
@@ -139,7 +138,7 @@ impl Problem {
             point_start,
             observations,
             control,
-            gnss,
+            gnss: Vec::new(),
             effects: Vec::new(),
             theta: Vec::new(),
             camera_priors: camera_priors(block, model)?,
@@ -148,6 +147,9 @@ impl Problem {
             datum_defect: 0,
         };
         problem.hold_unmeasured_images();
+        if uses_gnss {
+            problem.gnss = gnss_observations(block, &problem.pose_free, model.sigma_factors.gnss);
+        }
         if !uses_control && !uses_gnss {
             problem.hold_datum();
         }
@@ -500,9 +502,10 @@ fn control_observations(block: &Block, points: &[PointRows], factor: f64) -> Vec
     points.iter().enumerate().filter_map(observed).collect()
 }
 
-fn gnss_observations(block: &Block, factor: f64) -> Vec<PositionObservation> {
+/// Antenna positions of the images that take part.
+fn gnss_observations(block: &Block, pose_free: &[[bool; 6]], factor: f64) -> Vec<PositionObservation> {
     let observed = |(i, image): (usize, &crate::block::Image)| {
-        let gnss = image.gnss?;
+        let gnss = image.gnss.filter(|_| pose_free[i] != [false; 6])?;
         let xy = factor * gnss.sigma_xy.unwrap_or(block.sigma.gnss_xy_m);
         let z = factor * gnss.sigma_z.unwrap_or(block.sigma.gnss_z_m);
         Some(PositionObservation { index: i as u32, position: gnss.position, sigma: Vector3::new(xy, xy, z) })

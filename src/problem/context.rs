@@ -1,6 +1,6 @@
 //! Observed constants of the block and of its images, as effects see them.
 
-use crate::block::{Block, Image};
+use crate::block::{Block, Image, Role};
 use crate::effects::{BlockContext, ImageContext};
 use nalgebra::Vector3;
 
@@ -21,7 +21,10 @@ pub fn block_context(block: &Block) -> BlockContext {
     history.sort_by(|a, b| a[0].total_cmp(&b[0]));
     BlockContext {
         centre: mean_point(block.images.iter().map(|image| &image.pose.centre)),
-        survey_mean: mean_point(block.surveyed.iter().map(|point| &point.position)),
+        // Of control points alone: a check point takes part in no estimation, not even as the centre of an effect.
+        survey_mean: mean_point(
+            block.surveyed.iter().filter(|point| point.role == Role::Control).map(|point| &point.position),
+        ),
         counts: [block.images.len() as u32, block.flights.len() as u32, block.cameras.len() as u32],
         mean_temperature_c: mean(block.images.iter().filter_map(|image| image.temperature_c)),
         temperature_history: history,

@@ -257,8 +257,7 @@ impl Problem {
 
     /// Number of observations, unknowns (those that the datum holds included) and redundancy.
     pub fn redundancy(&self) -> (usize, usize, i64) {
-        let held_by_datum = self.pose_free.iter().flatten().filter(|free| !**free).count();
-        let unknowns = self.free().iter().filter(|free| **free).count() + held_by_datum;
+        let unknowns = self.free().iter().filter(|free| **free).count() + self.datum_defect;
         let observations = self.residual_count();
         (observations, unknowns, observations as i64 - unknowns as i64 + self.datum_defect as i64)
     }

@@ -1,7 +1,9 @@
 //! One run: adjust a block under a model with the chosen solvers, hold them against each other, take the result into the survey's
 //! system and compare it with control and check points.
 
+mod distortion_centre;
 mod fitted;
+mod loose_poses;
 mod residual_means;
 mod residuals;
 pub mod summary;
@@ -121,7 +123,14 @@ pub fn solve(
     let mut solutions = Vec::with_capacity(solvers.len());
     for solver in solvers {
         let name = solver.name();
-        let solution = solver.solve(&problem, options, &mut |iteration| progress(name, iteration))?;
+        let solution = match solver.solve(&problem, options, &mut |iteration| progress(name, iteration)) {
+            Ok(solution) => solution,
+            Err(failure) => {
+                return Err(distortion_centre::explain(failure, &problem, *solver, options, progress).into());
+            }
+        };
+        loose_poses::check(&problem, name, &solution)?;
+        distortion_centre::check(&problem, name, &solution)?;
         solutions.push((name, solution));
     }
     let agreement = match (solvers, solutions.as_slice()) {

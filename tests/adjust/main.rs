@@ -3,5 +3,9 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod agreement;
+mod building;
 mod covariance;
 mod dike;
+mod singular;
+mod threads;
