@@ -10,7 +10,10 @@ use misclosure::problem::{Problem, ProblemError};
 use misclosure::scenario::{Perturbation, Simulation, SurveyNoise, add_noise, add_survey_noise};
 use nalgebra::{DMatrix, DVector, Matrix3};
 
-const PRESETS: [(&str, &[(&str, f64)], f64); 4] = [
+/// Preset, overridden parameters, noise in px.
+type Case = (&'static str, &'static [(&'static str, f64)], f64);
+
+const PRESETS: [Case; 4] = [
     ("dike", &[("points", 1500.0), ("check", 20.0)], 0.3),
     ("corridor", &[("length_m", 200.0), ("points", 1500.0), ("check", 20.0)], 0.3),
     ("mapping", &[("points", 1500.0)], 0.3),
