@@ -107,7 +107,7 @@ impl Problem {
         let ranks = ranks_along_block(&poses.iter().map(|pose| pose.centre).collect::<Vec<_>>());
 
         let mut points = collect_points(block, model, uses_control, &ranks);
-        set_aside_unoriented(block.images.len(), &mut points);
+        set_aside_unoriented(block, uses_gnss, &mut points);
         if points.iter().all(|point| point.observations.len() < 2) {
             return Err(ProblemError::Empty);
         }
@@ -414,18 +414,24 @@ fn collect_points(block: &Block, model: &Model, uses_control: bool, ranks: &[u32
     points
 }
 
-/// Takes images out whose measurements cannot orient them: each gives two numbers less its share of the point's three, and a pose wants six. Their points may fall to one ray and go too, so it repeats. What is out is known by [`Problem::images_without_part`].
-fn set_aside_unoriented(images: usize, points: &mut Vec<PointRows>) {
+/// Takes images out whose measurements cannot orient them: each gives two numbers less its share of the point's three, a GNSS position three more, and
+/// a pose wants six and three points. Their points may fall to one ray and go too, so it repeats. What is out is known by [`Problem::images_without_part`].
+fn set_aside_unoriented(block: &Block, uses_gnss: bool, points: &mut Vec<PointRows>) {
     loop {
-        let mut numbers = vec![0.0; images];
+        let mut numbers = vec![0.0; block.images.len()];
+        let mut seen = vec![0; block.images.len()];
         for point in points.iter() {
             let known = matches!(point.source, PointSource::Control(_));
             let share = if known { 2.0 } else { 2.0 - 3.0 / point.observations.len() as f64 };
             for observation in &point.observations {
                 numbers[observation.image as usize] += share;
+                seen[observation.image as usize] += 1;
             }
         }
-        let unoriented = |image: usize| numbers[image] > 0.0 && numbers[image] < POSE_NUMBERS;
+        let unoriented = |image: usize| {
+            let gnss = if uses_gnss && block.images[image].gnss.is_some() { 3.0 } else { 0.0 };
+            seen[image] > 0 && (seen[image] < POSE_POINTS || numbers[image] + gnss < POSE_NUMBERS)
+        };
         if !(0..numbers.len()).any(unoriented) {
             return;
         }
@@ -441,6 +447,8 @@ fn set_aside_unoriented(images: usize, points: &mut Vec<PointRows>) {
 
 /// Unknowns of an exterior orientation.
 const POSE_NUMBERS: f64 = 6.0;
+/// Points that fix a rotation whatever else is known.
+const POSE_POINTS: usize = 3;
 
 fn by_point(measurements: &[Measurement], points: usize) -> Vec<Vec<&Measurement>> {
     let mut rows = vec![Vec::new(); points];

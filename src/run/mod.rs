@@ -36,6 +36,9 @@ pub enum RunError {
     Similarity(#[from] crate::evaluate::similarity::SimilarityError),
 }
 
+/// Standard deviation (px) under which a mark says nothing.
+const NO_WEIGHT_PX: f64 = 1e9;
+
 /// Control points that a similarity needs.
 const SIMILARITY_POINTS: usize = 3;
 
@@ -155,6 +158,17 @@ pub fn compare_state(block: &Block, problem: &Problem, state: &State) -> Result<
     if free && block.count(Role::Control) < SIMILARITY_POINTS {
         return Ok(None);
     }
+    // Marks in images that take no part would be compared with poses that nothing adjusted.
+    let idle = problem.images_without_part();
+    let mut judged = std::borrow::Cow::Borrowed(block);
+    if !idle.is_empty() {
+        for mark in &mut judged.to_mut().marks {
+            if idle.contains(&problem.image_names[mark.image.index()].as_str()) {
+                mark.sigma = Some(NO_WEIGHT_PX);
+            }
+        }
+    }
+    let block = judged.as_ref();
     let fitted = FittedModel { predictor: Predictor::new(problem, state)? };
     let alignment = if free { Alignment::FromControl } else { Alignment::None };
     Ok(Some(checks::compare(&fitted, block, alignment, Method::Image)?))

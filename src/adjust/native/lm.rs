@@ -29,7 +29,7 @@ const MOST_DAMPING: f64 = 1e12;
 const CONVERGED_DAMPING: f64 = 1e-4;
 /// Chi-square itself is known to no better than this share of it: a sum of some 1e5 squares of differences of image coordinates. Large
 /// weights (tie points weighted by their multiplicity) make that more than the absolute change asked for.
-const CHI_SQUARE_ROUNDING: f64 = 1e-14;
+const CHI_SQUARE_ROUNDING: f64 = 1e-12;
 
 /// Where the iterations ended.
 pub struct Outcome {
