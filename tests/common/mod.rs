@@ -41,6 +41,9 @@ pub fn solve_both_with(block: &Block, model: &Model, options: &Options) -> Run {
 
 /// [`solve_both_with`], with what went wrong in words: an error of a solver, or the worst of each comparison.
 pub fn try_both(block: &Block, model: &Model, options: &Options) -> Result<Run, String> {
+    // Without any covariance the solutions could not be compared in units of their sigma.
+    let covariance = options.covariance.max(misclosure::adjust::CovarianceOf::Shared);
+    let options = &Options { covariance, ..options.clone() };
     let run = run::adjust(block, model, &SOLVERS, options, &mut |_, _| ControlFlow::Continue(()))
         .map_err(|error| error.to_string())?;
     disagreement(&run).map_or(Ok(run), Err)
