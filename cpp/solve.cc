@@ -19,8 +19,9 @@ constexpr double kLastRadius = 1e14;
 constexpr double kLargestRadius = 1e18;
 // Rounds without damping; one or two are met in practice.
 constexpr int kMostRounds = 10;
-// Chi-square itself is not known better than this share of it.
-constexpr double kCostRounding = 1e-14;
+// Chi-square itself is not known better than this share of it: differences of coordinates of some thousand pixels keep 1e-12 px, and
+// are squared and summed.
+constexpr double kCostRounding = 1e-12;
 // Reduced systems up to this size are dense: the sparse factorisation does not pay there.
 constexpr int kLargestDense = 600;
 // A Cholesky that fails in a weak direction shrinks the radius and tries again; each failure shrinks it more.
@@ -47,10 +48,11 @@ class Watch final : public ceres::IterationCallback {
       return ceres::SOLVER_ABORT;
     }
     if (summary.iteration == 0 || !summary.step_is_valid) return ceres::SOLVER_CONTINUE;
+    const double small = std::max(change_, 2.0 * summary.cost * kCostRounding);
     const double change = 2.0 * std::abs(summary.cost_change);
     const double predicted = summary.relative_decrease == 0.0 ? 0.0 : std::abs(change / summary.relative_decrease);
     // Also for a step that was refused: within rounding chi-square can rise.
-    if (change < change_ && predicted < change_) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    if (change < small && predicted < small) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
     return ceres::SOLVER_CONTINUE;
   }
 
