@@ -1,10 +1,11 @@
 // The measurement chain of one image: which effects act at which stage, and where their parameters come from.
 //
 //   (r, C) --exposure--> (r', C');  P --ray--> P';  v = R' (P' - C')
-//   interior --interior--> interior';  (x, y) = Fraser(interior', v) --image--> (x', y')
+//   (interior, r) --interior--> interior';  (x, y) = Fraser(interior', v) --image--> (x', y')
 //   antenna: (r, C) --position--> A;  surveyed: P --control--> S
 //
-// Each stage sees what the stages before it made: ray and interior get r'.
+// Ray effects get what the exposure stage made of the pose. Interior effects get the image's own r, not the row's r': an image has one
+// interior orientation.
 
 #ifndef MISCLOSURE_CHAIN_H_
 #define MISCLOSURE_CHAIN_H_

@@ -163,13 +163,16 @@ class ImageCost final : public ceres::CostFunction {
     };
 
     // Exposure: (r, C) and the quaternion again.
-    double in[15], interior[16] = {}, r[3], q[4], c[3], p[3];
+    double in[15], interior[16] = {}, image_r[3], r[3], q[4], c[3], p[3];
     std::copy_n(x[1], 4, q);
     std::copy_n(x[2], 3, c);
     std::copy_n(x[3], 3, p);
     RowMajor<3, 4> r_q;
     RowMajor<4, 3> q_r;
-    if (!exposure.empty() || !ray.empty() || !interior_effects.empty()) RotationVector(q, derive, r, &r_q);
+    if (!exposure.empty() || !ray.empty() || !interior_effects.empty()) {
+      RotationVector(q, derive, image_r, &r_q);
+      std::copy_n(image_r, 3, r);
+    }
     if (!exposure.empty()) {
       double out[6];
       for (const Link& link : exposure) {
@@ -190,7 +193,7 @@ class ImageCost final : public ceres::CostFunction {
     camera_.Unpack(x[0], interior);
     for (const Link& link : interior_effects) {
       std::copy_n(interior, 12, in);
-      std::copy_n(r, 3, in + 12);
+      std::copy_n(image_r, 3, in + 12);
       if (!run.Forward(link, in, interior)) return outside();
     }
 
@@ -225,6 +228,7 @@ class ImageCost final : public ceres::CostFunction {
     RowMajor<2, 2> by_xy = RowMajor<2, 2>::Identity();
     RowMajor<2, 12> by_interior = RowMajor<2, 12>::Zero();
     RowMajor<2, 3> by_r = RowMajor<2, 3>::Zero();
+    RowMajor<2, 3> by_image_r = RowMajor<2, 3>::Zero();
     for (auto link = image.rbegin(); link != image.rend(); ++link) {
       const ConstMap<2, 14> d_in(run.DIn(*link));
       run.Backward(*link, by_xy.data());
@@ -236,7 +240,7 @@ class ImageCost final : public ceres::CostFunction {
     for (auto link = interior_effects.rbegin(); link != interior_effects.rend(); ++link) {
       const ConstMap<12, 15> d_in(run.DIn(*link));
       run.Backward(*link, by_interior.data());
-      by_r += by_interior * d_in.rightCols<3>();
+      by_image_r += by_interior * d_in.rightCols<3>();
       by_interior = (by_interior * d_in.leftCols<12>()).eval();
     }
     RowMajor<2, 4> by_q = by_qp.leftCols<4>();
@@ -256,10 +260,10 @@ class ImageCost final : public ceres::CostFunction {
         run.Backward(*link, by_rc.data());
         by_rc = (by_rc * ConstMap<6, 6>(run.DIn(*link))).eval();
       }
-      by_q = by_rc.leftCols<3>() * r_q;
+      by_q = (by_rc.leftCols<3>() + by_image_r) * r_q;
       by_c = by_rc.rightCols<3>();
     } else if (!ray.empty() || !interior_effects.empty()) {
-      by_q += by_r * r_q;
+      by_q += (by_r + by_image_r) * r_q;
     }
 
     if (jacobians[0] != nullptr) {

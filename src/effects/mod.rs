@@ -8,9 +8,9 @@
 //! antenna: (r, C) --position--> A;    surveyed coordinates: P --control--> S
 //! ```
 //!
-//! Several effects of one stage act one after the other, in the order of the model; a stage sees what the stages before it made, so
-//! ray and interior effects get `r'`. Two laws hold for every effect: at the nominal
-//! parameters it is exactly the identity (*null law*), and it has no state and is thread-safe (*purity*).
+//! Several effects of one stage act one after the other, in the order of the model. Ray effects get the pose that the exposure stage made;
+//! interior effects get the image's own `r`, not the row's `r'`, so that an image has one interior orientation. Two laws hold for every
+//! effect: at the nominal parameters it is exactly the identity (*null law*), and it has no state and is thread-safe (*purity*).
 
 pub mod abi;
 mod common;

@@ -1,6 +1,7 @@
 //! Both solvers agree on every kind of block and model: presets, datums, fixed subsets, losses, effects, cameras.
 
 use crate::common::{SOLVERS, effect, errors_of_both, preset, solve_both, solve_both_with, try_both};
+use misclosure::adjust::agreement::{JACOBIAN_REL, RESIDUAL_PX, jacobian_difference, residual_difference};
 use misclosure::adjust::{AdjustError, Evaluation, Options, ReducedSystem};
 use misclosure::block::{Block, CameraId};
 use misclosure::camera::{GROUPS, parameter_indices};
@@ -161,6 +162,46 @@ fn with_every_effect_of_the_catalogue() {
     }
     assert!(failed.is_empty(), "{}", failed.join("\n"));
     assert!(solved + 3 >= catalogue().len(), "only {solved} effects were determined");
+}
+
+/// Effects of every stage at once, each away from its nominal values and with a row that turns the camera: both solvers hand the same
+/// pose and interior orientation from stage to stage.
+#[test]
+fn with_one_effect_of_every_stage_in_one_chain() {
+    let mut block = noisy("dike", &[("points", 1000.0), ("check", 20.0)], 0.3).block;
+    for image in &mut block.images {
+        image.angular_velocity = Some(nalgebra::Vector3::new(0.3, -0.2, 0.15));
+    }
+    let values = [
+        ("rolling-shutter", vec![("t", 0.03)]),
+        ("refraction", Vec::new()),
+        ("gravity-sag", vec![("sx_x", 3.0), ("sx_y", -2.0), ("sy_x", 1.0), ("sy_y", 4.0)]),
+        ("unflatness", Vec::new()),
+        ("gnss-lever-arm", vec![("lx", 0.1), ("lz", -0.2)]),
+        ("map-scale", Vec::new()),
+    ];
+    let stages: std::collections::BTreeSet<_> =
+        values.iter().map(|(id, _)| misclosure::effects::find(id).expect("an effect").descriptor().stage).collect();
+    assert_eq!(stages.len(), misclosure::effects::Stage::ALL.len(), "{stages:?}");
+    let effects = values.map(|(id, values)| {
+        let mut term = effect(id);
+        for parameter in &term.effect.clone().descriptor().parameters {
+            let away = if matches!(parameter.role, misclosure::effects::Role::Estimated) {
+                parameter.typical
+            } else {
+                continue;
+            };
+            term.values.insert(parameter.name.to_string(), away);
+        }
+        term.values.extend(values.into_iter().map(|(name, value)| (name.to_string(), value)));
+        term
+    });
+    let model = Model { datum: Datum::All, effects: effects.into(), ..Model::default() };
+    let problem = Problem::new(&block, &model).expect("a problem");
+    let [a, b] = SOLVERS.map(|solver| solver.evaluate(&problem, &problem.start).expect("an evaluation"));
+    let (residuals, jacobian) = (residual_difference(&problem, &a, &b), jacobian_difference(&problem, &a, &b).0);
+    assert!(residuals < RESIDUAL_PX, "residuals {residuals:e} px");
+    assert!(jacobian < JACOBIAN_REL, "Jacobian {jacobian:e}");
 }
 
 /// The contract from end to end: a cause is simulated by its own formula, its effect is estimated with everything else, and
