@@ -186,11 +186,6 @@ pub fn cpp_descriptors() -> Result<Vec<Descriptor>, AdjustError> {
     Ok(effects.iter().map(|effect| effect.descriptor().clone()).collect())
 }
 
-/// Descriptor of the C++ derivation of an effect; `None` where there is none.
-pub fn cpp_descriptor(id: &str) -> Option<Descriptor> {
-    cpp_descriptors().ok()?.into_iter().find(|descriptor| descriptor.id == id)
-}
-
 /// Output (m), derivatives by input (m x n) and by theta (m x p), row-major.
 pub type ValueAndDerivatives = (Vec<f64>, Vec<f64>, Vec<f64>);
 

@@ -863,12 +863,3 @@ fn too_many_unknowns_for_pose_covariances_are_refused() {
     let error = solve(&problem).unwrap_err();
     assert!(matches!(error, AdjustError::Unsupported { .. }), "{error}");
 }
-
-#[test]
-fn both_derivations_of_every_effect_describe_the_same() {
-    for own in cpp_descriptors().unwrap() {
-        let rust = effects::find(&own.id).expect("the registry has it").descriptor();
-        assert_eq!((own.stage, own.kind, &own.needs), (rust.stage, rust.kind, &rust.needs), "{}", own.id);
-        assert_eq!(own.parameters, rust.parameters, "{}", own.id);
-    }
-}
