@@ -13,14 +13,13 @@ use rayon::prelude::*;
 /// Gauss-Newton has converged at a step below this, in standard deviations of the point. Convergence is fast (the rays start
 /// it within a few sigma), so the step after would be smaller by orders of magnitude still.
 const CONVERGED_SIGMA: f64 = 1e-7;
-/// A step of this many roundings of the coordinates cannot be improved on, whatever the precision asks for.
+/// A step of this many roundings of the coordinates cannot be improved on, whatever the precision asks for; image coordinates are as
+/// inexact.
 const ROUNDINGS: f64 = 8.0;
 /// Iterations; three to five are needed.
 const MAX_ITERATIONS: usize = 50;
 /// Times that a step which does not lower the cost is halved.
 const MAX_HALVINGS: usize = 20;
-/// Rise of the cost (sum of squares) that is rounding: residuals are differences of image coordinates of thousands of px.
-const COST_ROUNDING: f64 = 1e-12;
 
 /// What is minimised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -189,6 +188,8 @@ struct Normal {
     matrix: Matrix3<f64>,
     right: Vector3<f64>,
     cost: f64,
+    /// What rounding may change of the cost: a residual is a difference of image coordinates of thousands of px.
+    cost_rounding: f64,
     residuals: Vec<Vector2<f64>>,
 }
 
@@ -199,6 +200,7 @@ impl Normal {
             matrix: Matrix3::zeros(),
             right: Vector3::zeros(),
             cost: 0.0,
+            cost_rounding: 0.0,
             residuals: Vec::with_capacity(observations.len()),
         };
         for o in observations {
@@ -208,6 +210,8 @@ impl Normal {
             normal.matrix += jacobian.transpose() * jacobian * weight;
             normal.right += jacobian.transpose() * residual * weight;
             normal.cost += residual.norm_squared() * weight;
+            let rounding = ROUNDINGS * f64::EPSILON * Vector2::from(o.xy).norm();
+            normal.cost_rounding += (2.0 * residual.norm() + rounding) * rounding * weight;
             normal.residuals.push(residual);
         }
         normal.cost.is_finite().then_some(normal)
@@ -226,7 +230,7 @@ fn minimise_in_images(
         let mut step = factor.solve(&normal.right);
         let size_in_sigma = step.dot(&normal.right).max(0.0).sqrt();
         let converged = size_in_sigma < CONVERGED_SIGMA || step.amax() <= ROUNDINGS * f64::EPSILON * position.amax();
-        let allowed = normal.cost * (1.0 + COST_ROUNDING) + COST_ROUNDING;
+        let allowed = normal.cost + normal.cost_rounding;
         let mut next = None;
         for _ in 0..=MAX_HALVINGS {
             next = Normal::at(model, observations, &(position + step)).filter(|trial| trial.cost <= allowed);
