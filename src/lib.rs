@@ -28,4 +28,6 @@ pub mod diagnose;
 
 pub mod report;
 
+pub mod study;
+
 pub mod cli;

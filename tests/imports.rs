@@ -14,7 +14,7 @@ enum May {
 }
 
 /// The import table of the design.
-const TABLE: [(&str, May); 15] = [
+const TABLE: [(&str, May); 16] = [
     ("math", May::Only(&[])),
     ("camera", May::Only(&["math"])),
     ("block", May::Only(&["math", "camera"])),
@@ -28,7 +28,8 @@ const TABLE: [(&str, May); 15] = [
     ("evaluate", May::Only(&["math", "camera", "block"])),
     ("run", May::Only(&["math", "camera", "block", "effects", "model", "problem", "adjust", "evaluate"])),
     ("diagnose", May::Only(&["math", "camera", "block", "effects", "model", "problem", "adjust", "evaluate", "run"])),
-    ("report", May::AllBut(&["io", "scenario", "inject", "cli"])),
+    ("report", May::AllBut(&["io", "scenario", "inject", "study", "cli"])),
+    ("study", May::AllBut(&["diagnose", "cli"])),
     ("cli", May::AllBut(&[])),
 ];
 

@@ -1,0 +1,58 @@
+//! The report: every published table and figure beside ours, then the answers to what was left open.
+
+mod answers;
+mod block;
+mod drift;
+mod findings;
+mod flaw;
+mod focal;
+mod homothety;
+mod solvers;
+mod tables;
+
+pub use findings::{Finding, findings};
+
+use super::results::Results;
+use crate::report::html::Page;
+use crate::report::tables::Table;
+use crate::scenario::Simulation;
+use anyhow::Result;
+
+/// Makes the page from the results and the block that they begin from.
+///
+/// # Errors
+/// A case of S0 to S4 that is missing or could not be adjusted.
+pub fn page(results: &Results, simulation: &Simulation) -> Result<Page> {
+    let mut page = Page::new("Calibration errors in a corridor block");
+    page.subtitle("Published figures beside ours; every number and picture is made from the runs of this program.");
+    page.paragraph(
+        "An error-free block is simulated, one known error is put into its image measurements or its start values, the block is \
+         adjusted with tie points alone, taken into the survey's system by a similarity from ten control points, and compared with \
+         5000 check points. The block has the published counts, heights and camera. Tilt, strip layout, terrain and the places of \
+         the points are not published: they are this program's own, so millimetres can differ where geometry decides, while laws \
+         cannot.",
+    );
+    page.section("What agrees");
+    page.table(&findings_table(&findings(results)?));
+    block::section(&mut page, results, simulation)?;
+    focal::section(&mut page, results)?;
+    homothety::section(&mut page, results)?;
+    drift::section(&mut page, results, simulation)?;
+    flaw::section(&mut page, results)?;
+    answers::sections(&mut page, results)?;
+    solvers::section(&mut page, results);
+    Ok(page)
+}
+
+fn findings_table(findings: &[Finding]) -> Table {
+    let mut table = (Table::new("Statements of the publication"))
+        .text("statement", "")
+        .text("published", "")
+        .text("ours", "")
+        .text("agrees", "");
+    for finding in findings {
+        let agrees = if finding.agrees { "yes" } else { "no" };
+        table.row([finding.statement.as_str(), &finding.published, &finding.ours, agrees]);
+    }
+    table
+}
