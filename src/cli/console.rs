@@ -20,6 +20,11 @@ impl Console {
         Self { quiet, terminal: std::io::stderr().is_terminal() }
     }
 
+    /// Is there a terminal that may show a live line?
+    pub fn is_live(&self) -> bool {
+        self.terminal && !self.quiet
+    }
+
     /// One message.
     pub fn message(&self, text: &str) {
         if !self.quiet {

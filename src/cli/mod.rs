@@ -12,6 +12,7 @@ mod exit;
 mod inject;
 pub mod model_options;
 mod report;
+mod reproduce;
 pub mod run_folder;
 mod simulate;
 mod structure_files;
@@ -62,6 +63,7 @@ enum Command {
     Improve(diagnose::ImproveArguments),
     Effects(effects::Arguments),
     Report(report::Arguments),
+    Reproduce(reproduce::Arguments),
 }
 
 /// What a command found.
@@ -122,6 +124,7 @@ impl Command {
             Command::Improve(arguments) => diagnose::run_improve(&arguments, console, threads),
             Command::Effects(arguments) => effects::run(&arguments),
             Command::Report(arguments) => report::run(&arguments),
+            Command::Reproduce(arguments) => reproduce::run(&arguments, console, threads),
         }
     }
 }

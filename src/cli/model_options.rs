@@ -61,6 +61,17 @@ pub enum SolverChoice {
     Native,
 }
 
+impl SolverChoice {
+    /// The solvers; results are taken from the first.
+    pub fn solvers(self) -> Vec<&'static dyn Solver> {
+        match self {
+            SolverChoice::Both => vec![&Native, &Ceres],
+            SolverChoice::Ceres => vec![&Ceres],
+            SolverChoice::Native => vec![&Native],
+        }
+    }
+}
+
 /// The one tie there is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Tie {
@@ -119,11 +130,7 @@ impl ModelOptions {
 
     /// The solvers; results are taken from the first.
     pub fn solvers(&self) -> Vec<&'static dyn Solver> {
-        match self.solver {
-            SolverChoice::Both => vec![&Native, &Ceres],
-            SolverChoice::Ceres => vec![&Ceres],
-            SolverChoice::Native => vec![&Native],
-        }
+        self.solver.solvers()
     }
 
     /// The model: `base` (of `--model`, or the default) as the options change it.
