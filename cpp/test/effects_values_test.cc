@@ -182,30 +182,44 @@ void Grid() {
       for (int j = 0; j < 6; ++j) names.push_back(std::string(component) + "_" + std::to_string(i) + "_" + std::to_string(j));
     }
   }
+  for (const char* given : {"centre_x", "centre_y", "cell"}) names.push_back(given);
   ExpectNames<ImageGrid>(names);
-  // Spacing 1000 px both ways. With the coefficients (i - 1) (j - 1) the field is x y / 1e6, also where the outer pieces go on.
-  Values theta(96, 0.0);
+  // Spacing 1000 px both ways. With the coefficients (i - 1) (j - 1) the field over the sensor is x y / 1e6.
+  Values theta(99, 0.0);
   for (int i = 0; i < 8; ++i) {
     for (int j = 0; j < 6; ++j) {
       theta[6 * i + j] = (i - 1) * (j - 1);
       theta[48 + 6 * i + j] = 2.0 - (j - 1);
     }
   }
-  for (const double x : {-900.0, 0.0, 1.0, 999.0, 1000.0, 2700.0, 4999.0, 5000.0, 5900.0}) {
-    for (const double y : {-900.0, 0.0, 1500.0, 2000.0, 3000.0, 3900.0}) {
+  for (const double x : {0.0, 1.0, 999.0, 1000.0, 2700.0, 4999.0, 5000.0}) {
+    for (const double y : {0.0, 1500.0, 2000.0, 3000.0}) {
       ExpectOut<ImageGrid>(c, Image(x, y), theta, {x + x * y / 1e6, y + 2.0 - y / 1000.0});
     }
   }
   // One coefficient: at a knot its neighbours have 4/6 and 1/6. gx_3_2 belongs to the knot x = 2000, y = 1000.
-  Values one(96, 0.0);
+  Values one(99, 0.0);
   one[6 * 3 + 2] = 36.0;
   ExpectOut<ImageGrid>(c, Image(2000, 1000), one, {2016, 1000});
   ExpectOut<ImageGrid>(c, Image(3000, 1000), one, {3004, 1000});
   ExpectOut<ImageGrid>(c, Image(3000, 2000), one, {3001, 2000});
   ExpectOut<ImageGrid>(c, Image(4000, 1000), one, {4000, 1000});
-  for (const Values& far : {Image(-1001, 0), Image(6001, 0), Image(0, -1001), Image(0, 4001)}) {
-    ExpectOutside<ImageGrid>(c, far, theta, "more than a spacing outside the sensor");
+  // Outside, the outermost coefficient's function ends after three spacings, one of them over the sensor.
+  Values corner(99, 0.0);
+  corner[0] = 36.0;
+  ExpectOut<ImageGrid>(c, Image(0, 0), corner, {1, 0});
+  ExpectOut<ImageGrid>(c, Image(-1000, -1000), corner, {-1000 + 16, -1000});
+  for (const double far : {-3000.0, -4000.0, 1000.0, 5000.0, 1e30}) {
+    ExpectOut<ImageGrid>(c, Image(far, -1000), corner, {far, -1000});
   }
+  // The same function on a part of the sensor: knots every 100 px, that of gx_3_2 at (950, 950).
+  one[96] = one[97] = 1000.0;
+  one[98] = 100.0;
+  ExpectOut<ImageGrid>(c, Image(950, 950), one, {966, 950});
+  ExpectOut<ImageGrid>(c, Image(1050, 1050), one, {1051, 1050});
+  ExpectOut<ImageGrid>(c, Image(1150, 1150), one, {1150, 1150});
+  one[98] = -1.0;
+  ExpectOutside<ImageGrid>(c, Image(950, 950), one, "a cell of negative size");
 }
 
 void Fourier() {

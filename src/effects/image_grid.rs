@@ -1,12 +1,16 @@
-//! `image-grid`: a smooth displacement of image points over the sensor, whatever its cause.
+//! `image-grid`: a smooth displacement of image points over the sensor or a part of it, whatever its cause.
 //!
 //! ```text
-//! x' = x + sum_ij gx_i_j B_i(x / w) B_j(y / h)        y' = y + sum_ij gy_i_j B_i(x / w) B_j(y / h)
+//! x' = x + sum_ij gx_i_j B(s - i) B(t - j)        y' = y + sum_ij gy_i_j B(s - i) B(t - j)
+//! s = 5 x / w, t = 3 y / h                                                   cell = 0: the sensor
+//! s = (x - centre_x) / cell + 2.5, t = (y - centre_y) / cell + 1.5           cell > 0: a part of it
 //! ```
 //!
-//! `B_i` (i = 0..7, along x) and `B_j` (j = 0..5, along y) are uniform cubic B-splines, knots not clamped (the file
-//! `spline.rs`): five by three equal cells over the sensor, about 1000 px each on 20 megapixels. Coefficients in
-//! pixels; order `gx_0_0, gx_0_1, ...`, then `gy`. Beyond the sensor the outer cells' cubics go on.
+//! `B` is the uniform cubic B-spline over `-3 .. 1` (the file `spline.rs`), i = 0..7 and j = 0..5. Coefficients in pixels; order
+//! `gx_0_0, gx_0_1, ...`, then `gy`. Over five by three cells all functions are there, so that any smooth field can be formed:
+//! these are the sensor, some 1000 px each on 20 megapixels, or cells of `cell` px around a centre. Beyond, the field fades to
+//! zero over three cells. `cell`, `centre_x` and `centre_y` are given, not estimated: a fault is found only by cells about as
+//! large as itself, and so fine a grid over the whole sensor would have thousands of coefficients.
 //!
 //! Empirical: it takes the shape away and names no cause. It contains what the camera already has (shifts, scale, much
 //! of the distortion); projecting that out and smoothing the rest is the estimator's business, by its score directions
@@ -14,10 +18,11 @@
 //!
 //! Source: B-splines after de Boor (1978); finite-element correction grids after Munjy (1986).
 //!
-//! Worked numbers, sensor 5000 x 3000: all gx = 2 and all gy = -1 move any point by (2, -1); gx_0_0 = 36 alone moves
-//! (0, 0) by (1, 0).
+//! Worked numbers, sensor 5000 x 3000: all gx = 2 and all gy = -1 move any point of the sensor by (2, -1); gx_0_0 = 36 alone
+//! moves (0, 0) by (1, 0). With cell 100 around (1000, 1000), gx_3_2 = 36 alone moves (950, 950) by (16, 0) and (1050, 1050)
+//! by (1, 0).
 
-use super::common::{estimated, hand_on, known};
+use super::common::{estimated, given, hand_on, known};
 use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity, spline};
 use std::sync::LazyLock;
 
@@ -25,6 +30,8 @@ use std::sync::LazyLock;
 const ACROSS: usize = 8;
 /// Coefficients along y, per component.
 const DOWN: usize = 6;
+/// Coefficients in all.
+const NODES: usize = ACROSS * DOWN;
 
 /// See the [module](self).
 pub struct ImageGrid;
@@ -33,12 +40,17 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "image-grid".into(),
     stage: Stage::Image,
     kind: Kind::Empirical,
-    summary: "A smooth displacement field over the sensor, without a named cause.".into(),
-    formula: "(x, y) += sum_ij (gx_i_j, gy_i_j) B_i(x/w) B_j(y/h), 8 x 6 uniform cubic B-splines".into(),
+    summary: "A smooth displacement field over the sensor or a part of it, without a named cause.".into(),
+    formula:
+        "(x, y) += sum_ij (gx_i_j, gy_i_j) B_i(5x/w) B_j(3y/h), 8 x 6 uniform cubic B-splines; cell > 0: cells of that \
+              size around the centre"
+            .into(),
     parameters: ["gx", "gy"]
         .into_iter()
         .flat_map(|component| (0..ACROSS).flat_map(move |i| (0..DOWN).map(move |j| format!("{component}_{i}_{j}"))))
         .map(|name| estimated(name, "px", Scope::Global, 0.2))
+        .chain(["centre_x", "centre_y"].map(|name| given(name, "px", 0.0, &[])))
+        .chain([given("cell", "px", 0.0, &[("sensor", 0.0)])])
         .collect(),
     needs: vec![],
     confused_with:
@@ -62,19 +74,27 @@ impl Effect for ImageGrid {
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        let (width, height) = (known(context.image.width_px)?, known(context.image.height_px)?);
-        let (first_i, across, across_slope) = spline::weights(input[0] / width, ACROSS);
-        let (first_j, down, down_slope) = spline::weights(input[1] / height, DOWN);
+        let size = [known(context.image.width_px)?, known(context.image.height_px)?];
+        let along = Place::of(input[0], size[0], theta[2 * NODES], theta[2 * NODES + 2], ACROSS)?;
+        let down = Place::of(input[1], size[1], theta[2 * NODES + 1], theta[2 * NODES + 2], DOWN)?;
         hand_on(Stage::Image, input, out);
+        let columns = theta.len();
         let mut slopes = [[0.0; 2]; 2];
-        for a in 0..4 {
-            for b in 0..4 {
-                let node = (first_i + a) * DOWN + first_j + b;
+        let mut matrix = d_theta;
+        if let Some(matrix) = matrix.as_deref_mut() {
+            matrix.fill(0.0);
+        }
+        for (i, a) in along.functions() {
+            for (j, b) in down.functions() {
+                let weight = along.weights[a] * down.weights[b];
                 for axis in 0..2 {
-                    let value = theta[axis * ACROSS * DOWN + node];
-                    out[axis] += value * across[a] * down[b];
-                    slopes[axis][0] += value * across_slope[a] * down[b] / width;
-                    slopes[axis][1] += value * across[a] * down_slope[b] / height;
+                    let node = axis * NODES + i * DOWN + j;
+                    out[axis] += theta[node] * weight;
+                    slopes[axis][0] += theta[node] * along.slopes[a] * down.weights[b];
+                    slopes[axis][1] += theta[node] * along.weights[a] * down.slopes[b];
+                    if let Some(matrix) = matrix.as_deref_mut() {
+                        matrix[axis * columns + node] = weight;
+                    }
                 }
             }
         }
@@ -85,19 +105,38 @@ impl Effect for ImageGrid {
                 matrix[axis * 14 + 1] += slopes[axis][1];
             }
         }
-        if let Some(matrix) = d_theta {
-            matrix.fill(0.0);
-            let nodes = ACROSS * DOWN;
-            for a in 0..4 {
-                for b in 0..4 {
-                    let node = (first_i + a) * DOWN + first_j + b;
-                    for axis in 0..2 {
-                        matrix[axis * 2 * nodes + axis * nodes + node] = across[a] * down[b];
-                    }
-                }
-            }
-        }
         Ok(())
+    }
+}
+
+/// Where a coordinate stands among the functions of one direction.
+struct Place {
+    /// The first of the four functions that it sees, which need not be among the coefficients.
+    first: i64,
+    /// Coefficients there are.
+    count: usize,
+    weights: [f64; 4],
+    /// Derivatives of the weights by the coordinate.
+    slopes: [f64; 4],
+}
+
+impl Place {
+    fn of(coordinate: f64, size: f64, centre: f64, cell: f64, count: usize) -> Result<Self, OutsideDomain> {
+        let cells = (count - 3) as f64;
+        let (s, slope) = match cell {
+            0.0 => (coordinate / size * cells, cells / size),
+            cell if cell > 0.0 => ((coordinate - centre) / cell + 0.5 * cells, 1.0 / cell),
+            _ => return Err(OutsideDomain),
+        };
+        let floor = known(s)?.floor();
+        let (weights, slopes) = spline::piece(s - floor);
+        Ok(Self { first: floor as i64, count, weights, slopes: slopes.map(|by_s| by_s * slope) })
+    }
+
+    /// Coefficients that it sees, and which of the four weights is theirs.
+    fn functions(&self) -> impl Iterator<Item = (usize, usize)> {
+        let coefficient = |k: usize| usize::try_from(self.first + k as i64).ok().filter(|i| *i < self.count);
+        (0..4).filter_map(move |k| coefficient(k).map(|i| (i, k)))
     }
 }
 
@@ -110,23 +149,35 @@ mod tests {
     #[test]
     fn worked_numbers() {
         let image = ImageContext { width_px: 5000.0, height_px: 3000.0, ..Default::default() };
-        let mut theta = [2.0; 96];
-        theta[48..].fill(-1.0);
+        let mut theta = [2.0; 99];
+        theta[48..96].fill(-1.0);
+        theta[96..].fill(0.0);
         for (x, y) in [(0.0, 0.0), (1234.0, 2999.0), (5000.0, 3000.0), (2500.0, 777.0)] {
             let mut input = [0.0; 14];
             (input[0], input[1]) = (x, y);
             let moved = laws::value(&ImageGrid, &image, &input, &theta);
             assert_relative_eq!(moved[..], [x + 2.0, y - 1.0], epsilon = 1e-11);
         }
-        let mut theta = [0.0; 96];
+        let mut theta = [0.0; 99];
         theta[0] = 36.0;
         assert_eq!(DESCRIPTOR.parameters[0].name, "gx_0_0");
         assert_relative_eq!(laws::value(&ImageGrid, &image, &[0.0; 14], &theta)[..], [1.0, 0.0], epsilon = 1e-14);
+        let mut theta = [0.0; 99];
+        (theta[3 * DOWN + 2], theta[96], theta[97], theta[98]) = (36.0, 1000.0, 1000.0, 100.0);
+        assert_eq!(DESCRIPTOR.parameters[3 * DOWN + 2].name, "gx_3_2");
+        for (place, moved) in [(950.0, 16.0), (1050.0, 1.0), (1150.0, 0.0), (5000.0, 0.0), (0.0, 0.0)] {
+            let mut input = [0.0; 14];
+            (input[0], input[1]) = (place, place);
+            let [x, y] = laws::value(&ImageGrid, &image, &input, &theta)[..2].try_into().unwrap();
+            assert_relative_eq!(x, place + moved, epsilon = 1e-11);
+            assert_relative_eq!(y, place, epsilon = 1e-11);
+        }
     }
 
     #[test]
     fn order_of_the_names() {
         let names: Vec<_> = DESCRIPTOR.parameters.iter().map(|parameter| parameter.name.as_ref()).collect();
-        assert_eq!((names.len(), names[1], names[6], names[48]), (96, "gx_0_1", "gx_1_0", "gy_0_0"));
+        assert_eq!((names.len(), names[1], names[6], names[48]), (99, "gx_0_1", "gx_1_0", "gy_0_0"));
+        assert_eq!(names[96..], ["centre_x", "centre_y", "cell"]);
     }
 }

@@ -17,7 +17,12 @@
 pub(super) fn weights(s: f64, coefficients: usize) -> (usize, [f64; 4], [f64; 4]) {
     let intervals = (coefficients - 3) as f64;
     let first = (s * intervals).floor().clamp(0.0, intervals - 1.0);
-    let t = s * intervals - first;
+    let (weights, slopes) = piece(s * intervals - first);
+    (first as usize, weights, slopes.map(|slope| slope * intervals))
+}
+
+/// The four weights over an interval, `t` from 0 to 1, and their derivatives by `t`.
+pub(super) fn piece(t: f64) -> ([f64; 4], [f64; 4]) {
     let u = 1.0 - t;
     let weights = [
         u * u * u / 6.0,
@@ -25,8 +30,7 @@ pub(super) fn weights(s: f64, coefficients: usize) -> (usize, [f64; 4], [f64; 4]
         (((3.0 - 3.0 * t) * t + 3.0) * t + 1.0) / 6.0,
         t * t * t / 6.0,
     ];
-    let slopes = [-0.5 * u * u, (1.5 * t - 2.0) * t, (1.0 - 1.5 * t) * t + 0.5, 0.5 * t * t];
-    (first as usize, weights, slopes.map(|slope| slope * intervals))
+    (weights, [-0.5 * u * u, (1.5 * t - 2.0) * t, (1.0 - 1.5 * t) * t + 0.5, 0.5 * t * t])
 }
 
 #[cfg(test)]
