@@ -5,8 +5,7 @@ use super::model_options::SolverChoice;
 use super::{Answer, Console};
 use crate::io::table::write_json;
 use crate::report::numbers::fixed;
-use crate::report::tables::Table;
-use crate::study::page::{Finding, findings, page};
+use crate::study::page::{Finding, Question, findings, findings_table, page, questions};
 use crate::study::{Event, Outcome, Results, Simulations, Store, cases, run as run_cases};
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -66,14 +65,14 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     let outcomes = run_cases(&cases, &store, &solvers, threads, &|event| counter.event(event))?;
     drop(counter);
     let results = Results::new(&cases, outcomes);
-    let findings = findings(&results)?;
+    let (findings, questions) = (findings(&results)?, questions(&results)?);
     let simulation = Simulations::default().of(&cases[0])?;
     page(&results, &simulation)?.write(&arguments.output)?;
-    let json = as_json(&results, &findings);
+    let json = as_json(&results, &findings, &questions);
     write_json(&arguments.output.join("study.json"), &json)?;
     let apart: Vec<&str> = results.iter().filter(|(_, outcome)| outcome.disagrees()).map(|(key, _)| key).collect();
     let failure = (!apart.is_empty()).then(|| Disagreement(format!("in {}", apart.join(", "))).into());
-    Ok(Answer { text: text(&findings, &arguments.output), json, failure })
+    Ok(Answer { text: text(&findings, &questions, &arguments.output), json, failure })
 }
 
 /// What stands for this program: a result of another build is not taken for one of this.
@@ -145,20 +144,21 @@ fn ending(outcome: &Outcome) -> &'static str {
     }
 }
 
-fn text(findings: &[Finding], output: &Path) -> String {
-    let mut table = (Table::new("")).text("statement", "").text("published", "").text("ours", "").text("agrees", "");
-    for finding in findings {
-        let agrees = if finding.agrees { "yes" } else { "no" };
-        table.row([finding.statement.as_str(), &finding.published, &finding.ours, agrees]);
+fn text(findings: &[Finding], questions: &[Question], output: &Path) -> String {
+    let mut text = findings_table(findings).to_text();
+    for question in questions {
+        text.push_str(&format!("\n{}\n    {}\n", question.question, question.answer));
     }
-    format!("{}\nReport: {}\n", table.to_text(), output.join("report.html").display())
+    format!("{text}\nReport: {}\n", output.join("report.html").display())
 }
 
-fn as_json(results: &Results, findings: &[Finding]) -> Value {
+fn as_json(results: &Results, findings: &[Finding], questions: &[Question]) -> Value {
     let findings = findings.iter().map(|finding| {
         json!({ "statement": finding.statement, "published": finding.published, "ours": finding.ours,
                 "agrees": finding.agrees })
     });
+    let questions =
+        questions.iter().map(|question| json!({ "question": question.question, "answer": question.answer }));
     let case = |outcome: &Outcome| match outcome {
         Outcome::Impossible { reason, .. } => json!({ "impossible": reason }),
         Outcome::Adjusted(case) => {
@@ -172,5 +172,6 @@ fn as_json(results: &Results, findings: &[Finding]) -> Value {
     };
     let cases: serde_json::Map<String, Value> =
         results.iter().map(|(key, outcome)| (key.to_string(), case(outcome))).collect();
-    json!({ "format": 1, "study": "calibration-error", "findings": findings.collect::<Vec<_>>(), "cases": cases })
+    json!({ "format": 1, "study": "calibration-error", "findings": findings.collect::<Vec<_>>(),
+            "questions": questions.collect::<Vec<_>>(), "cases": cases })
 }

@@ -83,10 +83,15 @@ pub fn answers() -> Vec<Case> {
     cases
 }
 
+/// Key of a corridor.
+pub fn length_key(length_m: f64) -> String {
+    format!("length-{length_m}")
+}
+
 /// Height of the bowl against the length of the corridor; the longest first, since it takes longest.
 fn lengths() -> Vec<Case> {
     let case = |length: &f64| {
-        let case = Case { preset: "corridor".into(), ..Case::dike(format!("length-{length}")) };
+        let case = Case { preset: "corridor".into(), ..Case::dike(length_key(*length)) };
         case.setting("length_m", *length).setting("points_per_m2", CORRIDOR_POINTS_PER_M2).error(growth(GROWTH.0))
     };
     LENGTHS_M.iter().rev().map(case).collect()
@@ -101,7 +106,8 @@ fn repairs() -> Vec<Case> {
         s3("s3-time", Term::new("focal-time")),
         s3("s3-spline", Term::new("focal-spline").prior(SPLINE_PRIOR)),
         s4("s4-flaw", known_flaw()),
-        s4("s4-grid", Term::new("image-grid").prior(GRID_PRIOR)),
+        s4("s4-grid", local_grid()),
+        s4("s4-grid-sensor", Term::new("image-grid").prior(GRID_PRIOR)),
     ]
 }
 
@@ -116,6 +122,12 @@ const GRID_PRIOR: f64 = 50.0;
 fn known_flaw() -> Term {
     let start = [("lambda", 1.0), ("centre_x", 1000.0), ("centre_y", 1000.0), ("sigma", 200.0)];
     start.into_iter().fold(Term::new("local-flaw"), |term, (name, value)| term.value(name, value))
+}
+
+/// A displacement grid around the known place. Cells of half the flaw's sigma: larger ones cannot follow it.
+fn local_grid() -> Term {
+    let place = [("centre_x", 1000.0), ("centre_y", 1000.0), ("cell", 100.0)];
+    place.into_iter().fold(Term::new("image-grid").prior(GRID_PRIOR), |term, (name, value)| term.value(name, value))
 }
 
 /// Key of S3 with a smaller rise of temperature.

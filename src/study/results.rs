@@ -65,9 +65,26 @@ pub fn asymmetry(points: &[[f64; 2]]) -> f64 {
     points.iter().filter_map(share).fold(0.0, f64::max)
 }
 
-/// `y = factor x^exponent` by least squares of the logarithms: exponent, factor, and the largest departure as a share of the value.
-/// `None` for fewer than two points or values that are not positive.
-pub fn power_law(points: &[[f64; 2]]) -> Option<(f64, f64, f64)> {
+/// `y = factor x^exponent`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PowerLaw {
+    /// Exponent.
+    pub exponent: f64,
+    /// Value at 1.
+    pub factor: f64,
+    /// Largest departure of the fitted points as a share of the law's value.
+    pub departure: f64,
+}
+
+impl PowerLaw {
+    /// Its value.
+    pub fn at(&self, x: f64) -> f64 {
+        self.factor * x.powf(self.exponent)
+    }
+}
+
+/// The law by least squares of the logarithms. `None` for fewer than two points or values that are not positive.
+pub fn power_law(points: &[[f64; 2]]) -> Option<PowerLaw> {
     if points.len() < 2 || points.iter().flatten().any(|value| value.is_nan() || *value <= 0.0) {
         return None;
     }
@@ -76,9 +93,9 @@ pub fn power_law(points: &[[f64; 2]]) -> Option<(f64, f64, f64)> {
     let [mx, my] = [0, 1].map(|k| logs.iter().map(|p| p[k]).sum::<f64>() / n);
     let exponent = logs.iter().map(|[x, y]| (x - mx) * (y - my)).sum::<f64>()
         / logs.iter().map(|[x, _]| (x - mx).powi(2)).sum::<f64>();
-    let factor = (my - exponent * mx).exp();
-    let departure = points.iter().map(|[x, y]| (y / (factor * x.powf(exponent)) - 1.0).abs()).fold(0.0, f64::max);
-    Some((exponent, factor, departure))
+    let law = PowerLaw { exponent, factor: (my - exponent * mx).exp(), departure: 0.0 };
+    let departure = points.iter().map(|[x, y]| (y / law.at(*x) - 1.0).abs()).fold(0.0, f64::max);
+    Some(PowerLaw { departure, ..law })
 }
 
 #[cfg(test)]
@@ -93,10 +110,12 @@ mod tests {
         assert_relative_eq!(departure, 0.0, epsilon = 1e-15);
         assert!(proportionality(&[[1.0, 1.0], [2.0, 4.0]]).1 > 0.1);
         assert_relative_eq!(asymmetry(&[[-5.0, 0.9], [5.0, 1.1], [0.0, 0.0]]), 0.2, epsilon = 1e-12);
-        let (exponent, factor, departure) = power_law(&[[1.0, 3.0], [2.0, 12.0], [4.0, 48.0]]).unwrap();
-        assert_relative_eq!(exponent, 2.0, epsilon = 1e-12);
-        assert_relative_eq!(factor, 3.0, epsilon = 1e-12);
-        assert!(departure < 1e-12);
+        let law = power_law(&[[1.0, 3.0], [2.0, 12.0], [4.0, 48.0]]).unwrap();
+        assert_relative_eq!(law.exponent, 2.0, epsilon = 1e-12);
+        assert_relative_eq!(law.factor, 3.0, epsilon = 1e-12);
+        assert!(law.departure < 1e-12);
+        assert_relative_eq!(law.at(8.0), 192.0, epsilon = 1e-9);
+        assert!(power_law(&[[1.0, 3.0], [2.0, 12.0], [4.0, 24.0]]).unwrap().departure > 0.2);
         assert!(power_law(&[[1.0, -3.0], [2.0, 12.0]]).is_none());
     }
 }

@@ -6,16 +6,16 @@ use crate::report::html::Page;
 use crate::report::numbers::{fixed, mm, or_dash, p_value, percent, significant};
 use crate::report::tables::Table;
 use crate::study::cases::{
-    FLIGHTS, FLIGHTS_FOCAL_ERROR_PX, GROWTH, LENGTHS_M, REALISTIC_K, flight_choices, flights_key, realistic_key,
-    warming_key,
+    FLIGHTS, FLIGHTS_FOCAL_ERROR_PX, GROWTH, LENGTHS_M, REALISTIC_K, flight_choices, flights_key, length_key,
+    realistic_key, warming_key,
 };
 use crate::study::outcome::{Adjusted, Judged, Outcome};
-use crate::study::results::{Results, power_law};
+use crate::study::results::{PowerLaw, Results, power_law};
 use anyhow::Result;
 
 /// The answers whose cases were run.
 pub fn sections(page: &mut Page, results: &Results) -> Result<()> {
-    if results.has("length-200") {
+    if results.has(&length_key(LENGTHS_M[0])) {
         lengths(page, results)?;
     }
     if results.has(&flights_key("s1", &FLIGHTS)) {
@@ -47,7 +47,7 @@ fn lengths(page: &mut Page, results: &Results) -> Result<()> {
     let mut curves: [Vec<[f64; 2]>; 4] = Default::default();
     let mut least_significant = 0.0f64;
     for length in LENGTHS_M {
-        let case = match results.outcome(&format!("length-{length}"))? {
+        let case = match results.outcome(&length_key(length))? {
             Outcome::Adjusted(case) => case,
             Outcome::Impossible { reason, .. } => {
                 table.note(format!("{length} m: cannot be adjusted: {reason}"));
@@ -76,14 +76,13 @@ fn lengths(page: &mut Page, results: &Results) -> Result<()> {
     let names = ["bowl", "bowl, exact marks", "3D RMS", "3D RMS, exact marks"];
     let mut series = Vec::new();
     for (name, curve) in names.into_iter().zip(curves) {
-        if let Some((exponent, factor, departure)) = power_law(&curve) {
-            let law = |x: f64| [x, factor * x.powf(exponent)];
-            let label = format!("{} mm (length / 200 m)^{}", significant(law(200.0)[1], 3), fixed(exponent, 2));
-            table.note(format!("{name}: {label}, within {}.", percent(departure)));
+        if let Some(law) = power_law(&curve) {
+            let label = law_of_length(&law);
+            table.note(format!("{name}: {label}, within {}.", percent(law.departure)));
             // One law in the picture: that of the bowl.
             if series.is_empty() {
                 let ends = [LENGTHS_M[0], LENGTHS_M[LENGTHS_M.len() - 1]];
-                series.push(Series::new(label, ends.map(law).to_vec()).style(LineStyle::Dashed));
+                series.push(Series::new(label, ends.map(|x| [x, law.at(x)]).to_vec()).style(LineStyle::Dashed));
             }
         }
         series.push(Series::new(name, curve).style(LineStyle::Markers));
@@ -109,38 +108,44 @@ fn lengths(page: &mut Page, results: &Results) -> Result<()> {
     Ok(())
 }
 
+/// A law of sizes in mm against the length in m.
+pub fn law_of_length(law: &PowerLaw) -> String {
+    let [size, exponent] = [significant(law.at(LENGTHS_M[0]), 3), fixed(law.exponent, 2)];
+    format!("{size} mm (length / {} m)^{exponent}", LENGTHS_M[0])
+}
+
 fn flight_patterns(page: &mut Page, results: &Results) -> Result<()> {
     page.section("Left open: which flights limit the deformation");
     page.paragraph(&format!(
         "S1 (f wrong by {FLIGHTS_FOCAL_ERROR_PX} px and held), S2 about PP, S3 and S4 for every choice of the four flights. The errors are put into the whole \
          block first, so an image has the same error in every choice."
     ));
-    let mut table = (Table::new("Every choice of flights"))
+    let mut table = (Table::new("Every choice of flights: 3D RMS at the check points, change of camera height, bowl"))
         .text("flights", "")
-        .number("S1: 3D RMS", "mm")
-        .number("S1: camera height", "m")
-        .number("S2: 3D RMS", "µm")
-        .number("S3: 3D RMS", "mm")
-        .number("S3: bowl", "mm")
-        .number("S4: 3D RMS", "mm")
-        .number("S4: bowl", "mm");
+        .number("S1 RMS", "mm")
+        .number("S1 height", "m")
+        .number("S2 RMS", "µm")
+        .number("S3 RMS", "mm")
+        .number("S3 bowl", "mm")
+        .number("S4 RMS", "mm")
+        .number("S4 bowl", "mm");
+    table.note(format!("Flights: {SHORT}."));
     let mut reasons: Vec<(String, String)> = Vec::new();
     let mut curves: [Vec<[f64; 2]>; 3] = Default::default();
     let choices = flight_choices();
     for (place, flights) in choices.iter().enumerate() {
-        let name = flights.join(" + ");
         let mut cases: Vec<Option<&Adjusted>> = Vec::new();
         for experiment in ["s1", "s2", "s3", "s4"] {
             let outcome = results.outcome(&flights_key(experiment, flights))?;
             if let Outcome::Impossible { reason, .. } = outcome {
-                reasons.push((format!("{} of {name}", experiment.to_uppercase()), reason.clone()));
+                reasons.push((format!("{} of {}", experiment.to_uppercase(), flights.join(" + ")), reason.clone()));
             }
             cases.push(outcome.adjusted());
         }
         let rms = |k: usize| cases[k].map(|case| case.erroneous_marks.check.rms_m.xyz);
         let bowl = |k: usize| cases[k].and_then(|case| case.erroneous_marks.bowl).map(|bowl| bowl.height_m);
         table.row([
-            name,
+            short(flights),
             or_dash(rms(0), mm),
             or_dash(cases[0].map(|case| case.camera_height_change_m), |h| fixed(h, 3)),
             or_dash(rms(1), |metres| significant(1e6 * metres, 2)),
@@ -160,7 +165,7 @@ fn flight_patterns(page: &mut Page, results: &Results) -> Result<()> {
     let letters: Vec<String> = choices.iter().map(|flights| short(flights)).collect();
     let series = ["S1", "S3", "S4"].into_iter().zip(curves);
     let panel = Panel {
-        x: Axis::named("flights (O oblique at 50 m; 5, 3, 7 nadir at 50, 30, 70 m)", letters),
+        x: Axis::named(format!("flights ({SHORT})"), letters),
         y: Axis::new("3D RMS at the check points", "mm").log(),
         series: series.map(|(name, curve)| Series::new(name, curve).style(LineStyle::Markers)).collect(),
         ..Panel::default()
@@ -180,6 +185,9 @@ fn flight_patterns(page: &mut Page, results: &Results) -> Result<()> {
     Ok(())
 }
 
+/// What the letters of [`short`] mean.
+const SHORT: &str = "O oblique at 50 m; 5, 3, 7 nadir at 50, 30, 70 m";
+
 /// `O57` for the oblique flight and the nadir flights at 50 and 70 m.
 fn short(flights: &[&str]) -> String {
     flights
@@ -191,15 +199,16 @@ fn short(flights: &[&str]) -> String {
 fn repairs(page: &mut Page, results: &Results) -> Result<()> {
     page.section("Left open: does a better camera model repair it");
     let cases = [
-        ("s3", "S3, plain camera"),
-        ("s3-order", "S3 with focal-time, against=order"),
-        ("s3-time", "S3 with focal-time, against time"),
-        ("s3-spline", "S3 with focal-spline (empirical)"),
-        ("s4", "S4, plain camera"),
-        ("s4-flaw", "S4 with local-flaw, from the known place"),
-        ("s4-grid", "S4 with image-grid (empirical)"),
+        ("s3", "S3, plain"),
+        ("s3-order", "focal-time by image"),
+        ("s3-time", "focal-time by time"),
+        ("s3-spline", "focal-spline"),
+        ("s4", "S4, plain"),
+        ("s4-flaw", "local-flaw, from the known place"),
+        ("s4-grid", "image-grid around the known place"),
+        ("s4-grid-sensor", "image-grid over the sensor"),
     ];
-    let mut table = check_table("Check points before and after").number("3D RMS, before / after", "");
+    let mut table = check_table("Check points before and after").number("RMS falls", "times");
     for (key, name) in cases {
         match results.outcome(key)? {
             Outcome::Adjusted(case) => {
@@ -229,9 +238,12 @@ fn repairs(page: &mut Page, results: &Results) -> Result<()> {
     page.table(&table);
     page.paragraph(
         "The drift of S3 goes by the number of the image. Against time it is only nearly linear, since flights differ in speed and pauses lie between them: \
-         that is what focal-time cannot take up. The grid is a smooth field: it takes up what is broad about the flaw and not its sharp middle.",
+         that is what focal-time cannot take up. A grid repairs as much of the flaw as its cells can follow: 100 px around the known place follow \
+         all but its sharp middle, the 1000 px of the grid over the whole sensor next to nothing.",
     );
-    for (key, title) in [("s3-time", "S3 with focal-time against time"), ("s4-grid", "S4 with image-grid")] {
+    for (key, title) in
+        [("s3-time", "S3 with focal-time against time"), ("s4-grid", "S4 with image-grid around the known place")]
+    {
         if let Some(pictures) = results.outcome(key)?.adjusted().and_then(|case| case.pictures.as_ref()) {
             page.details(&format!("What is left: {title}"), |page| {
                 residual_figures(page, key, title, &pictures.erroneous, None);

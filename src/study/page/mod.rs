@@ -7,10 +7,12 @@ mod findings;
 mod flaw;
 mod focal;
 mod homothety;
+mod questions;
 mod solvers;
 mod tables;
 
 pub use findings::{Finding, findings};
+pub use questions::{Question, questions};
 
 use super::results::Results;
 use crate::report::html::Page;
@@ -32,8 +34,12 @@ pub fn page(results: &Results, simulation: &Simulation) -> Result<Page> {
          the points are not published: they are this program's own, so millimetres can differ where geometry decides, while laws \
          cannot.",
     );
-    page.section("What agrees");
+    page.section("In short");
     page.table(&findings_table(&findings(results)?));
+    let questions = questions(results)?;
+    if !questions.is_empty() {
+        page.table(&questions_table(&questions));
+    }
     block::section(&mut page, results, simulation)?;
     focal::section(&mut page, results)?;
     homothety::section(&mut page, results)?;
@@ -44,7 +50,8 @@ pub fn page(results: &Results, simulation: &Simulation) -> Result<Page> {
     Ok(page)
 }
 
-fn findings_table(findings: &[Finding]) -> Table {
+/// The statements, and how they fare.
+pub fn findings_table(findings: &[Finding]) -> Table {
     let mut table = (Table::new("Statements of the publication"))
         .text("statement", "")
         .text("published", "")
@@ -53,6 +60,14 @@ fn findings_table(findings: &[Finding]) -> Table {
     for finding in findings {
         let agrees = if finding.agrees { "yes" } else { "no" };
         table.row([finding.statement.as_str(), &finding.published, &finding.ours, agrees]);
+    }
+    table
+}
+
+fn questions_table(questions: &[Question]) -> Table {
+    let mut table = (Table::new("What it left open")).text("question", "").text("ours", "");
+    for question in questions {
+        table.row([question.question.as_str(), &question.answer]);
     }
     table
 }
