@@ -43,14 +43,15 @@ pub fn section(page: &mut Page, results: &Results) -> Result<()> {
         line_chart(&chart),
         "Figure 4: left all flights, middle nadir flights, right the camera height of both.",
     );
-    let mut table = (Table::new("S1 in figures"))
-        .number("error of f", "px")
-        .number("RMS, all flights", "mm")
-        .number("RMS, nadir", "mm")
-        .number("camera height, all", "m")
-        .number("camera height, nadir", "m")
-        .number("reprojection, all", "px")
-        .number("reprojection, nadir", "px");
+    let mut table =
+        (Table::new("S1 in figures: RMS at the check points, change of camera height, reprojection RMS of the ties"))
+            .number("error of f", "px")
+            .number("RMS, all", "mm")
+            .number("RMS, nadir", "mm")
+            .number("height, all", "m")
+            .number("height, nadir", "m")
+            .number("ties, all", "px")
+            .number("ties, nadir", "px");
     for (k, error) in FOCAL_ERRORS_PX.into_iter().enumerate() {
         let residual = |group: &str| Ok::<_, anyhow::Error>(px(results.adjusted(&s1_key(group, error))?.tie_rms_px));
         table.row([
