@@ -6,9 +6,10 @@ use super::linearise::{self, Obstacle, chi_square_beside_points};
 use super::point::{PointRows, Prepared, inverse_of_damped};
 use super::structure::Structure;
 use super::system::System;
+use super::turn::Turn;
 use crate::adjust::{AdjustError, Iteration, Options, Progress};
-use crate::problem::{Problem, State};
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::problem::{Pose, Problem, State};
+use nalgebra::Vector3;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -165,13 +166,13 @@ pub fn gradient_max(system: &System) -> f64 {
 fn try_step(at: &Prepared<'_>, system: &System, images: &[f64], border: &[f64], damping: f64) -> Option<Step> {
     let Prepared { problem, structure, state, .. } = *at;
     let mut next = state.clone();
-    move_images_and_border(problem, structure, &mut next, images, border);
+    let turn = move_images_and_border(problem, structure, &mut next, images, border);
     let frames = frame::frames(problem, &structure.stages, &next).ok()?;
     let moved = match structure.dim {
-        6 => move_points::<6>(at, &next, &frames, images, border, damping),
-        7 => move_points::<7>(at, &next, &frames, images, border, damping),
-        8 => move_points::<8>(at, &next, &frames, images, border, damping),
-        _ => move_points::<{ super::MAX_DIM }>(at, &next, &frames, images, border, damping),
+        6 => move_points::<6>(at, &next, &frames, &turn, images, border, damping),
+        7 => move_points::<7>(at, &next, &frames, &turn, images, border, damping),
+        8 => move_points::<8>(at, &next, &frames, &turn, images, border, damping),
+        _ => move_points::<{ super::MAX_DIM }>(at, &next, &frames, &turn, images, border, damping),
     }?;
     let mut chi_square = 0.0;
     let mut predicted_drop = 0.0;
@@ -192,24 +193,30 @@ fn try_step(at: &Prepared<'_>, system: &System, images: &[f64], border: &[f64], 
     chi_square.is_finite().then_some(Step { state: next, frames, chi_square, predicted_drop })
 }
 
-/// Adds scaled increments to poses, cameras and effect parameters.
+/// Adds scaled increments to poses, cameras and effect parameters; gives the turn that they share, for the points.
 pub fn move_images_and_border(
     problem: &Problem,
     structure: &Structure,
     state: &mut State,
     images: &[f64],
     border: &[f64],
-) {
+) -> Turn {
     let layout = problem.layout();
+    let increments = |image: usize| {
+        let base = structure.rank[image] as usize * structure.dim;
+        [0, 3].map(|k| Vector3::from_column_slice(&images[base + k..base + k + 3]))
+    };
+    let turn = Turn::of_step(problem, state, |image| increments(image)[0]);
     for (image, pose) in state.poses.iter_mut().enumerate() {
         let base = structure.rank[image] as usize * structure.dim;
         let d = &images[base..base + structure.dim];
-        if d[..3].iter().any(|w| *w != 0.0) {
-            // Normalised each time: an error of the quaternion's length would grow from step to step.
-            let turn = UnitQuaternion::from_scaled_axis(Vector3::new(d[0], d[1], d[2]));
-            pose.rotation = UnitQuaternion::new_normalize((turn * pose.rotation).into_inner());
+        if problem.pose_free[image] != [false; 6] {
+            let [by_rotation, by_centre] = increments(image);
+            *pose = Pose {
+                rotation: turn.attitude(&pose.rotation, &by_rotation),
+                centre: turn.position(&pose.centre, &by_centre),
+            };
         }
-        pose.centre += Vector3::new(d[3], d[4], d[5]);
         for column in &structure.own[image] {
             let unknown = structure.image_unknowns[base + column.row as usize];
             state.theta[unknown - layout.theta(0)] += d[column.row as usize] * column.scale;
@@ -228,6 +235,7 @@ pub fn move_images_and_border(
             interior[4] = interior[2];
         }
     }
+    turn
 }
 
 /// Points of a chunk after the step.
@@ -241,6 +249,7 @@ fn move_points<const D: usize>(
     at: &Prepared<'_>,
     next: &State,
     next_frames: &[Frame],
+    turn: &Turn,
     images: &[f64],
     border: &[f64],
     damping: f64,
@@ -268,7 +277,7 @@ fn move_points<const D: usize>(
                 let step = inverse * rest;
                 moved.predicted_drop +=
                     step.dot(&rows.gradient) + damping * step.component_mul(&step).dot(&rows.v_matrix.diagonal());
-                let object = at.state.points[j] + step;
+                let object = turn.position(&at.state.points[j], &step);
                 moved.chi_square += rows.chi_square_moved(at, next, next_frames, j, &object).ok()?;
                 moved.points.push(object);
             }

@@ -17,6 +17,7 @@ pub mod scan;
 pub mod score;
 mod structure;
 mod system;
+mod turn;
 
 use super::{AdjustError, Evaluation, LinearSolver, Options, Progress, ReducedSystem, Solution, Solver};
 use crate::problem::{Loss, Problem, State};
