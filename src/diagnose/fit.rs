@@ -25,8 +25,13 @@ pub struct Fit {
 }
 
 /// Fits with the native solver: the diagnosis refits many models, and the steps that it keeps are solved by both solvers afterwards.
-pub fn fit(block: &Block, model: &Model, options: &Options) -> Result<Fit, RunError> {
+///
+/// `near`: an earlier fit of the same images, to start from; another model's solution is nearer than the block's approximations.
+pub fn fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) -> Result<Fit, RunError> {
     let mut problem = Problem::new(block, model)?;
+    if let Some(near) = near {
+        problem.start_from(&near.problem, &near.solution.state);
+    }
     let options = run::options_for(&problem, options);
     run::estimate_variance_components(&mut problem, &Native, &options)?;
     let solution = Native.solve(&problem, &options, &mut |_| ControlFlow::Continue(()))?;
@@ -42,14 +47,16 @@ const WEIGHT_CHANGE: f64 = 0.02;
 pub fn fit_with_weights(
     block: &Block,
     model: &Model,
+    near: Option<&Fit>,
     plugins: &[EffectRef],
     options: &Options,
     significance: f64,
 ) -> Result<Fit, DiagnoseError> {
     let options = Options { covariance: CovarianceOf::Everything, ..options.clone() };
     let mut model = model.clone();
+    let mut last = None;
     for _ in 0..WEIGHT_ROUNDS {
-        let fitted = fit(block, &model, &options)?;
+        let fitted = fit(block, &model, last.as_ref().or(near), &options)?;
         let factors = estimate_factors(block, &fitted, plugins, &options, significance)?;
         let before = model.sigma_factors;
         let change = |a: f64, b: f64| (a / b - 1.0).abs();
@@ -60,8 +67,9 @@ pub fn fit_with_weights(
             return Ok(fitted);
         }
         model.sigma_factors = factors;
+        last = Some(fitted);
     }
-    Ok(fit(block, &model, &options)?)
+    Ok(fit(block, &model, last.as_ref(), &options)?)
 }
 
 fn estimate_factors(

@@ -94,12 +94,17 @@ pub fn significant(screening: &Screening, significance: f64) -> Vec<&Score> {
     screening.scores.iter().filter(|score| score.candidate.physical && score.ln_p < level).collect()
 }
 
-/// Runs the loop.
-pub fn improve(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<Improvement, DiagnoseError> {
+/// Runs the loop; `near` is an earlier fit to start from.
+pub fn improve(
+    block: &Block,
+    model: &Model,
+    near: Option<&Fit>,
+    settings: &Settings<'_>,
+) -> Result<Improvement, DiagnoseError> {
     let Settings { plugins, options, significance, most_effects, tell } = settings;
     tell("adjusting the base model and estimating the weights");
-    let mut fitted = fit_with_weights(block, model, plugins, options, *significance)?;
-    let base = fit(block, &fitted.model, options)?;
+    let mut fitted = fit_with_weights(block, model, near, plugins, options, *significance)?;
+    let base = fit(block, &fitted.model, Some(&fitted), options)?;
     let mut heldout = held_out(&fitted, options)?;
     let mut steps = vec![step(block, &fitted, &heldout, None, 0.0, 0.0)?];
     let mut confirmations = Vec::new();
@@ -152,7 +157,7 @@ pub fn improve(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<
         // What was refused beside a smaller model may be needed beside this one; and what the effect left in the residuals no longer passes for
         // noise, so the weights are estimated anew.
         refused.clear();
-        let weighted = fit_with_weights(block, &fitted.model, plugins, options, *significance)?;
+        let weighted = fit_with_weights(block, &fitted.model, Some(&fitted), plugins, options, *significance)?;
         if weighted.model.sigma_factors != fitted.model.sigma_factors {
             fitted = Fit { model: at_solution(&weighted), ..weighted };
             heldout = held_out(&fitted, options)?;
@@ -160,7 +165,7 @@ pub fn improve(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<
         if let Some(id) = not_needed(block, &fitted, &added, settings)? {
             tell(&format!("{id} is not needed any more"));
             let without = without_effects(&fitted.model, std::slice::from_ref(&id));
-            let after = fit(block, &without, options)?;
+            let after = fit(block, &without, Some(&fitted), options)?;
             let after_heldout = held_out(&after, options)?;
             let rise = 2.0 * (after.solution.cost - fitted.solution.cost);
             steps.push(step(block, &after, &after_heldout, Some(format!("-{id}")), -rise, 0.0)?);
@@ -228,8 +233,9 @@ fn try_candidate(
     };
     let model = with_candidate(&before.model, score);
     // A shape with a kink may have no smooth way to its best place; the scan's, held, is the second choice.
-    let after = fit(block, &model, options)
-        .or_else(|error| held_where_found(&model).map_or(Err(error), |model| fit(block, &model, options)))
+    let refit = |model: &Model| fit(block, model, Some(before), options);
+    let after = refit(&model)
+        .or_else(|error| held_where_found(&model).map_or(Err(error), |model| refit(&model)))
         .map_err(|error| error.to_string());
     let after = after.and_then(|after| {
         let heldout = held_out(&after, options).map_err(|error| error.to_string())?;
@@ -356,7 +362,7 @@ fn not_needed(
 /// Logarithm of the p-value of an effect's score test in the model without it; minus infinity (needed) where it cannot be tested.
 fn score_beside_others(block: &Block, fitted: &Fit, id: &str, settings: &Settings<'_>) -> Result<f64, DiagnoseError> {
     let model = without_effects(&fitted.model, &[id.to_string()]);
-    let without = fit(block, &model, &settings.options)?;
+    let without = fit(block, &model, Some(fitted), &settings.options)?;
     let mut list = candidates(block, &without.problem, &without.model, settings.plugins);
     list.retain(|candidate| candidate.id == id);
     let Fit { model, problem, solution } = &without;

@@ -1,6 +1,6 @@
 //! A whole diagnosis: outliers first, then the loop, then what is left, then the verdict.
 
-use super::fit::{DiagnoseError, fit};
+use super::fit::{DiagnoseError, Fit, fit};
 use super::forward::{Improvement, Settings, improve, without_effects};
 use super::outliers::{self, Outliers, Strictness};
 use super::structure::{self, Structure};
@@ -43,14 +43,14 @@ pub fn diagnose(block: &Block, model: &Model, settings: &Settings<'_>) -> Result
     };
     let model = &model;
     let mut clean = outliers.without(block);
-    let mut improvement = improve(&clean, model, settings)?;
+    let mut improvement = improve(&clean, model, None, settings)?;
     if !improvement.added.is_empty() {
         // With the effects in the model, outliers that they hid stand out.
         match search(block, &improvement.fitted.model, settings, Strictness::Tight) {
             Ok(found) if found.rejected.len() != outliers.rejected.len() => {
                 outliers = found;
                 clean = outliers.without(block);
-                improvement = improve(&clean, model, settings)?;
+                improvement = improve(&clean, model, Some(&improvement.base), settings)?;
             }
             Ok(_) => {}
             // With the outliers back in, the larger model may not converge at all.
@@ -71,7 +71,7 @@ pub fn diagnose(block: &Block, model: &Model, settings: &Settings<'_>) -> Result
             improvement.added.iter().filter(|id| forward::entry_ln_p(&improvement, id) > left).cloned().collect();
         if !names.is_empty() {
             let kept = without_effects(&improvement.fitted.model, &names);
-            let fitted = fit(&clean, &kept, &settings.options)?;
+            let fitted = fit(&clean, &kept, Some(&improvement.fitted), &settings.options)?;
             forward::take_out(&clean, &mut improvement, fitted, &names, settings)?;
             after = structure_of(&clean, &improvement.fitted, settings)?;
             found = diagnosis(&clean, &improvement, &after, settings.significance, count);
@@ -87,7 +87,7 @@ fn undetermined_centre(error: &DiagnoseError, model: &Model) -> bool {
     failed && !model.tie_dc_to_pp && model.free[3] && model.free[4]
 }
 
-fn structure_of(block: &Block, fitted: &super::fit::Fit, settings: &Settings<'_>) -> Result<Structure, DiagnoseError> {
+fn structure_of(block: &Block, fitted: &Fit, settings: &Settings<'_>) -> Result<Structure, DiagnoseError> {
     let comparison = run::compare(block, &fitted.problem, &fitted.solution)?;
     let state = &fitted.solution.state;
     Ok(structure::analyse(&fitted.problem, state, comparison.as_ref(), settings.significance)?)
@@ -101,8 +101,9 @@ fn search(
 ) -> Result<Outliers, DiagnoseError> {
     let options = Options { covariance: CovarianceOf::Nothing, ..settings.options.clone() };
     let how = outliers::Options { strictness, ..outliers::Options::default() };
+    let mut last: Option<Fit> = None;
     outliers::find(block, how, &mut |block: &Block| -> Result<outliers::Fit, DiagnoseError> {
-        let fitted = fit(block, model, &options)?;
-        Ok(outliers::Fit { problem: fitted.problem, state: fitted.solution.state })
+        let fitted = last.insert(fit(block, model, last.as_ref(), &options)?);
+        Ok(outliers::Fit { problem: fitted.problem.clone(), state: fitted.solution.state.clone() })
     })
 }

@@ -1,5 +1,6 @@
 //! From a block and a model to the problem.
 
+use super::align::Pair;
 use super::context::{block_context, image_contexts};
 use super::order::ranks_along_block;
 use super::{
@@ -150,7 +151,10 @@ impl Problem {
         if uses_gnss {
             problem.gnss = gnss_observations(block, &problem.pose_free, model.sigma_factors.gnss);
         }
-        if !uses_control && !uses_gnss {
+        if uses_control || uses_gnss {
+            let pairs = problem.observed_pairs(block);
+            problem.align_start(&pairs);
+        } else {
             problem.hold_datum();
         }
         for term in &model.effects {
@@ -187,6 +191,19 @@ impl Problem {
                 *free = [false; 12];
             }
         }
+    }
+
+    /// Positions of the approximate block that were observed: projection centres, and control points intersected from their marks.
+    fn observed_pairs(&self, block: &Block) -> Vec<Pair> {
+        let centre = |observed: &PositionObservation| {
+            Some(Pair::new(self.start.poses[observed.index as usize].centre, observed))
+        };
+        let point = |observed: &PositionObservation| {
+            let j = observed.index as usize;
+            let marks = &self.observations[self.point_start[j]..self.point_start[j + 1]];
+            intersect(block, &self.start.interiors, marks).map(|source| Pair::new(source, observed))
+        };
+        self.gnss.iter().filter_map(centre).chain(self.control.iter().filter_map(point)).collect()
     }
 
     /// Minimal constraints: the pose of one image, and of the measured image farthest from it the coordinate in which they differ most.

@@ -9,7 +9,9 @@
 pub mod context;
 pub mod order;
 
+mod align;
 mod build;
+mod start;
 mod thin;
 
 pub use build::{ProblemError, missing_need};
@@ -61,7 +63,7 @@ pub struct PositionObservation {
 }
 
 /// A point of the problem.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PointSource {
     /// In [`crate::block::Block::tie_points`].
     Tie(PointId),

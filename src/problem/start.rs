@@ -1,0 +1,30 @@
+//! Start values from an earlier solution.
+
+use super::{PointSource, Problem, State};
+use nalgebra::Vector3;
+use std::collections::HashMap;
+
+impl Problem {
+    /// Starts where `problem` ended: cameras, poses, and what both have of points and effect parameters. Both are of the same images and
+    /// cameras; what is new keeps its own start value.
+    pub fn start_from(&mut self, problem: &Problem, state: &State) {
+        let State { interiors, theta, poses, points } = state;
+        self.start.interiors.clone_from(interiors);
+        self.start.poses.clone_from(poses);
+        if self.tie_dc_to_pp {
+            for interior in &mut self.start.interiors {
+                (interior[3], interior[4]) = (interior[1], interior[2]);
+            }
+        }
+        let known: HashMap<&str, f64> =
+            problem.theta.iter().zip(theta).map(|(entry, value)| (entry.name.as_str(), *value)).collect();
+        for (entry, value) in self.theta.iter().zip(&mut self.start.theta).filter(|(entry, _)| entry.free) {
+            *value = known.get(entry.name.as_str()).copied().unwrap_or(*value);
+        }
+        let known: HashMap<PointSource, Vector3<f64>> =
+            problem.point_sources.iter().copied().zip(points.iter().copied()).collect();
+        for (source, point) in self.point_sources.iter().zip(&mut self.start.points) {
+            *point = known.get(source).copied().unwrap_or(*point);
+        }
+    }
+}
