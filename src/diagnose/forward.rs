@@ -124,6 +124,9 @@ pub fn improve(
                 tell(&format!("adding {id} and adjusting again"));
                 let (confirmation, after) = try_candidate(block, &fitted, &heldout, score, options);
                 let kept = confirmation.kept;
+                if !kept {
+                    tell(&format!("{id} is not kept: {}", confirmation.reason));
+                }
                 let drop = confirmation.drop;
                 confirmations.push(confirmation);
                 match after {
@@ -157,16 +160,23 @@ pub fn improve(
         // What was refused beside a smaller model may be needed beside this one; and what the effect left in the residuals no longer passes for
         // noise, so the weights are estimated anew.
         refused.clear();
-        let weighted = fit_with_weights(block, &fitted.model, Some(&fitted), plugins, options, *significance)?;
-        if weighted.model.sigma_factors != fitted.model.sigma_factors {
-            fitted = Fit { model: at_solution(&weighted), ..weighted };
-            heldout = held_out(&fitted, options)?;
+        match reweighted(block, &fitted, settings) {
+            Ok(Some((weighted, weighted_heldout))) => (fitted, heldout) = (weighted, weighted_heldout),
+            Ok(None) => {}
+            Err(error) => tell(&format!("the weights stay as they are: {error}")),
         }
         if let Some(id) = not_needed(block, &fitted, &added, settings)? {
             tell(&format!("{id} is not needed any more"));
             let without = without_effects(&fitted.model, std::slice::from_ref(&id));
-            let after = fit(block, &without, Some(&fitted), options)?;
-            let after_heldout = held_out(&after, options)?;
+            let after = fit(block, &without, Some(&fitted), options);
+            let after = after.and_then(|after| Ok((held_out(&after, options)?, after)));
+            let (after_heldout, after) = match after {
+                Ok(after) => after,
+                Err(error) => {
+                    tell(&format!("{id} stays, for without it: {error}"));
+                    continue;
+                }
+            };
             let rise = 2.0 * (after.solution.cost - fitted.solution.cost);
             steps.push(step(block, &after, &after_heldout, Some(format!("-{id}")), -rise, 0.0)?);
             (fitted, heldout) = (after, after_heldout);
@@ -174,6 +184,18 @@ pub fn improve(
             refused.insert(id);
         }
     }
+}
+
+/// The fit with weights estimated anew, and what it predicts; `None` where they stand.
+fn reweighted(block: &Block, fitted: &Fit, settings: &Settings<'_>) -> Result<Option<(Fit, HeldOut)>, DiagnoseError> {
+    let Settings { plugins, options, significance, .. } = settings;
+    let weighted = fit_with_weights(block, &fitted.model, Some(fitted), plugins, options, *significance)?;
+    if weighted.model.sigma_factors == fitted.model.sigma_factors {
+        return Ok(None);
+    }
+    let weighted = Fit { model: at_solution(&weighted), ..weighted };
+    let heldout = held_out(&weighted, options)?;
+    Ok(Some((weighted, heldout)))
 }
 
 /// An effect that only its refit shows.

@@ -6,6 +6,7 @@
 use super::fit::Fit;
 use crate::adjust::native::{Native, Predictor};
 use crate::adjust::{AdjustError, CovarianceOf, Options, Solver};
+use crate::effects::Role;
 use crate::problem::{PointSource, Problem, State};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 use std::ops::ControlFlow;
@@ -59,7 +60,11 @@ fn hold_out(fitted: &Fit, options: &Options, fold: usize, sum: &mut HeldOut) -> 
     part.gnss.retain(|observation| !gnss_left_out(observation.index as usize));
     part.start = start;
     let options = Options { covariance: CovarianceOf::Nothing, ..options.clone() };
-    let solution = Native.solve(&part, &options, &mut |_| ControlFlow::Continue(()))?;
+    let solve = |part: &Problem| Native.solve(part, &options, &mut |_| ControlFlow::Continue(()));
+    let solution = solve(&part).or_else(|error| {
+        // A shape with a kink (a flaw's centre) may have no smooth way to the part's own best place; that of the whole is the second choice.
+        if hold_searched(&mut part) { solve(&part) } else { Err(error) }
+    })?;
     let fold_state = State { points: state.points.clone(), ..solution.state };
     let predictor = Predictor::new(problem, &fold_state)?;
     for j in points.filter(|j| left_out(*j)) {
@@ -71,6 +76,16 @@ fn hold_out(fitted: &Fit, options: &Options, fold: usize, sum: &mut HeldOut) -> 
         }
     }
     Ok(())
+}
+
+/// Holds the parameters in which an effect is nonlinear where they are. Is there any?
+fn hold_searched(problem: &mut Problem) -> bool {
+    let effects = &problem.effects;
+    let searched = problem.theta.iter_mut().filter(|entry| {
+        let descriptor = effects[entry.effect as usize].effect.descriptor();
+        entry.free && matches!(descriptor.parameters[entry.parameter as usize].role, Role::Searched(_))
+    });
+    searched.map(|entry| entry.free = false).count() > 0
 }
 
 /// Rows of one point: weighted residual, weighted derivative, and weight.
