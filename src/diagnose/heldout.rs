@@ -2,6 +2,7 @@
 //!
 //! A left-out tie point is intersected with the fitted cameras from all rays but one and predicted in that one (in closed form: the residual of the
 //! whole intersection divided by what it leaves of itself); a left-out antenna is predicted from its image, a left-out control point from its marks.
+//! An image that the other parts do not orient predicts nothing, and stays where it is.
 
 use super::fit::Fit;
 use crate::adjust::native::{Native, Predictor};
@@ -59,6 +60,11 @@ fn hold_out(fitted: &Fit, options: &Options, fold: usize, sum: &mut HeldOut) -> 
     let gnss_left_out = |image: usize| images > FOLDS && image % FOLDS == fold;
     part.gnss.retain(|observation| !gnss_left_out(observation.index as usize));
     part.start = start;
+    let unoriented = part.unoriented_images();
+    for (free, _) in part.pose_free.iter_mut().zip(&unoriented).filter(|(_, unoriented)| **unoriented) {
+        *free = [false; 6];
+    }
+    part.gnss.retain(|observation| !unoriented[observation.index as usize]);
     let options = Options { covariance: CovarianceOf::Nothing, ..options.clone() };
     let solve = |part: &Problem| Native.solve(part, &options, &mut |_| ControlFlow::Continue(()));
     let solution = solve(&part).or_else(|error| {
@@ -67,10 +73,12 @@ fn hold_out(fitted: &Fit, options: &Options, fold: usize, sum: &mut HeldOut) -> 
     })?;
     let fold_state = State { points: state.points.clone(), ..solution.state };
     let predictor = Predictor::new(problem, &fold_state)?;
+    let cameras = Cameras { problem, predictor: &predictor, unoriented: &unoriented };
     for j in points.filter(|j| left_out(*j)) {
-        predict_point(problem, &predictor, &fold_state, j, sum);
+        predict_point(&cameras, &fold_state, j, sum);
     }
-    for observation in problem.gnss.iter().filter(|observation| gnss_left_out(observation.index as usize)) {
+    let predicted = |image: usize| gnss_left_out(image) && !unoriented[image];
+    for observation in problem.gnss.iter().filter(|observation| predicted(observation.index as usize)) {
         if let Some(antenna) = predictor.antenna(observation.index as usize) {
             sum.normalised += (observation.position - antenna).component_div(&observation.sigma).norm_squared();
         }
@@ -91,9 +99,19 @@ fn hold_searched(problem: &mut Problem) -> bool {
 /// Rows of one point: weighted residual, weighted derivative, and weight.
 type Rows = Vec<(Vector2<f64>, Matrix2x3<f64>, f64)>;
 
-fn rows(problem: &Problem, predictor: &Predictor<'_>, j: usize, object: &Vector3<f64>) -> Option<Rows> {
+/// The cameras of a fit that did not see what is predicted.
+struct Cameras<'a> {
+    problem: &'a Problem,
+    predictor: &'a Predictor<'a>,
+    /// Images that the fit did not orient.
+    unoriented: &'a [bool],
+}
+
+fn rows(cameras: &Cameras<'_>, j: usize, object: &Vector3<f64>) -> Option<Rows> {
+    let Cameras { problem, predictor, unoriented } = cameras;
     problem.observations[problem.point_start[j]..problem.point_start[j + 1]]
         .iter()
+        .filter(|observation| !unoriented[observation.image as usize])
         .map(|observation| {
             let observed = [observation.x, observation.y];
             let (computed, by_point) = predictor.image_point(observation.image as usize, observed, object)?;
@@ -104,15 +122,16 @@ fn rows(problem: &Problem, predictor: &Predictor<'_>, j: usize, object: &Vector3
         .collect()
 }
 
-fn predict_point(problem: &Problem, predictor: &Predictor<'_>, state: &State, j: usize, sum: &mut HeldOut) {
+fn predict_point(cameras: &Cameras<'_>, state: &State, j: usize, sum: &mut HeldOut) {
+    let Cameras { problem, predictor, .. } = cameras;
     let mut object = state.points[j];
     let normal = |rows: &Rows| -> Matrix3<f64> { rows.iter().map(|(_, a, _)| a.transpose() * a).sum() };
     for _ in 0..INTERSECTION_STEPS {
-        let Some(rows) = rows(problem, predictor, j, &object) else { return };
+        let Some(rows) = rows(cameras, j, &object) else { return };
         let Some(inverse) = normal(&rows).try_inverse() else { return };
         object += inverse * rows.iter().map(|(v, a, _)| a.transpose() * v).sum::<Vector3<f64>>();
     }
-    let Some(rows) = rows(problem, predictor, j, &object) else { return };
+    let Some(rows) = rows(cameras, j, &object) else { return };
     let Some(inverse) = normal(&rows).try_inverse() else { return };
     if let PointSource::Control(_) = problem.point_sources[j] {
         let Ok(c) = problem.control.binary_search_by_key(&(j as u32), |observation| observation.index) else { return };
