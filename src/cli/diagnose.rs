@@ -9,6 +9,7 @@ use crate::diagnose::forward::{MOST_EFFECTS, Settings};
 use crate::diagnose::run::{Diagnosed, diagnose};
 use crate::io::block::read_block;
 use crate::io::table::write_json;
+use crate::model::Model;
 use crate::report::run::write_page;
 use crate::run::{self, residual_rows};
 use anyhow::Context;
@@ -86,11 +87,21 @@ fn execute(arguments: &Common, console: &Console, threads: usize, most_effects: 
         most_effects,
         tell: &tell,
     };
-    let diagnosed = diagnose(block, &model, &settings)?;
-    tell("adjusting the result with both solvers");
+    let mut diagnosed = diagnose(block, &model, &settings)?;
+    tell("adjusting every step with both solvers");
     let final_model = diagnosed.improvement.fitted.model.clone();
     let solvers = arguments.model.solvers();
-    let run = run::adjust(&diagnosed.block, &final_model, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))?;
+    let adjust =
+        |model: &Model| run::adjust(&diagnosed.block, model, &solvers, &options, &mut |_, _| ControlFlow::Continue(()));
+    let mut agreements = Vec::new();
+    for step in diagnosed.improvement.steps.split_last().map_or(&[][..], |(_, before)| before) {
+        agreements.push(adjust(&step.model)?.agreement);
+    }
+    let run = adjust(&final_model)?;
+    agreements.push(run.agreement.clone());
+    for (row, agreement) in diagnosed.diagnosis.ledger.iter_mut().zip(&agreements) {
+        row.solvers_agree = agreement.as_ref().map(|agreement| agreement.agree);
+    }
     drop(progress);
     let idle = run.problem.images_without_part();
     if !idle.is_empty() {
@@ -102,7 +113,8 @@ fn execute(arguments: &Common, console: &Console, threads: usize, most_effects: 
     write_json(&arguments.output.join("diagnosis.json"), diagnosis).context("cannot write the diagnosis")?;
     structure_files::write(&arguments.output, &diagnosed)?;
     write_page(&arguments.output)?;
-    let failure = run.agreement.as_ref().filter(|agreement| !agreement.agree).map(|a| disagreement(a).into());
+    let worst = agreements.iter().flatten().find(|agreement| !agreement.agree);
+    let failure = worst.map(|agreement| disagreement(agreement).into());
     let text = text(diagnosis) + &format!("\nRun: {}\n", arguments.output.display());
     Ok(Answer { text, json: serde_json::to_value(diagnosis)?, failure })
 }

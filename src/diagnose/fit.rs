@@ -15,6 +15,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 /// A model fitted to a block.
+#[derive(Clone)]
 pub struct Fit {
     /// The model, start values those of the solution.
     pub model: Model,
@@ -115,7 +116,7 @@ pub fn screen_all(
     let Fit { model, problem, solution } = fitted;
     let base = Base { block, model, problem, state: &solution.state, threads, significance };
     let mut list: Vec<Candidate> = Vec::new();
-    let mut places = BTreeMap::new();
+    let mut scans = BTreeMap::new();
     for candidate in candidates(block, problem, model, plugins) {
         if !(candidate.testable() && candidate.scanned()) {
             list.extend(variants::of(problem, candidate));
@@ -123,7 +124,7 @@ pub fn screen_all(
         }
         match best_place(&base, &candidate)? {
             Some(best) => {
-                places.insert(candidate.id.clone(), best.places);
+                scans.insert(candidate.id.clone(), best.scan);
                 list.push(best.candidate);
             }
             None => {
@@ -132,7 +133,7 @@ pub fn screen_all(
             }
         }
     }
-    let mut screening = screen(&base, list, &places)?;
+    let mut screening = screen(&base, list, &scans)?;
     variants::keep_best(&mut screening);
     Ok(screening)
 }

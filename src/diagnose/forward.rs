@@ -10,7 +10,7 @@ use crate::adjust::Options;
 use crate::block::Block;
 use crate::effects::Role as ParameterRole;
 use crate::math::statistics::chi_square_ln_sf;
-use crate::model::{EffectRef, Model};
+use crate::model::{EffectRef, Model, SigmaFactors};
 use crate::run;
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
@@ -104,7 +104,7 @@ pub fn improve(
     let Settings { plugins, options, significance, most_effects, tell } = settings;
     tell("adjusting the base model and estimating the weights");
     let mut fitted = fit_with_weights(block, model, near, plugins, options, *significance)?;
-    let base = fit(block, &fitted.model, Some(&fitted), options)?;
+    let base = fitted.clone();
     let mut heldout = held_out(&fitted, options)?;
     let mut steps = vec![step(block, &fitted, &heldout, None, 0.0, 0.0)?];
     let mut confirmations = Vec::new();
@@ -158,10 +158,16 @@ pub fn improve(
             return Ok(Improvement { steps, confirmations, screenings, base, fitted, added });
         }
         // What was refused beside a smaller model may be needed beside this one; and what the effect left in the residuals no longer passes for
-        // noise, so the weights are estimated anew.
+        // noise, so the weights are estimated anew, from the stated ones: a factor that the missing effect inflated would be believed.
         refused.clear();
-        match reweighted(block, &fitted, settings) {
-            Ok(Some((weighted, weighted_heldout))) => (fitted, heldout) = (weighted, weighted_heldout),
+        match reweighted(block, &fitted, model.sigma_factors, settings) {
+            Ok(Some((weighted, weighted_heldout))) => {
+                (fitted, heldout) = (weighted, weighted_heldout);
+                // The ledger's row is that of the model as it goes on.
+                if let Some(Step { added, drop, ln_p, .. }) = steps.pop() {
+                    steps.push(step(block, &fitted, &heldout, added, drop, ln_p)?);
+                }
+            }
             Ok(None) => {}
             Err(error) => tell(&format!("the weights stay as they are: {error}")),
         }
@@ -186,10 +192,16 @@ pub fn improve(
     }
 }
 
-/// The fit with weights estimated anew, and what it predicts; `None` where they stand.
-fn reweighted(block: &Block, fitted: &Fit, settings: &Settings<'_>) -> Result<Option<(Fit, HeldOut)>, DiagnoseError> {
+/// The fit with weights estimated anew from the stated ones, and what it predicts; `None` where they stand.
+fn reweighted(
+    block: &Block,
+    fitted: &Fit,
+    stated: SigmaFactors,
+    settings: &Settings<'_>,
+) -> Result<Option<(Fit, HeldOut)>, DiagnoseError> {
     let Settings { plugins, options, significance, .. } = settings;
-    let weighted = fit_with_weights(block, &fitted.model, Some(fitted), plugins, options, *significance)?;
+    let restated = Model { sigma_factors: stated, ..fitted.model.clone() };
+    let weighted = fit_with_weights(block, &restated, Some(fitted), plugins, options, *significance)?;
     if weighted.model.sigma_factors == fitted.model.sigma_factors {
         return Ok(None);
     }
@@ -246,7 +258,7 @@ fn try_candidate(
 ) -> (Confirmation, Option<(Fit, HeldOut)>) {
     let mut confirmation = Confirmation {
         id: score.candidate.id.clone(),
-        predicted: score.drop,
+        predicted: score.predicted,
         drop: 0.0,
         before_px: heldout.rms_px(),
         after_px: f64::NAN,
@@ -254,10 +266,13 @@ fn try_candidate(
         reason: String::new(),
     };
     let model = with_candidate(&before.model, score);
-    // A shape with a kink may have no smooth way to its best place; the scan's, held, is the second choice.
-    let refit = |model: &Model| fit(block, model, Some(before), options);
-    let after = refit(&model)
-        .or_else(|error| held_where_found(&model).map_or(Err(error), |model| refit(&model)))
+    // A shape with a kink may have no smooth way to its best place; the scan's, held, is the second choice. Others may start too far away where
+    // what is missing has driven the base: the block's approximations are their second choice.
+    let after = fit(block, &model, Some(before), options)
+        .or_else(|_| match held_where_found(&model) {
+            Some(held) => fit(block, &held, Some(before), options),
+            None => fit(block, &model, None, options),
+        })
         .map_err(|error| error.to_string());
     let after = after.and_then(|after| {
         let heldout = held_out(&after, options).map_err(|error| error.to_string())?;

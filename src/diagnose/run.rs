@@ -61,7 +61,10 @@ pub fn diagnose(block: &Block, model: &Model, settings: &Settings<'_>) -> Result
     }
     (settings.tell)("describing what is left");
     let before = structure_of(&clean, &improvement.base, settings)?;
-    let mut after = structure_of(&clean, &improvement.fitted, settings)?;
+    let mut after = match improvement.steps.len() {
+        1 => before.clone(),
+        _ => structure_of(&clean, &improvement.fitted, settings)?,
+    };
     let count = outliers.rejected.len();
     let mut found = diagnosis(&clean, &improvement, &after, settings.significance, count);
     if found.verdict == Verdict::Unexplained && !improvement.added.is_empty() {

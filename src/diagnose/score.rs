@@ -3,6 +3,7 @@
 use super::candidate::{Addition, Candidate};
 use super::random;
 use crate::adjust::AdjustError;
+use crate::adjust::native::EFFECT_DOMAIN;
 use crate::adjust::native::score::{Column, Profile, profile};
 use crate::block::Block;
 use crate::effects::{Context, Stage};
@@ -15,6 +16,10 @@ use std::collections::BTreeMap;
 /// Directions of which the base model leaves less than this share (squared length) are rounding and nonlinearity of the base: dropped. Found
 /// where score and refit part (see the catalogue's notes).
 const KEPT_SHARE: f64 = 1e-5;
+
+/// The same for a candidate of a single column, which would otherwise not be tested at all: its rows are projected one by one, so that rounding
+/// is far below, and a size that the score misses by nonlinearity the refit corrects.
+const KEPT_SHARE_ALONE: f64 = 1e-7;
 
 /// Squared correlation of two candidates' columns above which this block cannot tell them apart: correlation 0.9.
 pub const INSEPARABLE: f64 = 0.9;
@@ -39,8 +44,10 @@ pub struct Estimate {
 pub struct Score {
     /// The candidate; searched parameters at the best place.
     pub candidate: Candidate,
-    /// `s' M^-1 s`, for unit weight: the predicted drop of `v'Pv`.
+    /// `s' M^-1 s` over the kept directions, for unit weight.
     pub drop: f64,
+    /// The predicted drop of `v'Pv` in a refit: `drop`, less what the refit's weak prior keeps back ([`Score::start_term`]).
+    pub predicted: f64,
     /// Test statistic: `drop / dof` over the estimated variance factor, and over the design effect.
     pub statistic: f64,
     /// Directions that the base leaves.
@@ -127,11 +134,20 @@ pub enum ScreenError {
     Problem(#[from] ProblemError),
 }
 
-/// Tests every candidate. `scan_tests[id]` is the number of places that a scan tried for a scanned candidate.
+/// What a scan did to find the place of a candidate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scan {
+    /// Places of its grid, each a test.
+    pub places: f64,
+    /// The largest of their statistics: what is tested. Finer grids about the best place find a larger one, and that without counted tests.
+    pub drop: f64,
+}
+
+/// Tests every candidate; `scans` by id of the scanned ones.
 pub fn screen(
     base: &Base<'_>,
     candidates: Vec<Candidate>,
-    scan_tests: &BTreeMap<String, f64>,
+    scans: &BTreeMap<String, Scan>,
 ) -> Result<Screening, ScreenError> {
     let mut candidates = candidates;
     for candidate in candidates.iter_mut().filter(|candidate| candidate.testable() && !in_domain(base, candidate)) {
@@ -155,8 +171,8 @@ pub fn screen(
     let tests = tested.len() as f64;
     let mut scores: Vec<Score> = Vec::with_capacity(tested.len());
     for (candidate, columns) in tested.into_iter().zip(columns) {
-        let scanned = scan_tests.get(&candidate.id).copied().unwrap_or(1.0);
-        let at = At { base, problem: &problem, profile: &profile, redundancy, tests, scanned };
+        let scan = scans.get(&candidate.id).copied();
+        let at = At { base, problem: &problem, profile: &profile, redundancy, tests, scan };
         scores.push(if candidate.random() {
             random::score(&at, candidate, columns)
         } else {
@@ -221,8 +237,8 @@ pub(super) struct At<'a> {
     pub redundancy: f64,
     /// Candidates tested.
     pub tests: f64,
-    /// Places that a scan tried.
-    pub scanned: f64,
+    /// The scan that found its place.
+    pub scan: Option<Scan>,
 }
 
 /// Base problem with every candidate in it at nominal values, and the candidate of each candidate unknown.
@@ -284,7 +300,11 @@ fn linear(at: &At<'_>, candidate: Candidate, columns: Vec<usize>) -> Score {
     let information = block_of(&at.profile.information, &columns);
     let score = DVector::from_fn(columns.len(), |i, _| at.profile.score[columns[i]]);
     let eigen = SymmetricEigen::new(information);
-    let kept: Vec<usize> = (0..columns.len()).filter(|k| eigen.eigenvalues[*k] > KEPT_SHARE).collect();
+    let least = match columns.as_slice() {
+        [column] => KEPT_SHARE_ALONE.max(least_of_domain(at, *column)),
+        _ => KEPT_SHARE,
+    };
+    let kept: Vec<usize> = (0..columns.len()).filter(|k| eigen.eigenvalues[*k] > least).collect();
     let kept_share = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
     let whitening = DMatrix::from_fn(columns.len(), kept.len(), |i, k| {
         eigen.eigenvectors[(i, kept[k])] / eigen.eigenvalues[kept[k]].sqrt()
@@ -294,10 +314,13 @@ fn linear(at: &At<'_>, candidate: Candidate, columns: Vec<usize>) -> Score {
     let values = &whitening * &white;
     let covariance = &whitening * whitening.transpose();
     let dof = kept.len() as f64;
+    let held_weakly = kept.len() < columns.len() && candidate.term().is_some();
+    let predicted = if held_weakly { drop_with_prior(at, &columns, &score).unwrap_or(drop) } else { drop };
     let rest = at.redundancy - dof;
     let factor = (at.profile.chi_square - drop) / rest;
     let design_effect = design_effect(at.profile, &columns, &whitening, &values);
-    let statistic = if dof > 0.0 { drop / dof / factor / design_effect } else { 0.0 };
+    let Scan { places, drop: found } = at.scan.unwrap_or(Scan { places: 1.0, drop });
+    let statistic = if dof > 0.0 { drop.min(found) / dof / factor / design_effect } else { 0.0 };
     let ln_one = if dof > 0.0 { f_ln_sf(statistic, dof, rest) } else { 0.0 };
     let mut estimates = BTreeMap::new();
     let unit_sigma = (factor * design_effect).sqrt();
@@ -307,16 +330,17 @@ fn linear(at: &At<'_>, candidate: Candidate, columns: Vec<usize>) -> Score {
         let sigma = covariance[(i, i)].sqrt() * at.profile.unit[*column] * unit_sigma;
         estimates.insert(name, Estimate { value, sigma, unit });
     }
-    let level = at.base.significance / at.tests / at.scanned;
+    let level = at.base.significance / at.tests / places;
     let detectable = (columns.len() == 1 && kept.len() == 1).then(|| {
         noncentrality(level, 1.0).sqrt() * covariance[(0, 0)].sqrt() * at.profile.unit[columns[0]] * unit_sigma
     });
     Score {
         candidate,
         drop,
+        predicted,
         statistic,
         dof,
-        ln_p: correct_for_scan(ln_one, at.scanned),
+        ln_p: correct_for_scan(ln_one, places),
         design_effect,
         estimates,
         detectable,
@@ -325,6 +349,24 @@ fn linear(at: &At<'_>, candidate: Candidate, columns: Vec<usize>) -> Score {
         values,
         whitening,
     }
+}
+
+/// Information (scaled) of a column whose parameter would be known to no better than its domain: a refit calls it undetermined.
+fn least_of_domain(at: &At<'_>, column: usize) -> f64 {
+    let first = at.problem.layout().theta(0);
+    let entry = at.profile.unknowns[column].checked_sub(first).map(|t| &at.problem.theta[t]);
+    entry.map_or(0.0, |entry| (at.profile.unit[column] / (EFFECT_DOMAIN * entry.scale)).powi(2))
+}
+
+/// `s' (M + P)^-1 s` with the weak prior `P` of a refit, over all directions: the drop that such a refit brings.
+fn drop_with_prior(at: &At<'_>, columns: &[usize], score: &DVector<f64>) -> Option<f64> {
+    let mut information = block_of(&at.profile.information, columns);
+    let first = at.problem.layout().theta(0);
+    for (i, column) in columns.iter().enumerate() {
+        let entry = &at.problem.theta[at.profile.unknowns[*column].checked_sub(first)?];
+        information[(i, i)] += (at.profile.unit[*column] / (WEAK_PRIOR * entry.scale)).powi(2);
+    }
+    Some(score.dot(&information.cholesky()?.solve(score)))
 }
 
 impl Score {
@@ -344,6 +386,7 @@ impl Score {
         Self {
             candidate,
             drop,
+            predicted: drop,
             statistic,
             dof: 1.0,
             ln_p,

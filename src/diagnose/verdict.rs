@@ -182,6 +182,9 @@ pub struct LedgerRow {
     /// p-value that let the effect in.
     #[serde(deserialize_with = "null_is_nan")]
     pub p_value: f64,
+    /// Do the solvers agree on this model? Null where it was adjusted with one of them.
+    #[serde(default)]
+    pub solvers_agree: Option<bool>,
 }
 
 /// Check points over which a predicted change is averaged at most: a mean over this many evenly spaced points is good to some percent.
@@ -253,7 +256,7 @@ fn left(last: &Screening, structure: &Structure, significance: f64) -> Vec<Strin
     for score in shapes_left(last, significance) {
         left.push(format!(
             "the empirical field {} would take {:.0} of v'Pv away with {:.0} parameters",
-            score.candidate.id, score.drop, score.dof
+            score.candidate.id, score.predicted, score.dof
         ));
     }
     for score in significant(last, significance) {
@@ -272,6 +275,7 @@ fn ledger_row((number, step): (usize, &Step)) -> LedgerRow {
         check_rms_m: step.check_rms_m,
         statistic: step.drop,
         p_value: step.ln_p.exp(),
+        solvers_agree: None,
     }
 }
 
@@ -299,7 +303,7 @@ fn candidates(
             p_value: score.p_value(),
             ln_p_value: score.ln_p,
             significant: score.ln_p < level,
-            predicted_drop: score.drop,
+            predicted_drop: score.predicted,
             estimate: score
                 .estimates
                 .iter()

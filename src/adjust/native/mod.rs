@@ -22,6 +22,7 @@ mod turn;
 use super::{AdjustError, Evaluation, LinearSolver, Options, Progress, ReducedSystem, Solution, Solver};
 use crate::problem::{Loss, Problem, State};
 pub use predictor::Predictor;
+pub use rank::EFFECT_DOMAIN;
 
 use factor::{Factor, Pattern, ReducedBorder};
 use point::Prepared;

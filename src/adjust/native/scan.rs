@@ -130,8 +130,6 @@ fn scan_points<const D: usize>(at: &Prepared<'_>, points: Range<usize>, shapes: 
     let mut rows = PointRows::<D>::new();
     let mut prediction = chain::Prediction::default();
     let mut touched: Vec<(u32, f64, f64)> = Vec::new();
-    // Per measurement of the point: its touched columns with weighted derivatives.
-    let mut of_row: Vec<Vec<(u32, f64, f64)>> = Vec::new();
     let mut by_point = vec![Vector3::<f64>::zeros(); count];
     let mut seen: Vec<u32> = Vec::new();
     for j in points {
@@ -144,7 +142,6 @@ fn scan_points<const D: usize>(at: &Prepared<'_>, points: Range<usize>, shapes: 
         for column in seen.drain(..) {
             by_point[column as usize] = Vector3::zeros();
         }
-        of_row.clear();
         for (r, row) in rows.rows.iter().enumerate() {
             let observation = &problem.observations[start + r];
             let frame = &at.frames[observation.image as usize];
@@ -167,16 +164,20 @@ fn scan_points<const D: usize>(at: &Prepared<'_>, points: Range<usize>, shapes: 
                     seen.push(*column);
                 }
                 by_point[c] += Vector3::from(row.point[0]) * *x + Vector3::from(row.point[1]) * *y;
-                let base = row.rank as usize * D;
-                for k in 0..D {
-                    sums.columns[(base + k) * count + c] += row.image[0][k] * *x + row.image[1][k] * *y;
-                }
-                for l in 0..m {
-                    sums.columns[(n + l) * count + c] +=
-                        rows.shared[2 * r * m + l] * *x + rows.shared[(2 * r + 1) * m + l] * *y;
-                }
             }
-            of_row.push(touched.clone());
+            // Line by line: the columns that a measurement touches are neighbours there.
+            let mut add = |line: usize, [a, b]: [f64; 2]| {
+                let line = &mut sums.columns[line * count..(line + 1) * count];
+                for (column, x, y) in &touched {
+                    line[*column as usize] += a * x + b * y;
+                }
+            };
+            for k in 0..D {
+                add(row.rank as usize * D + k, [row.image[0][k], row.image[1][k]]);
+            }
+            for l in 0..m {
+                add(n + l, [rows.shared[2 * r * m + l], rows.shared[(2 * r + 1) * m + l]]);
+            }
         }
         let solved = inverse * rows.gradient;
         seen.sort_unstable();
