@@ -1,4 +1,8 @@
 //! Blocks with a hidden effect: the recipes make what they state, and the program finds what they hide.
 
+#[path = "../common/mod.rs"]
+mod common;
+
+mod judge;
 mod models;
 mod recipes;

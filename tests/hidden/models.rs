@@ -165,16 +165,35 @@ pub struct Estimate {
     pub sigma: f64,
 }
 
-/// Estimated parameters of the effects of a run, those of single images left out.
+/// Estimated parameters of the effects of a run. Of values drawn for every image the standard deviation `s` stands for all of them;
+/// that of `s` itself is `s / sqrt(2 r)`, `r` the redundancy that they contribute (Förstner and Wrobel 2016, sec. 4.2.4).
 pub fn estimates(run: &Run) -> Vec<Estimate> {
     let solution = run.solution();
     let covariance = solution.covariance.as_ref().expect("a covariance");
-    let entries = run.problem.theta.iter().enumerate().filter(|(_, entry)| entry.free && entry.prior_sigma.is_none());
-    entries
-        .map(|(t, entry)| Estimate {
-            name: entry.name.clone(),
-            value: solution.state.theta[t],
-            sigma: run.sigma0() * covariance.theta_variances[t].sqrt(),
-        })
-        .collect()
+    let mut estimates: Vec<Estimate> = Vec::new();
+    let mut shares: Vec<(String, f64, f64)> = Vec::new();
+    for (t, entry) in run.problem.theta.iter().enumerate().filter(|(_, entry)| entry.free) {
+        let variance = covariance.theta_variances[t];
+        let descriptor = run.problem.effects[entry.effect as usize].effect.descriptor();
+        match (&descriptor.parameters[entry.parameter as usize].role, entry.prior_sigma) {
+            (Role::Random(deviation), Some(sigma)) => {
+                let (name, share) = (format!("{}.{deviation}", descriptor.id), 1.0 - variance / (sigma * sigma));
+                match shares.iter_mut().find(|(other, ..)| *other == name) {
+                    Some((.., sum)) => *sum += share,
+                    None => shares.push((name, sigma, share)),
+                }
+            }
+            _ => estimates.push(Estimate {
+                name: entry.name.clone(),
+                value: solution.state.theta[t],
+                sigma: run.sigma0() * variance.sqrt(),
+            }),
+        }
+    }
+    estimates.extend(shares.into_iter().map(|(name, value, share)| Estimate {
+        name,
+        value,
+        sigma: value / (2.0 * share).sqrt(),
+    }));
+    estimates
 }

@@ -1,0 +1,189 @@
+//! The judge: `improve` on every recipe's block as it comes, with its noise, outliers and wrong start values, held against what the recipe states.
+//!
+//! The check-point error is held against that of the true model on the block with known noise (`Recipe::with_known_noise`): the same
+//! measurements, errors and check points, with a perfect search for outliers and perfect weights. Nothing of the program that is judged
+//! has a part in that reference: the true model on the block that its own search cleaned would forgive a search that cleans badly.
+//! [`recipes`](super::recipes) holds the number that a recipe states for it against the adjustment.
+
+use super::models::{Named, base_model, check_rms_mm, estimates, selected};
+use crate::common::disagreement;
+use misclosure::adjust::ceres::Ceres;
+use misclosure::adjust::native::Native;
+use misclosure::adjust::{Options, Solver};
+use misclosure::block::Block;
+use misclosure::diagnose::forward::{MOST_EFFECTS, Settings};
+use misclosure::diagnose::run::{Diagnosed, diagnose};
+use misclosure::diagnose::verdict;
+use misclosure::inject::recipe::{Truth, Verdict};
+use misclosure::model::Model;
+use misclosure::run::{self, Run};
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// Family-wise level, that of the command line.
+const SIGNIFICANCE: f64 = 1e-3;
+/// Standard deviations by which an estimated size may miss: with some sixty sizes, once in 250 sets of recipes.
+const SIZE_SIGMAS: f64 = 4.0;
+/// Check points of the improved model against those of the true one.
+const CHECK_RATIO: f64 = 1.1;
+
+/// Digits to which the ledger's check-point error is that of a new adjustment (variance components are estimated to a thousandth).
+const LEDGER_DIGITS: f64 = 1e-3;
+
+#[test]
+fn improve_finds_what_is_hidden() {
+    let mut failures = Vec::new();
+    println!("{:34} {:11} what was found", "recipe", "verdict");
+    for named in selected() {
+        let name = &named.name;
+        let found = judge(&named).unwrap_or_else(|text| vec![text]);
+        failures.extend(found.into_iter().map(|text| format!("{name}: {text}")));
+    }
+    assert!(failures.is_empty(), "\n{}", failures.join("\n"));
+}
+
+/// Improves a recipe's block, prints a line, and says what is wrong.
+fn judge(named: &Named) -> Result<Vec<String>, String> {
+    let Named { name, recipe } = named;
+    let block = recipe.build().map_err(|error| format!("{error:#}"))?.block;
+    let started = Instant::now();
+    let settings = Settings {
+        plugins: &[],
+        options: Options::default(),
+        significance: SIGNIFICANCE,
+        most_effects: MOST_EFFECTS,
+        tell: &|_| {},
+    };
+    let diagnosed = diagnose(&block, &base_model(recipe, &block), &settings).map_err(|error| error.to_string())?;
+    let seconds = started.elapsed().as_secs_f64();
+    let mut failures = Vec::new();
+    // The steps that led there, then the model that is handed on.
+    let improvement = &diagnosed.improvement;
+    let before = improvement.steps.split_last().map_or(&[][..], |(_, before)| before);
+    for (number, step) in before.iter().enumerate() {
+        let run = solve_both(&diagnosed.block, &step.model).map_err(|text| format!("step {number}: {text}"))?;
+        failures.extend(disagreement(&run).map(|text| format!("step {number}: {text}")));
+    }
+    let run = solve_both(&diagnosed.block, &improvement.fitted.model)?;
+    failures.extend(disagreement(&run));
+    failures.extend(judge_ledger(&diagnosed, &run));
+    let sizes = Sizes::of(&recipe.truth, &run);
+    print_line(name, &recipe.truth, &diagnosed, &sizes, check_rms_mm(&run), seconds);
+    failures.extend(judge_names(&recipe.truth, &diagnosed));
+    failures.extend(sizes.failures());
+    let (reached, possible) = (check_rms_mm(&run), recipe.truth.check_mm.model);
+    // Where the truth is not in the catalogue there is nothing to reach.
+    let missed = reached.is_nan() || reached > CHECK_RATIO * possible;
+    if recipe.truth.verdict != Verdict::Unexplained && missed {
+        failures.push(format!("check points {reached:.4} mm, the true model reaches {possible:.4} mm"));
+    }
+    Ok(failures)
+}
+
+/// The program's own result first, as the command line takes it.
+fn solve_both(block: &Block, model: &Model) -> Result<Run, String> {
+    let solvers: [&dyn Solver; 2] = [&Native, &Ceres];
+    run::adjust(block, model, &solvers, &Options::default(), &mut |_, _| ControlFlow::Continue(()))
+        .map_err(|error| error.to_string())
+}
+
+/// The last row of the ledger is that of the model that is handed on.
+fn judge_ledger(diagnosed: &Diagnosed, run: &Run) -> Option<String> {
+    let stated = diagnosed.diagnosis.ledger.last().and_then(|row| row.check_rms_m).map_or(f64::NAN, |rms| 1e3 * rms);
+    let found = check_rms_mm(run);
+    let same = (stated - found).abs() <= LEDGER_DIGITS * found;
+    (!same).then(|| format!("the ledger ends at {stated:.4} mm, the model at {found:.4} mm"))
+}
+
+/// Is the verdict right, and are the effects those that are hidden, or such as the diagnosis says the block cannot tell from them?
+fn judge_names(truth: &Truth, diagnosed: &Diagnosed) -> Vec<String> {
+    let mut failures = Vec::new();
+    let verdict = match diagnosed.diagnosis.verdict {
+        verdict::Verdict::Adequate => Verdict::Adequate,
+        verdict::Verdict::Missing => Verdict::Missing,
+        verdict::Verdict::Unexplained => Verdict::Unexplained,
+    };
+    if verdict != truth.verdict {
+        let left = diagnosed.diagnosis.left.join("; ");
+        failures.push(format!("verdict {verdict:?} instead of {:?}; left: {left}", truth.verdict));
+    }
+    let mut found = diagnosed.diagnosis.recommended.clone();
+    let mut missed = Vec::new();
+    for expected in &truth.effects {
+        match found.iter().position(|id| *id == expected.id) {
+            Some(position) => drop(found.remove(position)),
+            None => missed.push(expected.id.as_str()),
+        }
+    }
+    let declared = |id: &str, other: &str| {
+        let entry = diagnosed.diagnosis.candidates.iter().find(|entry| entry.effect == id);
+        entry.is_some_and(|entry| entry.inseparable_from.iter().any(|partner| partner == other))
+    };
+    for wanted in missed {
+        match found.iter().position(|id| declared(id, wanted)) {
+            Some(position) => drop(found.remove(position)),
+            // Of an unexplained block the effects that describe a part may be named.
+            None if truth.verdict == Verdict::Unexplained => {}
+            None => failures.push(format!("{wanted} was not found, nor a declared partner")),
+        }
+    }
+    if !found.is_empty() {
+        failures.push(format!("found besides: {}", found.join(", ")));
+    }
+    failures
+}
+
+/// Estimated sizes beside the stated ones.
+struct Sizes(Vec<Size>);
+
+struct Size {
+    name: String,
+    value: f64,
+    sigma: f64,
+    stated: f64,
+}
+
+impl Sizes {
+    /// Of the effects that were found by their own name.
+    fn of(truth: &Truth, run: &Run) -> Self {
+        let estimates = estimates(run);
+        let stated = truth.effects.iter().flat_map(|expected| {
+            expected.sizes.iter().map(move |(parameter, size)| (format!("{}.{parameter}", expected.id), *size))
+        });
+        let size = |(name, stated): (String, f64)| {
+            let estimate = estimates.iter().find(|estimate| estimate.name == name)?;
+            Some(Size { name, value: estimate.value, sigma: estimate.sigma, stated })
+        };
+        Self(stated.filter_map(size).collect())
+    }
+
+    fn failures(&self) -> Vec<String> {
+        let missed = |size: &&Size| {
+            let Size { value, sigma, stated, .. } = size;
+            // Written so that a NaN fails.
+            let within = (value - stated).abs() <= SIZE_SIGMAS * sigma;
+            !within
+        };
+        let text = |Size { name, value, sigma, stated }: &Size| {
+            format!("{name} is {value:.4e} +- {sigma:.1e}, the recipe states {stated:.4e}")
+        };
+        self.0.iter().filter(missed).map(text).collect()
+    }
+}
+
+fn print_line(name: &str, truth: &Truth, diagnosed: &Diagnosed, sizes: &Sizes, after_mm: f64, seconds: f64) {
+    let found = &diagnosed.diagnosis.recommended;
+    let found = if found.is_empty() { "nothing".into() } else { found.join(" + ") };
+    let before_mm = diagnosed.improvement.steps[0].check_rms_m.map_or(f64::NAN, |rms| 1e3 * rms);
+    let verdict = format!("{:?}", diagnosed.diagnosis.verdict).to_lowercase();
+    let sizes: Vec<String> = sizes
+        .0
+        .iter()
+        .map(|size| format!("{} {:.4e} +- {:.1e} ({:.4e})", size.name, size.value, size.sigma, size.stated))
+        .collect();
+    println!(
+        "{name:34} {verdict:11} {found}  check {before_mm:.4} -> {after_mm:.4} mm (true model {:.4})  {seconds:.1} s  {}",
+        truth.check_mm.model,
+        sizes.join(", ")
+    );
+}
