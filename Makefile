@@ -29,8 +29,9 @@ test: setup ## everything CI runs: format, lints, documentation, Rust and C++ te
 test-hidden: setup ## judge every block with a hidden effect (make test: a part of them)
 	MISCLOSURE_HIDDEN=all cargo test --release --test hidden
 
-bench: setup ## both solvers side by side: time and peak memory, on two blocks
+bench: setup ## both solvers side by side (time and peak memory, on two blocks); testing the catalogue beside refitting it
 	cargo bench --bench solvers
+	cargo bench --bench screening
 
 clean: ## remove everything that was built
 	cargo clean
