@@ -8,6 +8,7 @@ use super::score::{Base, Score, Screening, screen};
 use super::verdict::shapes_left;
 use crate::adjust::Options;
 use crate::block::Block;
+use crate::camera;
 use crate::effects::Role as ParameterRole;
 use crate::math::statistics::chi_square_ln_sf;
 use crate::model::{EffectRef, Model, SigmaFactors};
@@ -321,9 +322,16 @@ fn with_candidate(model: &Model, score: &Score) -> Model {
     }
 }
 
-/// The model with the effects' start values where its fit ended.
+/// The model with the start values of effects and cameras where its fit ended: what is adjusted with it again ends in the same minimum. (An
+/// unflat sensor and a free centre of distortion have two, 2.7 units of `v'Pv` apart in a small block.)
 pub fn at_solution(fitted: &Fit) -> Model {
     let mut model = fitted.model.clone();
+    let cameras = fitted.problem.camera_names.iter().zip(&fitted.problem.camera_free);
+    for ((camera, free), interior) in cameras.zip(&fitted.solution.state.interiors) {
+        let values = model.camera_values.entry(camera.clone()).or_default();
+        let free = (0..free.len()).filter(|k| free[*k]);
+        values.extend(free.map(|k| (camera::PARAMETERS[k].to_string(), interior[k])));
+    }
     for (t, entry) in fitted.problem.theta.iter().enumerate() {
         let term = &mut model.effects[entry.effect as usize];
         let descriptor = term.effect.descriptor();
