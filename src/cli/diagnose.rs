@@ -57,15 +57,22 @@ struct Common {
 
 /// Runs `misclosure diagnose`.
 pub fn run_diagnose(arguments: &DiagnoseArguments, console: &Console, threads: usize) -> anyhow::Result<Answer> {
-    execute(&arguments.common, console, threads, 0)
+    execute(&arguments.common, console, threads, Keep::Base)
 }
 
 /// Runs `misclosure improve`.
 pub fn run_improve(arguments: &ImproveArguments, console: &Console, threads: usize) -> anyhow::Result<Answer> {
-    execute(&arguments.common, console, threads, MOST_EFFECTS)
+    execute(&arguments.common, console, threads, Keep::Improved)
 }
 
-fn execute(arguments: &Common, console: &Console, threads: usize, most_effects: usize) -> anyhow::Result<Answer> {
+/// The model that a run hands on. What is missing is found in the same way for both: whether what is left has a name shows only when it is tried.
+#[derive(Clone, Copy, PartialEq)]
+enum Keep {
+    Base,
+    Improved,
+}
+
+fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) -> anyhow::Result<Answer> {
     if !(arguments.significance > 0.0 && arguments.significance < 0.5) {
         let text = format!("--significance {}: expected a probability above 0 and below 0.5", arguments.significance);
         return Err(super::Usage(text).into());
@@ -84,17 +91,21 @@ fn execute(arguments: &Common, console: &Console, threads: usize, most_effects: 
         plugins: &plugins,
         options: options.clone(),
         significance: arguments.significance,
-        most_effects,
+        most_effects: MOST_EFFECTS,
         tell: &tell,
     };
     let mut diagnosed = diagnose(block, &model, &settings)?;
-    tell("adjusting every step with both solvers");
-    let final_model = diagnosed.improvement.fitted.model.clone();
+    let final_model = match keep {
+        Keep::Base => diagnosed.improvement.base.model.clone(),
+        Keep::Improved => diagnosed.improvement.fitted.model.clone(),
+    };
+    tell("adjusting with both solvers");
     let solvers = arguments.model.solvers();
     let adjust =
         |model: &Model| run::adjust(&diagnosed.block, model, &solvers, &options, &mut |_, _| ControlFlow::Continue(()));
     let mut agreements = Vec::new();
-    for step in diagnosed.improvement.steps.split_last().map_or(&[][..], |(_, before)| before) {
+    let before = diagnosed.improvement.steps.split_last().map_or(&[][..], |(_, before)| before);
+    for step in before.iter().filter(|_| keep == Keep::Improved) {
         agreements.push(adjust(&step.model)?.agreement);
     }
     let run = adjust(&final_model)?;
@@ -115,6 +126,12 @@ fn execute(arguments: &Common, console: &Console, threads: usize, most_effects: 
     write_page(&arguments.output)?;
     let worst = agreements.iter().flatten().find(|agreement| !agreement.agree);
     let failure = worst.map(|agreement| disagreement(agreement).into());
-    let text = text(diagnosis) + &format!("\nRun: {}\n", arguments.output.display());
+    let next = match keep {
+        Keep::Base if !diagnosis.recommended.is_empty() => {
+            "\nThis run is of the base model; improve hands on the model of the last step.\n"
+        }
+        _ => "",
+    };
+    let text = text(diagnosis) + next + &format!("\nRun: {}\n", arguments.output.display());
     Ok(Answer { text, json: serde_json::to_value(diagnosis)?, failure })
 }

@@ -11,14 +11,7 @@ pub fn verdict_sentence(diagnosis: &Diagnosis) -> String {
         Verdict::Adequate => "adequate: nothing significant is left.".into(),
         Verdict::Missing => format!("missing: {}.", names(&diagnosis.recommended)),
         Verdict::Unexplained if diagnosis.recommended.is_empty() => {
-            let significant: Vec<&CandidateEntry> =
-                diagnosis.candidates.iter().filter(|c| c.significant && c.kind == "physical").collect();
-            match significant.first() {
-                Some(best) if diagnosis.candidates.iter().all(|c| c.confirmed.is_none()) => {
-                    format!("missing, not yet added: {}; run improve.", with_partners(diagnosis, &best.effect))
-                }
-                _ => "unexplained: something significant is left that no effect of the catalogue explains.".into(),
-            }
+            "unexplained: something significant is left that no effect of the catalogue explains.".into()
         }
         Verdict::Unexplained => {
             format!("unexplained: {} was added, but something significant is left.", names(&diagnosis.recommended))
