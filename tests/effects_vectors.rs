@@ -4,6 +4,9 @@
 //! effect at the values of its `case.json` the whole chain must meet the measurements to rounding; without it, it must miss
 //! them by what is stated there.
 
+#[path = "common/beside.rs"]
+mod beside;
+
 use misclosure::block::{Block, Image, ImageId, Measurement};
 use misclosure::camera::fraser;
 use misclosure::effects::{BlockContext, Context, Effect, ImageContext, Parameter, Role, Scope, Stage, find};
@@ -195,11 +198,7 @@ impl Case {
 
 #[test]
 fn effects_meet_the_measurements_of_another_program() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/vectors");
-    if !folder.is_dir() {
-        eprintln!("skipped: no ../shared/vectors");
-        return;
-    }
+    let Some(folder) = beside::shared("vectors") else { return };
     let mut folders: Vec<PathBuf> =
         std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()).collect();
     folders.sort();

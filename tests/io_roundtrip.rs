@@ -1,5 +1,8 @@
 //! Writing and reading a block gives the same block, to the last bit; the real blocks read.
 
+#[path = "common/beside.rs"]
+mod beside;
+
 use misclosure::block::*;
 use misclosure::camera::Camera;
 use misclosure::io::block::{read_block, write_block};
@@ -227,11 +230,8 @@ fn what_could_not_be_read_again_is_not_written() {
 
 /// Blocks below a folder beside the project, or none with a word on it.
 fn blocks_beside(folder: &str) -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(folder);
-    let Ok(entries) = std::fs::read_dir(&root) else {
-        eprintln!("skipped: no ../shared/{folder}");
-        return Vec::new();
-    };
+    let Some(root) = beside::shared(folder) else { return Vec::new() };
+    let entries = std::fs::read_dir(&root).expect("a folder");
     let mut blocks: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     blocks.retain(|path| path.join("block.toml").is_file());
     blocks.sort();

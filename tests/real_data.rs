@@ -1,6 +1,8 @@
 //! Real blocks: what was published of them, or found by an independent adjustment, comes out of both solvers.
 //! Each test prints one row of a table (`cargo test --release --test real_data -- --nocapture`).
 
+#[path = "common/beside.rs"]
+mod beside;
 mod common;
 
 use common::{solve_both, tie_rms_px};
@@ -14,11 +16,7 @@ use std::time::Instant;
 
 /// The block of a name; `None`, loudly, where the real data are not at hand.
 fn real(name: &str) -> Option<Block> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(name);
-    if !folder.is_dir() {
-        println!("skipped: no ../shared/data/{name}");
-        return None;
-    }
+    let folder = beside::shared("data")?.join(name);
     Some(read_block(&folder).unwrap_or_else(|error| panic!("{name}: {error}")).block)
 }
 

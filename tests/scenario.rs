@@ -1,5 +1,8 @@
 //! Simulated blocks, judged from outside: counts, exactness against a projection of the test's own, determinism, messages.
 
+#[path = "common/beside.rs"]
+mod beside;
+
 use misclosure::block::{Block, Image, Measurement, Role};
 use misclosure::io::block::{read_block, write_block};
 use misclosure::scenario::{
@@ -449,11 +452,7 @@ long_side = "along"
 
 #[test]
 fn twins_of_real_blocks_are_exact_and_complete() {
-    let data = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    if !data.is_dir() {
-        println!("skipped: no ../shared/data");
-        return;
-    }
+    let Some(data) = beside::shared("data") else { return };
     for name in ["dbat-camcal", "dbat-camcal-exom", "dbat-prague-cam", "dbat-sxb", "uav-caliterra", "uav-seneca"] {
         let block = read_block(&data.join(name)).unwrap_or_else(|error| panic!("{error}")).block;
         let twin = twin_of(&block).unwrap_or_else(|error| panic!("{error}"));

@@ -15,11 +15,7 @@ const SAME_FORMULA_M: f64 = 1e-10;
 
 /// Reads the vectors of an effect, its poses and points being the true ones.
 fn vectors(id: &str) -> Option<Block> {
-    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/vectors").join(id);
-    if !dir.exists() {
-        eprintln!("skipped: no ../shared/vectors/{id}");
-        return None;
-    }
+    let dir = crate::beside::shared("vectors")?.join(id);
     Some(read_block(&dir).expect(id).block)
 }
 
