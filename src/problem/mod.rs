@@ -11,10 +11,18 @@ pub mod order;
 
 mod align;
 mod build;
+mod cameras;
+mod datum;
+mod effects;
+mod error;
+mod intersection;
+mod observations;
 mod start;
 mod thin;
+mod unoriented;
 
-pub use build::{ProblemError, missing_need};
+pub use effects::missing_need;
+pub use error::ProblemError;
 
 use crate::block::PointId;
 use crate::camera::{self, Interior};

@@ -1,0 +1,58 @@
+//! Interior orientations: start values, which parameters are free, priors.
+
+use super::{CameraPrior, ProblemError};
+use crate::block::Block;
+use crate::camera::{self, Interior};
+use crate::model::{Model, Prior};
+
+/// Start values of the interior orientations, and which are free.
+pub(super) fn cameras(block: &Block, model: &Model) -> Result<(Vec<Interior>, Vec<[bool; 12]>), ProblemError> {
+    let mut interiors: Vec<Interior> = block.cameras.iter().map(|camera| camera.interior).collect();
+    for (id, values) in &model.camera_values {
+        let camera = camera_position(block, id)?;
+        for (name, value) in values {
+            interiors[camera][parameter_position(name)?] = *value;
+        }
+    }
+    let mut free = model.free;
+    if model.tie_dc_to_pp {
+        free[3] = false;
+        free[4] = false;
+        for interior in &mut interiors {
+            interior[3] = interior[1];
+            interior[4] = interior[2];
+        }
+    }
+    Ok((interiors, vec![free; block.cameras.len()]))
+}
+
+pub(super) fn camera_priors(block: &Block, model: &Model) -> Result<Vec<CameraPrior>, ProblemError> {
+    let prior = |prior: &Prior| {
+        if prior.sigma.is_nan() || prior.sigma <= 0.0 {
+            let text = format!("prior of `{}`: sigma is {}, expected above 0", prior.parameter, prior.sigma);
+            return Err(ProblemError::Value(text));
+        }
+        Ok(CameraPrior {
+            camera: camera_position(block, &prior.camera)? as u32,
+            parameter: parameter_position(&prior.parameter)? as u32,
+            value: prior.value,
+            sigma: prior.sigma,
+        })
+    };
+    model.priors.iter().map(prior).collect()
+}
+
+fn camera_position(block: &Block, id: &str) -> Result<usize, ProblemError> {
+    block.cameras.iter().position(|camera| camera.id == id).ok_or_else(|| {
+        let ids: Vec<&str> = block.cameras.iter().map(|camera| camera.id.as_str()).collect();
+        ProblemError::Unknown { kind: "camera", name: id.into(), hint: format!("; it has {}", ids.join(", ")) }
+    })
+}
+
+fn parameter_position(name: &str) -> Result<usize, ProblemError> {
+    camera::PARAMETERS.iter().position(|parameter| *parameter == name).ok_or_else(|| ProblemError::Unknown {
+        kind: "camera parameter",
+        name: name.into(),
+        hint: format!("; a camera has {}", camera::PARAMETERS.join(", ")),
+    })
+}

@@ -1,0 +1,45 @@
+//! Points intersected from the approximate orientation.
+
+use super::observations::{PointRows, point_name};
+use super::{ImageObservation, PointSource, ProblemError};
+use crate::block::Block;
+use crate::camera::{Interior, undistort::undistort};
+use crate::math::intersect::intersect_rays;
+use nalgebra::Vector3;
+
+/// Start coordinates: given, surveyed, or intersected from the approximate orientation.
+pub(super) fn start_position(
+    block: &Block,
+    interiors: &[Interior],
+    point: &PointRows,
+) -> Result<Vector3<f64>, ProblemError> {
+    match point.source {
+        PointSource::Control(id) => Ok(block.surveyed[id.index()].position),
+        PointSource::Tie(id) => match block.tie_points[id.index()].position {
+            Some(position) => Ok(position),
+            None => intersect(block, interiors, &point.observations)
+                .ok_or_else(|| ProblemError::NoIntersection { point: point_name(block, point.source) }),
+        },
+    }
+}
+
+/// Least-squares intersection of the rays of the measurements, in front of every camera.
+pub(super) fn intersect(
+    block: &Block,
+    interiors: &[Interior],
+    observations: &[ImageObservation],
+) -> Option<Vector3<f64>> {
+    let mut origins = Vec::with_capacity(observations.len());
+    let mut directions = Vec::with_capacity(observations.len());
+    for observation in observations {
+        let image = &block.images[observation.image as usize];
+        let interior = &interiors[image.camera.index()];
+        let [u, v] = undistort(interior, [observation.x, observation.y])?;
+        let ray = Vector3::new((u - interior[1]) / interior[0], (v - interior[2]) / interior[0], 1.0);
+        origins.push(image.pose.centre);
+        directions.push(image.pose.rotation.inverse() * ray.normalize());
+    }
+    let point = intersect_rays(&origins, &directions)?;
+    let in_front = |o: &ImageObservation| block.images[o.image as usize].pose.cam_from_world(&point).z > 0.0;
+    observations.iter().all(in_front).then_some(point)
+}
