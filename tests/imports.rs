@@ -253,7 +253,7 @@ fn violations(relative: &Path, source: &str) -> Vec<String> {
     let Some((_, may)) = TABLE.iter().find(|(name, _)| name == own) else {
         return vec![format!("src/{}: module `{own}` is not in the import table", relative.display())];
     };
-    let file_is_test = module.last().is_some_and(|name| name == "tests" || name.ends_with("_tests"));
+    let file_is_test = module.iter().any(|name| name == "tests" || name.ends_with("_tests"));
     let mut found = Vec::new();
     for import in imports(source, &module) {
         let Some(other) = import.path.first() else { continue };
