@@ -89,13 +89,17 @@ pub fn residual_rows(
     Ok(rows)
 }
 
-/// RMS of tie residuals per coordinate, px: `sqrt(sum(rx^2 + ry^2) / (2 n))`. NaN without tie points.
+/// RMS of tie residuals per coordinate, px. NaN without tie points.
 pub fn tie_rms_px(block: &Block, problem: &Problem, state: &State) -> Result<f64, AdjustError> {
-    let rows = residual_rows(block, problem, state, None)?;
+    Ok(tie_rms_of_rows(&residual_rows(block, problem, state, None)?).unwrap_or(f64::NAN))
+}
+
+/// RMS of tie residuals per coordinate, px: `sqrt(sum(rx^2 + ry^2) / (2 n))`; `None` without tie points.
+pub(super) fn tie_rms_of_rows(rows: &[ResidualRow]) -> Option<f64> {
     let squares: Vec<f64> = rows
         .iter()
         .filter(|row| row.kind == ResidualKind::Tie)
         .map(|row| row.residual[0].powi(2) + row.residual[1].powi(2))
         .collect();
-    Ok((squares.iter().sum::<f64>() / (2.0 * squares.len() as f64)).sqrt())
+    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / (2.0 * squares.len() as f64)).sqrt())
 }

@@ -8,7 +8,8 @@ use crate::effects::{Role, Scope};
 use crate::evaluate::{Similarity, Statistics};
 use crate::math::null_is_nan;
 use crate::problem::{EffectInstance, Problem, ThetaEntry};
-use crate::run::{ResidualKind, ResidualRow, Run};
+use crate::run::residuals::tie_rms_of_rows;
+use crate::run::{ResidualRow, Run};
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use serde::ser::{Serialize, Serializer};
 use std::marker::PhantomData;
@@ -122,7 +123,7 @@ impl Summary {
             datum_defect: run.problem.datum_defect,
             redundancy,
             sigma0,
-            tie_rms_px: tie_rms_px(rows),
+            tie_rms_px: tie_rms_of_rows(rows),
             solvers: run.solutions.iter().map(|(name, solution)| (name.to_string(), solver(solution))).collect(),
             agreement: run.agreement.clone(),
             cameras: cameras(&run.problem, run.solution(), sigma0),
@@ -137,16 +138,6 @@ impl Summary {
 /// A-posteriori standard deviation of unit weight; `None` without redundancy.
 pub fn sigma0(run: &Run) -> Option<f64> {
     Some(run.sigma0()).filter(|sigma0| sigma0.is_finite())
-}
-
-/// Root mean square of the tie-point residuals per coordinate, px; `None` without tie points.
-fn tie_rms_px(rows: &[ResidualRow]) -> Option<f64> {
-    let ties = rows.iter().filter(|row| row.kind == ResidualKind::Tie);
-    let (sum, n) = ties.fold((0.0, 0usize), |(sum, n), row| {
-        let [rx, ry] = row.residual;
-        (sum + rx * rx + ry * ry, n + 2)
-    });
-    (n > 0).then(|| (sum / n as f64).sqrt())
 }
 
 fn solver(solution: &Solution) -> SolverSummary {

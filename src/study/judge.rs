@@ -10,7 +10,7 @@ use crate::camera::{Interior, PARAMETERS};
 use crate::evaluate::bowl::{self, BowlShape};
 use crate::evaluate::distortion_field::{Grid, Part, compare as compare_cameras};
 use crate::evaluate::{Alignment, Comparison, Method, Similarity, Statistics, checks};
-use crate::problem::{MeasurementKind, Problem};
+use crate::problem::Problem;
 use crate::run::{self, FittedModel, Run};
 use anyhow::{Context, Result};
 use std::collections::HashMap;
@@ -71,7 +71,7 @@ pub fn judge(case: &Case, blocks: &Blocks<'_>, run: &Run) -> Result<Adjusted> {
         images: blocks.erroneous.images.len() - idle.len(),
         tie_points: run.problem.point_sources.len(),
         redundancy: run.problem.redundancy().2,
-        tie_rms_px: tie_rms_px(&fitted, &run.problem, solution),
+        tie_rms_px: run::tie_rms_px(blocks.erroneous, &run.problem, &solution.state)?,
         solvers,
         agreement: run.agreement.as_ref().map(|agreement| Agreed {
             agree: agreement.agree,
@@ -110,22 +110,6 @@ fn judge_points(comparison: &Comparison, rays: Option<Statistics>) -> Result<Jud
         bowl: bowl::of_rows(&comparison.rows, Role::Check, BowlShape::Corridor).ok(),
         failed: comparison.failed.len(),
     })
-}
-
-/// Residuals of the tie points per coordinate, px, effects included.
-fn tie_rms_px(fitted: &FittedModel<'_>, problem: &Problem, solution: &Solution) -> f64 {
-    let (mut squares, mut count) = (0.0, 0usize);
-    for (point, bounds) in problem.point_start.windows(2).enumerate() {
-        let ties = &problem.observations[bounds[0]..bounds[1]];
-        for tie in ties.iter().filter(|observation| observation.kind == MeasurementKind::Tie) {
-            let observed = [tie.x, tie.y];
-            let computed = fitted.predictor.image_point(tie.image as usize, observed, &solution.state.points[point]);
-            let [x, y] = computed.map_or([f64::NAN; 2], |(point, _)| point);
-            squares += (tie.x - x).powi(2) + (tie.y - y).powi(2);
-            count += 2;
-        }
-    }
-    (squares / count as f64).sqrt()
 }
 
 /// Standard deviations of the first camera; zero where held.
