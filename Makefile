@@ -29,9 +29,10 @@ test: setup ## everything CI runs: format, lints, documentation, Rust and C++ te
 test-hidden: setup ## judge every block with a hidden effect (make test: a part of them)
 	MISCLOSURE_HIDDEN=all cargo test --release --test hidden
 
-bench: setup ## both solvers side by side (time and peak memory, on two blocks); testing the catalogue beside refitting it
+bench: setup ## both solvers side by side (time and peak memory, on two blocks); testing the catalogue beside refitting it; testing for structure
 	cargo bench --bench solvers
 	cargo bench --bench screening
+	cargo bench --bench structure
 
 clean: ## remove everything that was built
 	cargo clean

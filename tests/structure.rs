@@ -238,26 +238,3 @@ fn check_points_describe_and_decide_nothing() {
     }
     assert!(structure.family_wise().is_none());
 }
-
-#[test]
-#[ignore = "a measurement of time, which a busy machine spoils"]
-fn all_tests_of_a_corridor_take_little() {
-    let block = block("dike", 15_000.0, 1);
-    let model = Model { datum: Datum::All, ..Model::default() };
-    let run = common::solve_native(&block, &model, &options());
-    let started = std::time::Instant::now();
-    let cpu = || -> Option<f64> {
-        let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-        Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
-    };
-    let before = cpu();
-    let structure = structure_of(&run);
-    let spent = cpu().zip(before).map(|(after, before)| after - before);
-    println!(
-        "{} measurements, {} tests: {:.2} s, of which this thread {spent:.2?} s",
-        run.problem.observations.len(),
-        structure.tests.len(),
-        started.elapsed().as_secs_f64()
-    );
-    assert!(spent.unwrap_or(started.elapsed().as_secs_f64()) < 1.5);
-}
