@@ -5,45 +5,10 @@
 #include <numeric>
 #include <string>
 
+#include "held_rotation.h"
+
 namespace misclosure {
 namespace {
-
-// A rotation of which some components of w are held: QuaternionManifold on the others.
-class HeldRotation final : public ceres::Manifold {
- public:
-  explicit HeldRotation(std::vector<int> free) : free_(std::move(free)) {}
-  int AmbientSize() const override { return 4; }
-  int TangentSize() const override { return static_cast<int>(free_.size()); }
-  bool Plus(const double* x, const double* delta, double* out) const override {
-    double full[3] = {0.0, 0.0, 0.0};
-    for (std::size_t k = 0; k < free_.size(); ++k) full[free_[k]] = delta[k];
-    return whole_.Plus(x, full, out);
-  }
-  bool PlusJacobian(const double* x, double* jacobian) const override {
-    double full[12];
-    if (!whole_.PlusJacobian(x, full)) return false;
-    for (int row = 0; row < 4; ++row) {
-      for (std::size_t k = 0; k < free_.size(); ++k) jacobian[row * free_.size() + k] = full[3 * row + free_[k]];
-    }
-    return true;
-  }
-  bool Minus(const double* y, const double* x, double* out) const override {
-    double full[3];
-    if (!whole_.Minus(y, x, full)) return false;
-    for (std::size_t k = 0; k < free_.size(); ++k) out[k] = full[free_[k]];
-    return true;
-  }
-  bool MinusJacobian(const double* x, double* jacobian) const override {
-    double full[12];
-    if (!whole_.MinusJacobian(x, full)) return false;
-    for (std::size_t k = 0; k < free_.size(); ++k) std::copy_n(full + 4 * free_[k], 4, jacobian + 4 * k);
-    return true;
-  }
-
- private:
-  std::vector<int> free_;
-  ceres::QuaternionManifold whole_;
-};
 
 // QuaternionManifold turns by exp(delta) with a quaternion of half angle |delta|: w = 2 delta.
 constexpr double kDeltaPerW = 0.5;
@@ -69,17 +34,6 @@ Adjustment::Adjustment(const ProblemView& view) : view_(view), problem_(ProblemO
   reduced_size_ = static_cast<int>(columns_.size());
   AddPoints();
   AddResiduals();
-}
-
-std::size_t Adjustment::ThetaIndex(std::size_t slot, const misclosure_context& context) const {
-  const std::size_t base = view_.slot_base[slot];
-  switch (static_cast<Scope>(view_.slot_scope[slot])) {
-    case Scope::kCamera: return base + context.camera;
-    case Scope::kFlight:
-    case Scope::kFlightButFirst: return base + context.flight;
-    case Scope::kImage: return base + context.image;
-    default: return base;
-  }
 }
 
 // One block per effect, scope and instance: what appears together stands together.
@@ -237,93 +191,6 @@ void Adjustment::AddPoints() {
   }
 }
 
-Chain Adjustment::MakeChain(const misclosure_context& context, std::initializer_list<Stage> stages) {
-  Chain chain;
-  chain.context = context;
-  std::vector<int> local(theta_blocks_.size(), -1);
-  for (std::size_t e = 0; e < view_.effects.size; ++e) {
-    const misclosure_effect* effect = view_.effects[e];
-    if (std::find(stages.begin(), stages.end(), static_cast<Stage>(effect->stage)) == stages.end()) continue;
-    int value = static_cast<int>(chain.values.size());
-    chain.Add(effect);
-    for (std::size_t s = view_.slot_start[e]; s < view_.slot_start[e + 1]; ++s, ++value) {
-      const std::size_t t = ThetaIndex(s, context);
-      chain.values[value] = view_.theta[t];
-      if (!view_.theta_free[t]) continue;
-      const Place place = theta_places_[t];
-      if (local[place.block] < 0) {
-        local[place.block] = static_cast<int>(chain.blocks.size());
-        chain.blocks.push_back(Theta(theta_blocks_[place.block]));
-        chain.block_sizes.push_back(static_cast<int>(theta_blocks_[place.block].members.size()));
-      }
-      chain.unknowns.push_back({local[place.block], place.entry, value, view_.theta_scales[t]});
-    }
-  }
-  return chain;
-}
-
-template <class Cost>
-void Adjustment::AddResidual(Cost* cost, ceres::LossFunction* loss, std::vector<double*> blocks, const Chain& chain) {
-  blocks.insert(blocks.end(), chain.blocks.begin(), chain.blocks.end());
-  problem_.AddResidualBlock(cost, loss, blocks);
-}
-
-void Adjustment::AddResiduals() {
-  if (view_.loss == Loss::kHuber) loss_ = std::make_unique<ceres::HuberLoss>(view_.loss_scale);
-  if (view_.loss == Loss::kCauchy) loss_ = std::make_unique<ceres::CauchyLoss>(view_.loss_scale);
-
-  for (std::size_t i = 0; i < view_.images(); ++i) {
-    image_chains_.push_back(
-        MakeChain(view_.contexts[i], {Stage::kExposure, Stage::kRay, Stage::kInterior, Stage::kImage}));
-    position_chains_.push_back(MakeChain(view_.contexts[i], {Stage::kPosition}));
-    const double unknown = std::nan("");
-    image_chains_.back().context.column_px = position_chains_.back().context.column_px = unknown;
-    image_chains_.back().context.row_px = position_chains_.back().context.row_px = unknown;
-  }
-  control_chain_ = MakeChain(view_.control_context, {Stage::kControl});
-
-  for (std::size_t j = 0; j < view_.point_count(); ++j) {
-    for (std::size_t o = view_.point_start[j]; o < view_.point_start[j + 1]; ++o) {
-      const std::size_t i = view_.observation_image[o];
-      const std::size_t c = view_.contexts[i].camera;
-      auto* cost = new ImageCost(image_chains_[i], camera_blocks_[c], view_.observation_xy.data + 2 * o,
-                                 view_.observation_weight[o]);
-      AddResidual(cost, loss_.get(), {Camera(c), Rotation(i), Centre(i), Point(j)},
-                  image_chains_[i]);
-    }
-  }
-  for (std::size_t k = 0; k < view_.control_point.size; ++k) {
-    auto* cost = new PositionCost(control_chain_, Stage::kControl, view_.control_position.data + 3 * k,
-                                  view_.control_sigma.data + 3 * k);
-    AddResidual(cost, nullptr, {Point(view_.control_point[k])}, control_chain_);
-  }
-  for (std::size_t k = 0; k < view_.gnss_image.size; ++k) {
-    const std::size_t i = view_.gnss_image[k];
-    auto* cost = new PositionCost(position_chains_[i], Stage::kPosition, view_.gnss_position.data + 3 * k,
-                                  view_.gnss_sigma.data + 3 * k);
-    std::vector<double*> blocks = {Centre(i)};
-    if (cost->turned()) blocks.push_back(Rotation(i));
-    AddResidual(cost, nullptr, blocks, position_chains_[i]);
-  }
-  for (std::size_t k = 0; k < view_.theta_prior_index.size; ++k) {
-    const std::size_t t = view_.theta_prior_index[k];
-    const Place place = theta_places_[t];
-    const ThetaBlock& theta = theta_blocks_[place.block];
-    problem_.AddResidualBlock(
-        new PriorCost(static_cast<int>(theta.members.size()), place.entry, view_.theta_scales[t],
-                      view_.theta_prior_mean[k], view_.theta_prior_sigma[k]),
-        nullptr, Theta(theta));
-  }
-  for (std::size_t k = 0; k < view_.prior_camera.size; ++k) {
-    const CameraBlock& camera = camera_blocks_[view_.prior_camera[k]];
-    const int entry = camera.entry(static_cast<int>(view_.prior_parameter[k]));
-    problem_.AddResidualBlock(
-        new PriorCost(camera.size(), entry, camera.scale[camera.parameter(entry)], view_.prior_value[k],
-                      view_.prior_sigma[k]),
-        nullptr, Camera(view_.prior_camera[k]));
-  }
-}
-
 std::shared_ptr<ceres::ParameterBlockOrdering> Adjustment::Ordering() const {
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   std::vector<double*> blocks;
@@ -363,31 +230,6 @@ Evaluation Adjustment::Linearise(bool robust, int threads) {
     evaluation.row_start.push_back(evaluation.columns.size());
   }
   return evaluation;
-}
-
-void Adjustment::FindCulprit() const {
-  std::vector<ceres::ResidualBlockId> ids;
-  problem_.GetResidualBlocks(&ids);
-  std::vector<double*> blocks;
-  double residuals[3];
-  std::string reason;
-  std::size_t next = 0;
-  for (std::size_t j = 0; j < view_.point_count(); ++j) {
-    for (std::size_t o = view_.point_start[j]; o < view_.point_start[j + 1]; ++o, ++next) {
-      problem_.GetParameterBlocksForResidualBlock(ids[next], &blocks);
-      const auto* cost = static_cast<const ImageCost*>(problem_.GetCostFunctionForResidualBlock(ids[next]));
-      if (!cost->Compute(blocks.data(), residuals, nullptr, &reason)) {
-        throw CannotProject(view_.observation_image[o], j, reason);
-      }
-    }
-  }
-  for (std::size_t k = 0; k < view_.control_point.size + view_.gnss_image.size; ++k, ++next) {
-    problem_.GetParameterBlocksForResidualBlock(ids[next], &blocks);
-    const auto* cost = static_cast<const PositionCost*>(problem_.GetCostFunctionForResidualBlock(ids[next]));
-    if (cost->Compute(blocks.data(), residuals, nullptr, &reason)) continue;
-    if (k < view_.control_point.size) throw CannotProject(kNoPoint, view_.control_point[k], reason);
-    throw CannotProject(view_.gnss_image[k - view_.control_point.size], kNoPoint, reason);
-  }
 }
 
 void Adjustment::Store(Solution& solution) const {

@@ -71,7 +71,6 @@ class Adjustment {
   void AddResidual(Cost* cost, ceres::LossFunction* loss, std::vector<double*> blocks, const Chain& chain);
 
   const ProblemView& view_;
-  bool has_control_effects_ = false;
   std::vector<CameraBlock> camera_blocks_;
   // Every parameter block in one array: Ceres orders blocks by their addresses, and results must not depend on the heap.
   std::vector<double> values_;

@@ -15,6 +15,9 @@
 
 namespace misclosure {
 
+// What is left of a diagonal entry or pivot after elimination is rounding below this share.
+constexpr double kRounding = 1e-14;
+
 class Normal {
  public:
   // Eliminates the points; throws Singular where a point is not determined by its rays.
