@@ -7,5 +7,8 @@ mod agreement;
 mod building;
 mod covariance;
 mod dike;
+mod found_again;
+mod noisy;
+mod reduced;
 mod singular;
 mod threads;
