@@ -2,6 +2,7 @@
 //! that adds an effect only when it holds on measurements that the fit did not see.
 
 pub mod candidate;
+mod cells;
 pub mod fit;
 pub mod forward;
 pub mod heldout;

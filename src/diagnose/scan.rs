@@ -1,13 +1,18 @@
 //! Scan of an effect that has a place and a width on the sensor: a grid of places for each width, each tested for its linear parameter, then
 //! finer grids about the best.
+//!
+//! A score is a sum over residuals, which need not be told apart within half a width: it is taken of every place from residuals summed over
+//! cells. What the base leaves of a shape is dear, and is computed for the best places of each width alone.
 
 use super::candidate::{Addition, Candidate};
+use super::cells::Cells;
 use super::score::{Base, Scan, ScreenError};
-use crate::adjust::native::scan::{Shapes, scan};
+use crate::adjust::native::scan::{Residual, Scanner, Shapes};
 use crate::effects::{Context, Domain, Role};
 use crate::math::statistics::chi_square_ln_sf;
 use crate::model::EffectRef;
-use crate::problem::{ImageObservation, Problem};
+use crate::problem::Problem;
+use rayon::prelude::*;
 
 /// Ratio of neighbouring widths: shapes of widths 1 and 1.5 correlate by 0.9.
 const WIDTH_STEP: f64 = 1.5;
@@ -23,112 +28,34 @@ const FINE_STEPS: i32 = 2;
 const REACH: f64 = 2.0;
 /// Least share of a shape that the base must leave for a place to count.
 const KEPT_SHARE: f64 = 1e-3;
+/// Places of each width that are tested to the last digit: the best and all about it, in every direction two steps.
+const TESTED: usize = 25;
 
-/// Grid of places and widths.
-struct Grid<'a> {
+/// What is scanned: an effect in each variant that its options give it (a sharp flaw, a smooth one), since variants can only be told apart each
+/// at its own place.
+struct Search<'a> {
     problem: &'a Problem,
     effect: EffectRef,
+    variants: Vec<Candidate>,
     /// Position of the linear parameter, of place x, place y and width.
     parameters: [usize; 4],
-    defaults: Vec<f64>,
-    levels: Vec<Level>,
+    /// Parameters of each variant.
+    values: Vec<Vec<f64>>,
+    sensor: [f64; 2],
+    /// Least and largest width, px.
+    widths: (f64, f64),
 }
 
-/// Places of one width.
-struct Level {
-    width: f64,
-    /// The first place.
-    origin: [f64; 2],
-    step: [f64; 2],
-    columns: usize,
-    rows: usize,
-    /// Number of the first place.
-    first: usize,
-}
-
-/// A place and a width, px.
-#[derive(Clone, Copy)]
+/// A variant at a place and a width, px.
+#[derive(Debug, Clone, Copy)]
 struct Shape {
+    variant: usize,
     place: [f64; 2],
     width: f64,
 }
 
-impl Level {
-    fn place(&self, i: usize, j: usize) -> [f64; 2] {
-        [self.origin[0] + i as f64 * self.step[0], self.origin[1] + j as f64 * self.step[1]]
-    }
-}
-
-impl Grid<'_> {
-    fn shape(&self, column: usize) -> Shape {
-        let level = self.levels.iter().rev().find(|level| level.first <= column).unwrap_or(&self.levels[0]);
-        let k = column - level.first;
-        Shape { place: level.place(k % level.columns, k / level.columns), width: level.width }
-    }
-
-    /// The candidate at a place.
-    fn at(&self, shape: Shape, candidate: &Candidate) -> Candidate {
-        let mut candidate = candidate.clone();
-        if let Addition::Effect(term) = &mut candidate.addition {
-            let parameters = &self.effect.descriptor().parameters;
-            let named = |k: usize| parameters[k].name.to_string();
-            let [_, px, py, pw] = self.parameters;
-            let [x, y] = shape.place;
-            term.values.extend([(named(px), x), (named(py), y), (named(pw), shape.width)]);
-        }
-        candidate
-    }
-}
-
-impl Shapes for Grid<'_> {
-    fn count(&self) -> usize {
-        self.levels.last().map_or(0, |level| level.first + level.columns * level.rows)
-    }
-
-    fn touch(
-        &self,
-        observation: &ImageObservation,
-        predicted: [f64; 2],
-        interior: &[f64; 12],
-        out: &mut Vec<(u32, f64, f64)>,
-    ) {
-        let context = Context {
-            block: &self.problem.block_context,
-            image: &self.problem.image_contexts[observation.image as usize],
-            column_px: observation.x,
-            row_px: observation.y,
-        };
-        let mut input = [0.0; 14];
-        input[..2].copy_from_slice(&predicted);
-        input[2..].copy_from_slice(interior);
-        let mut theta = self.defaults.clone();
-        let [linear, px, py, pw] = self.parameters;
-        let mut d_theta = vec![0.0; 2 * theta.len()];
-        let mut moved = [0.0; 2];
-        for level in &self.levels {
-            let reach = REACH * level.width;
-            let range = |k: usize, count: usize| {
-                let first = ((predicted[k] - reach - level.origin[k]) / level.step[k]).ceil().max(0.0) as usize;
-                let last = ((predicted[k] + reach - level.origin[k]) / level.step[k]).floor();
-                first..if last < 0.0 { first } else { (last as usize + 1).min(count) }
-            };
-            for j in range(1, level.rows) {
-                for i in range(0, level.columns) {
-                    let [x, y] = level.place(i, j);
-                    if (x - predicted[0]).hypot(y - predicted[1]) > reach {
-                        continue;
-                    }
-                    (theta[px], theta[py], theta[pw]) = (x, y, level.width);
-                    let ok = self.effect.eval(&context, &input, &theta, &mut moved, None, Some(&mut d_theta)).is_ok();
-                    let (dx, dy) = (d_theta[linear], d_theta[theta.len() + linear]);
-                    if ok && (dx != 0.0 || dy != 0.0) {
-                        out.push(((level.first + j * level.columns + i) as u32, dx, dy));
-                    }
-                }
-            }
-        }
-    }
-}
+/// A shape and its statistic.
+type Found = (f64, Shape);
 
 /// The scanned candidate at its best place.
 pub struct Best {
@@ -138,39 +65,213 @@ pub struct Best {
     pub scan: Scan,
 }
 
-/// Scans a candidate in each variant that its options give it (a sharp flaw, a smooth one), since variants can only be told apart each at its
-/// own place. `None` where it has no grid or no place can be tested.
+/// Scans a candidate over the sensor. `None` where it has no place and width, or no place can be tested.
 pub fn best_place(base: &Base<'_>, candidate: &Candidate) -> Result<Option<Best>, ScreenError> {
-    let mut best: Option<(f64, Candidate)> = None;
-    let mut whole = Scan { places: 0.0, drop: 0.0 };
-    for variant in variants(candidate) {
-        let Some(mut grid) = grid(base.problem, &variant) else { continue };
-        let (places, mut place) = best_of(base, &grid)?;
-        whole.places += places;
-        whole.drop = place.map_or(whole.drop, |(statistic, _)| whole.drop.max(statistic));
-        for refinement in REFINEMENTS {
-            let Some((statistic, shape)) = place else { break };
-            if chi_square_ln_sf(statistic, 1.0) + places.ln() > WORTH_REFINING.ln() {
-                break;
-            }
-            grid.levels = levels_about(shape, refinement);
-            place = best_of(base, &grid)?.1.filter(|(finer, _)| *finer > statistic).or(place);
-        }
-        let Some((statistic, shape)) = place else { continue };
-        if best.as_ref().is_none_or(|(other, _)| statistic > *other) {
-            best = Some((statistic, grid.at(shape, &variant)));
-        }
+    let Some(search) = Search::new(base.problem, candidate) else { return Ok(None) };
+    let scanner = Scanner::new(base.problem, base.state, base.threads)?;
+    let (places, shapes) = search.promising(&scanner);
+    let mut best = search.test(&scanner, shapes, vec![None; search.variants.len()]);
+    let drop = best.iter().flatten().map(|(statistic, _)| *statistic).fold(0.0, f64::max);
+    let worth_refining =
+        |(statistic, _): &&Found| chi_square_ln_sf(*statistic, 1.0) + places.ln() < WORTH_REFINING.ln();
+    for refinement in REFINEMENTS {
+        let shapes: Vec<Shape> =
+            best.iter().flatten().filter(worth_refining).flat_map(|(_, shape)| shape.about(refinement)).collect();
+        best = search.test(&scanner, shapes, best);
     }
-    Ok(best.map(|(_, candidate)| Best { candidate, scan: whole }))
+    let best = best.into_iter().flatten().max_by(|(a, _), (b, _)| a.total_cmp(b));
+    Ok(best.map(|(_, shape)| Best { candidate: search.candidate(shape), scan: Scan { places, drop } }))
 }
 
-/// Number of places of a grid that can be tested, and the best with its statistic.
-fn best_of(base: &Base<'_>, grid: &Grid<'_>) -> Result<(f64, Option<(f64, Shape)>), ScreenError> {
-    let scanned = scan(base.problem, base.state, base.threads, grid)?;
-    let tested = scanned.iter().enumerate().filter(|(_, s)| s.length > 0.0 && s.information > KEPT_SHARE * s.length);
-    let tested: Vec<(f64, usize)> = tested.map(|(k, s)| (s.score.powi(2) / s.information, k)).collect();
-    let best = tested.iter().max_by(|(a, _), (b, _)| a.total_cmp(b));
-    Ok((tested.len() as f64, best.map(|(statistic, k)| (*statistic, grid.shape(*k)))))
+impl<'a> Search<'a> {
+    fn new(problem: &'a Problem, candidate: &Candidate) -> Option<Self> {
+        let effect = candidate.term()?.effect.clone();
+        let parameters = &effect.descriptor().parameters;
+        let position = |wanted: &dyn Fn(&Role) -> bool| parameters.iter().position(|p| wanted(&p.role));
+        let linear = position(&|role| *role == Role::Estimated)?;
+        let x = position(&|role| *role == Role::Searched(Domain::SensorX))?;
+        let y = position(&|role| *role == Role::Searched(Domain::SensorY))?;
+        let width = position(&|role| matches!(role, Role::Searched(Domain::SensorFraction(..))))?;
+        let Role::Searched(Domain::SensorFraction(least, most)) = parameters[width].role else { return None };
+        let sensor = problem
+            .image_contexts
+            .iter()
+            .fold([0.0f64; 2], |[w, h], image| [w.max(image.width_px), h.max(image.height_px)]);
+        let half_diagonal = 0.5 * sensor[0].hypot(sensor[1]);
+        let variants = variants(candidate);
+        let values_of = |variant: &Candidate| {
+            let given = |name: &str| variant.term().and_then(|term| term.values.get(name).copied());
+            parameters.iter().map(|p| given(p.name.as_ref()).unwrap_or(p.nominal)).collect()
+        };
+        let values = variants.iter().map(values_of).collect();
+        let widths = (least * half_diagonal, most * half_diagonal);
+        Some(Self {
+            problem,
+            variants,
+            parameters: [linear, x, y, width],
+            values,
+            sensor,
+            widths,
+            effect: effect.clone(),
+        })
+    }
+
+    /// The candidate at a place.
+    fn candidate(&self, shape: Shape) -> Candidate {
+        let mut candidate = self.variants[shape.variant].clone();
+        if let Addition::Effect(term) = &mut candidate.addition {
+            let parameters = &self.effect.descriptor().parameters;
+            let named = |k: usize| parameters[k].name.to_string();
+            let [_, px, py, pw] = self.parameters;
+            let [x, y] = shape.place;
+            term.values.extend([(named(px), x), (named(py), y), (named(pw), shape.width)]);
+        }
+        candidate
+    }
+
+    /// Number of places of the grid that measurements reach, and the best of every variant and width by `s^2 / B'PB`.
+    fn promising(&self, scanner: &Scanner<'_>) -> (f64, Vec<Shape>) {
+        let widths = std::iter::successors(Some(self.widths.0), |width| Some(width * WIDTH_STEP));
+        let widths: Vec<f64> = widths.take_while(|width| *width <= self.widths.1).collect();
+        let residuals = scanner.residuals();
+        let cells = |width: &f64| Cells::new(self.problem, &residuals, &self.effect, *width);
+        let cells: Vec<Cells> = scanner.pool().install(|| widths.par_iter().map(cells).collect());
+        let levels: Vec<(usize, usize)> =
+            (0..self.variants.len()).flat_map(|variant| (0..widths.len()).map(move |level| (variant, level))).collect();
+        let ranked = scanner.pool().install(|| -> Vec<Vec<Found>> {
+            levels.par_iter().map(|(variant, level)| self.rank(*variant, widths[*level], &cells[*level])).collect()
+        });
+        let places = ranked.iter().map(|level| level.len() as f64).sum();
+        let best = ranked.into_iter().flat_map(|mut level| {
+            level.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+            level.truncate(TESTED);
+            level.into_iter().map(|(_, shape)| shape)
+        });
+        (places, best.collect())
+    }
+
+    /// `s^2 / B'PB` of every place of one width.
+    fn rank(&self, variant: usize, width: f64, cells: &Cells) -> Vec<Found> {
+        let count = self.sensor.map(|length| (length / (PLACE_STEP * width)).ceil().max(1.0) as usize);
+        let step = [0, 1].map(|k| self.sensor[k] / count[k] as f64);
+        let reach = REACH * width;
+        let mut sums = vec![[0.0; 2]; count[0] * count[1]];
+        let mut moves = Moves::new(self);
+        for cell in cells.iter() {
+            let predicted = cell.predicted;
+            let range = |k: usize| {
+                let first = ((predicted[k] - reach) / step[k] - 0.5).ceil().max(0.0) as usize;
+                let last = ((predicted[k] + reach) / step[k] - 0.5).floor();
+                first..if last < 0.0 { first } else { (last as usize + 1).min(count[k]) }
+            };
+            for j in range(1) {
+                for i in range(0) {
+                    let place = [(i as f64 + 0.5) * step[0], (j as f64 + 0.5) * step[1]];
+                    let shape = Shape { variant, place, width };
+                    let Some([x, y]) = moves.of(&cell, &shape) else { continue };
+                    let [score, length] = &mut sums[j * count[0] + i];
+                    *score += x * cell.pull[0] + y * cell.pull[1];
+                    *length += cell.weight * (x * x + y * y);
+                }
+            }
+        }
+        let place = |k: usize| [((k % count[0]) as f64 + 0.5) * step[0], ((k / count[0]) as f64 + 0.5) * step[1]];
+        let reached = sums.iter().enumerate().filter(|(_, [_, length])| *length > 0.0);
+        reached.map(|(k, [s, length])| (s * s / length, Shape { variant, place: place(k), width })).collect()
+    }
+
+    /// Tests shapes to the last digit: the best of each variant, if it is better than `best`.
+    fn test(&self, scanner: &Scanner<'_>, shapes: Vec<Shape>, mut best: Vec<Option<Found>>) -> Vec<Option<Found>> {
+        let scanned = scanner.scan(&List { search: self, shapes: &shapes });
+        for (scanned, shape) in scanned.iter().zip(&shapes) {
+            let statistic = scanned.score.powi(2) / scanned.information;
+            let best = &mut best[shape.variant];
+            if scanned.information > KEPT_SHARE * scanned.length && best.is_none_or(|(other, _)| statistic > other) {
+                *best = Some((statistic, *shape));
+            }
+        }
+        best
+    }
+}
+
+/// Moves that shapes of a search make; its buffers are reused.
+struct Moves<'a> {
+    search: &'a Search<'a>,
+    values: Vec<f64>,
+    d_theta: Vec<f64>,
+}
+
+impl<'a> Moves<'a> {
+    fn new(search: &'a Search<'a>) -> Self {
+        let count = search.effect.descriptor().parameters.len();
+        Self { search, values: vec![0.0; count], d_theta: vec![0.0; 2 * count] }
+    }
+
+    /// Derivative of the image point by the linear parameter; `None` where the shape does not reach.
+    fn of(&mut self, measured: &Residual<'_>, shape: &Shape) -> Option<[f64; 2]> {
+        let search = self.search;
+        let (x, y) = (measured.predicted[0] - shape.place[0], measured.predicted[1] - shape.place[1]);
+        let reach = REACH * shape.width;
+        if x * x + y * y > reach * reach {
+            return None;
+        }
+        let context = Context {
+            block: &search.problem.block_context,
+            image: &search.problem.image_contexts[measured.observation.image as usize],
+            column_px: measured.observation.x,
+            row_px: measured.observation.y,
+        };
+        let mut input = [0.0; 14];
+        input[..2].copy_from_slice(&measured.predicted);
+        input[2..].copy_from_slice(measured.interior);
+        let [linear, px, py, pw] = search.parameters;
+        self.values.copy_from_slice(&search.values[shape.variant]);
+        (self.values[px], self.values[py], self.values[pw]) = (shape.place[0], shape.place[1], shape.width);
+        let mut moved = [0.0; 2];
+        search.effect.eval(&context, &input, &self.values, &mut moved, None, Some(&mut self.d_theta)).ok()?;
+        let d = [self.d_theta[linear], self.d_theta[self.values.len() + linear]];
+        (d != [0.0; 2]).then_some(d)
+    }
+}
+
+/// Shapes of a search as columns.
+struct List<'a> {
+    search: &'a Search<'a>,
+    shapes: &'a [Shape],
+}
+
+impl Shapes for List<'_> {
+    fn count(&self) -> usize {
+        self.shapes.len()
+    }
+
+    fn touch(&self, measured: &Residual<'_>, out: &mut Vec<(u32, f64, f64)>) {
+        let mut moves = Moves::new(self.search);
+        for (column, shape) in self.shapes.iter().enumerate() {
+            if let Some([x, y]) = moves.of(measured, shape) {
+                out.push((column as u32, x, y));
+            }
+        }
+    }
+}
+
+impl Shape {
+    /// Finer places and widths about a shape.
+    fn about(self, refinement: f64) -> Vec<Shape> {
+        let steps = || -FINE_STEPS..=FINE_STEPS;
+        let step = PLACE_STEP * self.width * refinement;
+        let mut shapes = Vec::new();
+        for k in steps() {
+            let width = self.width * WIDTH_STEP.powf(f64::from(k) * refinement);
+            for j in steps() {
+                for i in steps() {
+                    let place = [self.place[0] + f64::from(i) * step, self.place[1] + f64::from(j) * step];
+                    shapes.push(Shape { place, width, ..self });
+                }
+            }
+        }
+        shapes
+    }
 }
 
 /// The candidate with every choice of its options, the defaults first.
@@ -190,45 +291,4 @@ fn variants(candidate: &Candidate) -> Vec<Candidate> {
         }
     }
     variants
-}
-
-/// Finer places and widths about a shape.
-fn levels_about(shape: Shape, refinement: f64) -> Vec<Level> {
-    let count = (2 * FINE_STEPS + 1) as usize;
-    let level = |(number, k): (usize, i32)| {
-        let width = shape.width * WIDTH_STEP.powf(f64::from(k) * refinement);
-        let step = PLACE_STEP * shape.width * refinement;
-        let origin = shape.place.map(|centre| centre - f64::from(FINE_STEPS) * step);
-        Level { width, origin, step: [step; 2], columns: count, rows: count, first: number * count * count }
-    };
-    (-FINE_STEPS..=FINE_STEPS).enumerate().map(level).collect()
-}
-
-/// The grid of a candidate over the whole sensor.
-fn grid<'a>(problem: &'a Problem, candidate: &Candidate) -> Option<Grid<'a>> {
-    let term = candidate.term()?;
-    let effect = term.effect.clone();
-    let parameters = &effect.descriptor().parameters;
-    let position = |wanted: &dyn Fn(&Role) -> bool| parameters.iter().position(|p| wanted(&p.role));
-    let linear = position(&|role| *role == Role::Estimated)?;
-    let x = position(&|role| *role == Role::Searched(Domain::SensorX))?;
-    let y = position(&|role| *role == Role::Searched(Domain::SensorY))?;
-    let width = position(&|role| matches!(role, Role::Searched(Domain::SensorFraction(..))))?;
-    let Role::Searched(Domain::SensorFraction(least, most)) = parameters[width].role else { return None };
-    let (w, h) =
-        problem.image_contexts.iter().fold((0.0f64, 0.0f64), |(w, h), c| (w.max(c.width_px), h.max(c.height_px)));
-    let half_diagonal = 0.5 * w.hypot(h);
-    let mut levels = Vec::new();
-    let mut first = 0;
-    let mut size = least * half_diagonal;
-    while size <= most * half_diagonal {
-        let columns = (w / (PLACE_STEP * size)).ceil().max(1.0) as usize;
-        let rows = (h / (PLACE_STEP * size)).ceil().max(1.0) as usize;
-        let step = [w / columns as f64, h / rows as f64];
-        levels.push(Level { width: size, origin: step.map(|step| 0.5 * step), step, columns, rows, first });
-        first += columns * rows;
-        size *= WIDTH_STEP;
-    }
-    let defaults = parameters.iter().map(|p| *term.values.get(p.name.as_ref()).unwrap_or(&p.nominal)).collect();
-    Some(Grid { problem, effect, parameters: [linear, x, y, width], defaults, levels })
 }

@@ -101,6 +101,14 @@ fn predict_plain(frame: &Frame, object: &Vector3<f64>, out: &mut Prediction) -> 
     Some(())
 }
 
+/// Derivative of the image stage's output by its input where nothing is changed: 2x14, row by row.
+const IDENTITY: [f64; 28] = {
+    let mut matrix = [0.0; 28];
+    matrix[0] = 1.0;
+    matrix[15] = 1.0;
+    matrix
+};
+
 fn predict_with_effects(
     problem: &Problem,
     stages: &Stages,
@@ -161,7 +169,10 @@ fn predict_with_effects(
     }
     let vector = Vector3::new(pose[0], pose[1], pose[2]);
     let centre = Vector3::new(pose[3], pose[4], pose[5]);
-    let r = if moved_rotation { rotation::exp(&vector) } else { frame.rotation };
+    let (r, left_jacobian) = match moved_rotation {
+        true => (rotation::exp(&vector), rotation::left_jacobian(&vector)),
+        false => (frame.rotation, frame.left_jacobian),
+    };
 
     // Ray: P, with derivatives by P, (w, C) and the parameters.
     let mut p = *object;
@@ -200,7 +211,7 @@ fn predict_with_effects(
     // Camera frame: q = R (P - C), dq = -[q]x J(r) dr + R (dP - dC).
     let q = r * (p - centre);
     let mut q_by_rc = SMatrix::<f64, 3, 6>::zeros();
-    q_by_rc.fixed_view_mut::<3, 3>(0, 0).copy_from(&(-rotation::skew(&q) * rotation::left_jacobian(&vector)));
+    q_by_rc.fixed_view_mut::<3, 3>(0, 0).copy_from(&(-rotation::skew(&q) * left_jacobian));
     q_by_rc.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-r));
 
     // Image point.
@@ -230,16 +241,19 @@ fn predict_with_effects(
         scratch.d_own.resize(2 * count, 0.0);
         let effect = &problem.effects[e].effect;
         effect.eval(&context, &input, theta, &mut next, Some(&mut d_in), Some(&mut scratch.d_own)).ok()?;
-        let d_in = SMatrix::<f64, 2, 14>::from_row_slice(&d_in);
-        let by_xy = d_in.fixed_view::<2, 2>(0, 0).into_owned();
-        by_pose = by_xy * by_pose;
-        by_point = by_xy * by_point;
-        by_interior = by_xy * by_interior + d_in.fixed_view::<2, 12>(0, 2);
         let [d_x, d_y] = d_theta;
-        for (x, y) in d_x.iter_mut().zip(d_y.iter_mut()) {
-            let (a, b) = (*x, *y);
-            *x = by_xy[(0, 0)] * a + by_xy[(0, 1)] * b;
-            *y = by_xy[(1, 0)] * a + by_xy[(1, 1)] * b;
+        // At zero, where candidates are tested, an effect hands its input on.
+        if d_in != IDENTITY {
+            let d_in = SMatrix::<f64, 2, 14>::from_row_slice(&d_in);
+            let by_xy = d_in.fixed_view::<2, 2>(0, 0).into_owned();
+            by_pose = by_xy * by_pose;
+            by_point = by_xy * by_point;
+            by_interior = by_xy * by_interior + d_in.fixed_view::<2, 12>(0, 2);
+            for (x, y) in d_x.iter_mut().zip(d_y.iter_mut()) {
+                let (a, b) = (*x, *y);
+                *x = by_xy[(0, 0)] * a + by_xy[(0, 1)] * b;
+                *y = by_xy[(1, 0)] * a + by_xy[(1, 1)] * b;
+            }
         }
         for k in 0..count {
             d_x[offset + k] += scratch.d_own[k];

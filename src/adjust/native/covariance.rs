@@ -95,8 +95,7 @@ fn points<const D: usize>(at: &Prepared<'_>, inverse: &Mat<f64>) -> Vec<Matrix3<
 
 /// `V^-1 W' S^-1 W V^-1` over the point's images and the border.
 fn spread<const D: usize>(rows: &PointRows<D>, inverse: &Mat<f64>, n: usize, v_inverse: &Matrix3<f64>) -> Matrix3<f64> {
-    let m = rows.w_shared[0].len();
-    let mut positions = Vec::with_capacity(rows.rows.len() * D + m);
+    let mut positions = Vec::with_capacity(rows.rows.len() * D + rows.columns.len());
     let mut columns: Vec<Vector3<f64>> = Vec::with_capacity(positions.capacity());
     for row in &rows.rows {
         for k in 0..D {
@@ -104,8 +103,8 @@ fn spread<const D: usize>(rows: &PointRows<D>, inverse: &Mat<f64>, n: usize, v_i
             columns.push(v_inverse * Vector3::from(row.w[k]));
         }
     }
-    for l in 0..m {
-        positions.push(n + l);
+    for (l, column) in rows.columns.index().iter().enumerate() {
+        positions.push(n + *column as usize);
         columns.push(v_inverse * Vector3::new(rows.w_shared[0][l], rows.w_shared[1][l], rows.w_shared[2][l]));
     }
     let mut sum = Matrix3::zeros();

@@ -87,6 +87,8 @@ pub struct Frame {
     pub rotation_vector: Vector3<f64>,
     /// `d rotation_vector / d w`.
     pub d_rotation_vector: Matrix3<f64>,
+    /// The left Jacobian there, its inverse.
+    pub left_jacobian: Matrix3<f64>,
     /// Interior orientation after the interior effects.
     pub interior: [f64; 12],
     /// Its derivatives; `None` where no interior effect acts (identity).
@@ -107,6 +109,7 @@ impl Frame {
             centre: pose.centre,
             rotation_vector: Vector3::zeros(),
             d_rotation_vector: Matrix3::identity(),
+            left_jacobian: Matrix3::identity(),
             interior: state.interiors[context.camera as usize],
             interior_chain: None,
             theta,
@@ -114,6 +117,7 @@ impl Frame {
         if !problem.effects.is_empty() {
             frame.rotation_vector = rotation::log(&rotation);
             frame.d_rotation_vector = rotation::left_jacobian_inverse(&frame.rotation_vector);
+            frame.left_jacobian = rotation::left_jacobian(&frame.rotation_vector);
         }
         if !stages.of(Stage::Interior).is_empty() {
             frame.apply_interior_effects(problem, stages, image)?;

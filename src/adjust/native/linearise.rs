@@ -1,9 +1,12 @@
 //! One fused pass over the points: linearise, eliminate the point, add to the reduced system. No Jacobian is stored.
 
-use super::point::{PointRows, Prepared, inverse_of_damped};
+use super::columns::Columns;
+use super::point::{ControlRows, PointRows, Prepared, inverse_of_damped};
 use super::position;
 use super::structure::Structure;
 use super::system::System;
+use faer::traits::pulp::{Arch, Simd, WithSimd};
+use nalgebra::Matrix3;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -71,66 +74,46 @@ fn linearise_chunk<const D: usize>(at: &Prepared<'_>, points: Range<usize>, damp
     let structure = at.structure;
     let mut system = System::zeros(structure, ranks_of(at, &points));
     let mut rows = PointRows::<D>::new();
+    let arch = Arch::new();
     for j in points {
         rows.linearise(at, j).map_err(|image| Obstacle::Projection { point: j, image })?;
         let inverse = inverse_of_damped(&rows.v_matrix, damping).ok_or(Obstacle::Point { point: j })?;
-        eliminate(structure, &mut system, &mut rows, &inverse);
+        arch.dispatch(Eliminate { structure, system: &mut system, rows: &mut rows, inverse: &inverse });
     }
     Ok(system)
 }
 
-/// A border up to this wide is summed whole; of a wider one (screening of many effects) only the columns that a point touches.
-const WHOLE_BORDER: usize = 32;
+/// Adds a point's rows and takes the point out: `S += J'J - W V^-1 W'`, `b += J'v - W V^-1 g`.
+struct Eliminate<'a, const D: usize> {
+    structure: &'a Structure,
+    system: &'a mut System,
+    rows: &'a mut PointRows<D>,
+    inverse: &'a Matrix3<f64>,
+}
 
-/// `target[column of l] += value(l)` for `l` in `0..count`; the columns are `columns`, or `0..count` themselves.
-#[inline]
-fn add_to(target: &mut [f64], columns: Option<&[u32]>, count: usize, value: impl Fn(usize) -> f64) {
-    match columns {
-        None => {
-            for (l, t) in target[..count].iter_mut().enumerate() {
-                *t += value(l);
-            }
-        }
-        Some(columns) => {
-            for (l, column) in columns[..count].iter().enumerate() {
-                target[*column as usize] += value(l);
-            }
-        }
+impl<const D: usize> WithSimd for Eliminate<'_, D> {
+    type Output = ();
+
+    /// Compiled for the widest vectors that the processor has; the sums are the same with any.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        eliminate(self.structure, self.system, self.rows, self.inverse);
     }
 }
 
-/// Adds a point's rows and takes the point out: `S += J'J - W V^-1 W'`, `b += J'v - W V^-1 g`.
+#[inline(always)]
 fn eliminate<const D: usize>(
     structure: &Structure,
     system: &mut System,
     rows: &mut PointRows<D>,
-    inverse: &nalgebra::Matrix3<f64>,
-) {
-    if structure.border.len() > WHOLE_BORDER {
-        rows.keep_touched_columns();
-        let touched = std::mem::take(&mut rows.touched);
-        eliminate_columns(structure, system, rows, inverse, Some(&touched));
-        rows.touched = touched;
-    } else {
-        eliminate_columns(structure, system, rows, inverse, None);
-    }
-}
-
-/// [`eliminate`] with the border columns that `rows` holds: all, or `columns`.
-fn eliminate_columns<const D: usize>(
-    structure: &Structure,
-    system: &mut System,
-    rows: &mut PointRows<D>,
-    inverse: &nalgebra::Matrix3<f64>,
-    columns: Option<&[u32]>,
+    inverse: &Matrix3<f64>,
 ) {
     let border = structure.border.len();
-    let n = columns.map_or(border, <[u32]>::len);
     let solved = inverse * rows.gradient;
     system.chi_square += rows.chi_square;
     system.gradient_points_max = system.gradient_points_max.max(rows.gradient.amax());
-    let [w0, w1, w2] = &rows.w_shared;
-    for (r, row) in rows.rows.iter_mut().enumerate() {
+    let (columns, w_shared) = (&rows.columns, &rows.w_shared);
+    for (row, shared) in rows.rows.iter_mut().zip(&rows.shared) {
         for k in 0..D {
             for a in 0..3 {
                 row.y[k][a] =
@@ -140,7 +123,6 @@ fn eliminate_columns<const D: usize>(
         let i = row.rank as usize - system.rows.start;
         let slot = structure.row_start[row.rank as usize] - system.first_slot;
         let block = &mut system.blocks[slot * D * D..(slot + 1) * D * D];
-        let (shared_x, shared_y) = rows.shared[2 * n * r..2 * n * (r + 1)].split_at(n);
         for k in 0..D {
             let (x, y) = (row.image[0][k], row.image[1][k]);
             for l in 0..D {
@@ -151,17 +133,16 @@ fn eliminate_columns<const D: usize>(
             system.rhs_images[i * D + k] +=
                 g - (row.w[k][0] * solved[0] + row.w[k][1] * solved[1] + row.w[k][2] * solved[2]);
             system.diagonal_images[i * D + k] += x * x + y * y;
-            let [y0, y1, y2] = row.y[k];
             let strip = &mut system.strip[(i * D + k) * border..(i * D + k + 1) * border];
-            add_to(strip, columns, n, |l| x * shared_x[l] + y * shared_y[l] - (y0 * w0[l] + y1 * w1[l] + y2 * w2[l]));
+            shared.columns.add_two(strip, [x, y], &shared.x, &shared.y);
+            columns.take_three(strip, row.y[k], w_shared);
         }
-        add_shared(system, border, columns, shared_x, row.v[0]);
-        add_shared(system, border, columns, shared_y, row.v[1]);
+        add_shared(system, border, &shared.columns, [&shared.x, &shared.y], row.v);
     }
-    if let Some(control) = &rows.control {
-        for i in 0..3 {
-            add_shared(system, border, columns, &control.shared[i * n..(i + 1) * n], control.v[i]);
-        }
+    if let Some(ControlRows { columns, shared: [x, y, z], v, .. }) = &rows.control {
+        let nothing = vec![0.0; columns.len()];
+        add_shared(system, border, columns, [x, y], [v[0], v[1]]);
+        add_shared(system, border, columns, [z, &nothing], [v[2], 0.0]);
     }
     for (a, row) in rows.rows.iter().enumerate() {
         for other in &rows.rows[a..] {
@@ -176,37 +157,26 @@ fn eliminate_columns<const D: usize>(
             }
         }
     }
-    for l in 0..n {
-        let y: [f64; 3] =
-            std::array::from_fn(|a| w0[l] * inverse[(0, a)] + w1[l] * inverse[(1, a)] + w2[l] * inverse[(2, a)]);
-        if y == [0.0; 3] {
-            continue;
-        }
-        let column = columns.map_or(l, |columns| columns[l] as usize);
-        system.rhs_border[column] -= w0[l] * solved[0] + w1[l] * solved[1] + w2[l] * solved[2];
-        let line = &mut system.border[column * border..(column + 1) * border];
-        let first = if columns.is_some() { 0 } else { column };
-        add_to(&mut line[first..], columns.map(|c| &c[l..]), n - l, |m| {
-            -(y[0] * w0[l + m] + y[1] * w1[l + m] + y[2] * w2[l + m])
-        });
+    rows.y_shared.clear();
+    for (l, column) in columns.index().iter().enumerate() {
+        let w: [f64; 3] = std::array::from_fn(|a| w_shared[a][l]);
+        system.rhs_border[*column as usize] -= w[0] * solved[0] + w[1] * solved[1] + w[2] * solved[2];
+        rows.y_shared
+            .push(std::array::from_fn(|a| w[0] * inverse[(0, a)] + w[1] * inverse[(1, a)] + w[2] * inverse[(2, a)]));
     }
+    columns.take_outer(&mut system.border, border, &rows.y_shared, w_shared);
 }
 
-/// Adds one row's outer product over the border.
-fn add_shared(system: &mut System, border: usize, columns: Option<&[u32]>, shared: &[f64], v: f64) {
-    let n = shared.len();
-    for l in 0..n {
-        let a = shared[l];
-        if a == 0.0 {
-            continue;
-        }
-        let column = columns.map_or(l, |columns| columns[l] as usize);
-        let line = &mut system.border[column * border..(column + 1) * border];
-        let first = if columns.is_some() { 0 } else { column };
-        add_to(&mut line[first..], columns.map(|c| &c[l..]), n - l, |m| a * shared[l + m]);
-        system.gradient_border[column] += a * v;
-        system.rhs_border[column] += a * v;
-        system.diagonal_border[column] += a * a;
+/// Adds the outer product of two rows `x`, `y` over the border, with misclosures `v`.
+#[inline(always)]
+fn add_shared(system: &mut System, border: usize, columns: &Columns, [x, y]: [&[f64]; 2], v: [f64; 2]) {
+    columns.add_outer(&mut system.border, border, x, y);
+    for ((column, x), y) in columns.index().iter().zip(x).zip(y) {
+        let column = *column as usize;
+        let g = x * v[0] + y * v[1];
+        system.gradient_border[column] += g;
+        system.rhs_border[column] += g;
+        system.diagonal_border[column] += x * x + y * y;
     }
 }
 

@@ -271,8 +271,11 @@ fn move_points<const D: usize>(
                         rest -= Vector3::from(row.w[k]) * dx[k];
                     }
                 }
-                for a in 0..3 {
-                    rest[a] -= rows.w_shared[a].iter().zip(border).map(|(w, x)| w * x).sum::<f64>();
+                for (l, column) in rows.columns.index().iter().enumerate() {
+                    let dx = border[*column as usize];
+                    for a in 0..3 {
+                        rest[a] -= rows.w_shared[a][l] * dx;
+                    }
                 }
                 let step = inverse * rest;
                 moved.predicted_drop +=

@@ -2,6 +2,7 @@
 //! Levenberg-Marquardt.
 
 mod chain;
+mod columns;
 mod covariance;
 mod evaluation;
 mod factor;

@@ -1,9 +1,10 @@
 //! All rows of one point: linearised, weighted, and ready to be eliminated.
 
 use super::chain::{self, Prediction};
+use super::columns::Columns;
 use super::frame::Frame;
 use super::position;
-use super::structure::Structure;
+use super::structure::{LocalColumn, NONE, Structure};
 use crate::problem::{LOSS_SCALE, Loss, Problem, State};
 use nalgebra::{Matrix3, Vector3};
 
@@ -51,31 +52,86 @@ pub struct Row<const D: usize> {
 pub struct PointRows<const D: usize> {
     /// Image rows, by rank.
     pub rows: Vec<Row<D>>,
-    /// Shared derivatives, `2 x border` per image row.
-    pub shared: Vec<f64>,
+    /// Derivatives by the border, one per image row (and buffers of points with more rows).
+    pub shared: Vec<SharedRow>,
     /// `V = J_point' J_point`.
     pub v_matrix: Matrix3<f64>,
     /// `J_point' v`.
     pub gradient: Vector3<f64>,
-    /// `W` of the border, one row of `border` per coordinate of the point.
+    /// Columns of the border that the point's rows touch.
+    pub columns: Columns,
+    /// `W` of these columns, one row per coordinate of the point.
     pub w_shared: [Vec<f64>; 3],
+    /// `W V^-1` of these columns, once the point is eliminated.
+    pub y_shared: Vec<[f64; 3]>,
     /// Rows of control coordinates: derivatives by the border (3 x border), and misclosures.
     pub control: Option<ControlRows>,
     /// `sum rho`.
     pub chi_square: f64,
-    /// Border columns that `shared` and `w_shared` hold after [`PointRows::keep_touched_columns`], ascending.
-    pub touched: Vec<u32>,
     prediction: Prediction,
+    /// Position of each touched column of the border in `columns`.
+    position: Vec<u32>,
+}
+
+/// Gaps between runs of columns that are filled with zeros: a run costs as much as some columns.
+const BRIDGED: u32 = 16;
+
+/// Derivatives of an image measurement by the columns of the border that it touches.
+#[derive(Debug, Clone, Default)]
+pub struct SharedRow {
+    /// The columns.
+    pub columns: Columns,
+    /// By them, compact.
+    pub x: Vec<f64>,
+    /// By them, compact.
+    pub y: Vec<f64>,
 }
 
 /// The coordinate observations of a control point.
+#[derive(Debug, Clone, Default)]
 pub struct ControlRows {
-    /// 3 x border.
-    pub shared: Vec<f64>,
+    /// Columns of the border that they touch.
+    pub columns: Columns,
+    /// By them, compact, one row per coordinate.
+    pub shared: [Vec<f64>; 3],
     /// By the point.
     pub by_point: [[f64; 3]; 3],
     /// Weighted misclosures.
     pub v: [f64; 3],
+}
+
+impl SharedRow {
+    /// Takes the derivatives that are not zero from a prediction; `local` ascends.
+    fn fill(&mut self, local: &[LocalColumn], prediction: &Prediction, weight: f64) {
+        self.columns.clear();
+        self.x.clear();
+        self.y.clear();
+        let [x, y] = [0, 1].map(|i| (&prediction.d_camera[i], prediction.d_theta[i].as_slice()));
+        let mut next = 0;
+        for column in local {
+            let of = |(d_camera, d_theta): (&[f64; 12], &[f64])| match column.source as usize {
+                k if k < 12 => d_camera[k],
+                k => d_theta[k - 12],
+            };
+            let (dx, dy) = (of(x), of(y));
+            if dx == 0.0 && dy == 0.0 {
+                continue;
+            }
+            if column.column - next <= BRIDGED {
+                for between in next..column.column {
+                    self.push(between, 0.0, 0.0);
+                }
+            }
+            self.push(column.column, dx * weight * column.scale, dy * weight * column.scale);
+            next = column.column + 1;
+        }
+    }
+
+    fn push(&mut self, column: u32, x: f64, y: f64) {
+        self.columns.push(column);
+        self.x.push(x);
+        self.y.push(y);
+    }
 }
 
 impl<const D: usize> PointRows<D> {
@@ -86,28 +142,24 @@ impl<const D: usize> PointRows<D> {
             shared: Vec::new(),
             v_matrix: Matrix3::zeros(),
             gradient: Vector3::zeros(),
+            columns: Columns::default(),
             w_shared: Default::default(),
+            y_shared: Vec::new(),
             control: None,
             chi_square: 0.0,
-            touched: Vec::new(),
             prediction: Prediction::default(),
+            position: Vec::new(),
         }
     }
 
     /// Linearises point `j`. Errors: the image in which it cannot be projected.
     pub fn linearise(&mut self, at: &Prepared<'_>, j: usize) -> Result<(), usize> {
         let Prepared { problem, structure, state, frames } = at;
-        let border = structure.border.len();
         let object = &state.points[j];
         self.rows.clear();
-        self.shared.clear();
         self.chi_square = 0.0;
         self.v_matrix = Matrix3::zeros();
         self.gradient = Vector3::zeros();
-        for w in &mut self.w_shared {
-            w.clear();
-            w.resize(border, 0.0);
-        }
         for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
             let image = observation.image as usize;
             let p = &mut self.prediction;
@@ -120,8 +172,6 @@ impl<const D: usize> PointRows<D> {
             let weight = observation.inverse_sigma * slope.sqrt();
 
             let base = structure.rank[image] as usize * structure.dim;
-            let start = self.shared.len();
-            self.shared.resize(start + 2 * border, 0.0);
             let mut row = Row {
                 rank: structure.rank[image],
                 image: [[0.0; D]; 2],
@@ -138,14 +188,6 @@ impl<const D: usize> PointRows<D> {
                 for column in &structure.own[image] {
                     row.image[i][column.row as usize] = p.d_theta[i][column.source as usize] * weight * column.scale;
                 }
-                let shared = &mut self.shared[start + i * border..start + (i + 1) * border];
-                for column in &structure.local[image] {
-                    let d = match column.source {
-                        k if k < 12 => p.d_camera[i][k as usize],
-                        k => p.d_theta[i][k as usize - 12],
-                    };
-                    shared[column.column as usize] = d * weight * column.scale;
-                }
                 for k in 0..3 {
                     row.point[i][k] = p.d_point[i][k] * weight;
                 }
@@ -154,9 +196,6 @@ impl<const D: usize> PointRows<D> {
                     for b in 0..3 {
                         self.v_matrix[(a, b)] += row.point[i][a] * row.point[i][b];
                     }
-                    for (w, s) in self.w_shared[a].iter_mut().zip(shared.iter()) {
-                        *w += row.point[i][a] * s;
-                    }
                 }
             }
             for k in 0..D {
@@ -164,9 +203,16 @@ impl<const D: usize> PointRows<D> {
                     row.w[k][a] = row.image[0][k] * row.point[0][a] + row.image[1][k] * row.point[1][a];
                 }
             }
+            let r = self.rows.len();
+            if self.shared.len() == r {
+                self.shared.push(SharedRow::default());
+            }
+            self.shared[r].fill(&structure.local[image], p, weight);
             self.rows.push(row);
         }
-        self.linearise_control(at, j)
+        self.linearise_control(at, j)?;
+        self.multiply_shared(structure.border.len());
+        Ok(())
     }
 
     /// Adds the observed coordinates of a control point.
@@ -177,27 +223,28 @@ impl<const D: usize> PointRows<D> {
             return Ok(());
         };
         let observation = &problem.control[c];
-        let border = structure.border.len();
         let p = position::predict_surveyed(problem, &structure.stages, &state.theta, &state.points[j]).ok_or(0usize)?;
-        let mut rows = ControlRows { shared: vec![0.0; 3 * border], by_point: [[0.0; 3]; 3], v: [0.0; 3] };
-        for i in 0..3 {
-            let weight = 1.0 / observation.sigma[i];
-            rows.v[i] = (observation.position[i] - p.position[i]) * weight;
-            self.chi_square += rows.v[i] * rows.v[i];
-            let by_point: [f64; 3] = std::array::from_fn(|k| p.derivative[(i, 3 + k)] * weight);
-            rows.by_point[i] = by_point;
-            // Control effects have no image of their own: any image's list of global parameters serves.
-            for column in structure.local.first().into_iter().flatten().filter(|column| column.source >= 12) {
-                rows.shared[i * border + column.column as usize] =
-                    p.d_theta[column.source as usize - 12][i] * weight * column.scale;
+        let mut rows = ControlRows::default();
+        let weight: [f64; 3] = std::array::from_fn(|i| 1.0 / observation.sigma[i]);
+        // Control effects have no image of their own: any image's list of global parameters serves.
+        for column in structure.local.first().into_iter().flatten().filter(|column| column.source >= 12) {
+            let d = p.d_theta[column.source as usize - 12];
+            if d != [0.0; 3] {
+                rows.columns.push(column.column);
+                for i in 0..3 {
+                    rows.shared[i].push(d[i] * weight[i] * column.scale);
+                }
             }
+        }
+        for i in 0..3 {
+            rows.v[i] = (observation.position[i] - p.position[i]) * weight[i];
+            self.chi_square += rows.v[i] * rows.v[i];
+            let by_point: [f64; 3] = std::array::from_fn(|k| p.derivative[(i, 3 + k)] * weight[i]);
+            rows.by_point[i] = by_point;
             for a in 0..3 {
                 self.gradient[a] += by_point[a] * rows.v[i];
                 for b in 0..3 {
                     self.v_matrix[(a, b)] += by_point[a] * by_point[b];
-                }
-                for (w, s) in self.w_shared[a].iter_mut().zip(&rows.shared[i * border..(i + 1) * border]) {
-                    *w += by_point[a] * s;
                 }
             }
         }
@@ -205,34 +252,46 @@ impl<const D: usize> PointRows<D> {
         Ok(())
     }
 
-    /// Leaves out the border columns that are zero in every row of the point; `touched` names those that stay.
-    pub fn keep_touched_columns(&mut self) {
-        let border = self.w_shared[0].len();
-        let control = self.control.as_ref().map_or(&[][..], |control| &control.shared);
-        self.touched.clear();
-        for l in 0..border {
-            let rows = self.shared.iter().skip(l).step_by(border).chain(control.iter().skip(l).step_by(border));
-            if rows.into_iter().any(|value| *value != 0.0) {
-                self.touched.push(l as u32);
+    /// Collects the columns of the border that any row touches, and their `W`.
+    fn multiply_shared(&mut self, border: usize) {
+        let shared = &self.shared[..self.rows.len()];
+        self.position.clear();
+        self.position.resize(border, NONE);
+        let control = self.control.as_ref().map(|control| &control.columns);
+        for columns in shared.iter().map(|row| &row.columns).chain(control) {
+            for run in columns.runs() {
+                self.position[run.column..run.column + run.length].fill(0);
             }
         }
-        let keep = |values: &mut Vec<f64>, touched: &[u32]| {
-            let lines = values.len() / border;
-            let mut end = 0;
-            for line in 0..lines {
-                for column in touched {
-                    values[end] = values[line * border + *column as usize];
-                    end += 1;
+        self.columns.clear();
+        for (column, position) in self.position.iter_mut().enumerate().filter(|(_, position)| **position != NONE) {
+            *position = self.columns.len() as u32;
+            self.columns.push(column as u32);
+        }
+        let n = self.columns.len();
+        for w in &mut self.w_shared {
+            w.clear();
+            w.resize(n, 0.0);
+        }
+        let mut add = |columns: &Columns, by_point: &[f64; 3], values: &[f64]| {
+            for run in columns.runs() {
+                let to = self.position[run.column] as usize;
+                let values = &values[run.position..run.position + run.length];
+                for (w, a) in self.w_shared.iter_mut().zip(by_point) {
+                    for (w, value) in w[to..to + run.length].iter_mut().zip(values) {
+                        *w += a * value;
+                    }
                 }
             }
-            values.truncate(end);
         };
-        keep(&mut self.shared, &self.touched);
-        for w in &mut self.w_shared {
-            keep(w, &self.touched);
+        for (row, shared) in self.rows.iter().zip(shared) {
+            add(&shared.columns, &row.point[0], &shared.x);
+            add(&shared.columns, &row.point[1], &shared.y);
         }
-        if let Some(control) = &mut self.control {
-            keep(&mut control.shared, &self.touched);
+        if let Some(control) = &self.control {
+            for (by_point, values) in control.by_point.iter().zip(&control.shared) {
+                add(&control.columns, by_point, values);
+            }
         }
     }
 

@@ -6,6 +6,7 @@ use super::linearise::position_rows;
 use super::point::{PointRows, Prepared, inverse_of_damped};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Per image: sums of `column * v` and of `column * column'` over its measurements.
 type Sums = Vec<(DVector<f64>, DMatrix<f64>)>;
@@ -50,6 +51,8 @@ struct Moves {
     images: Vec<f64>,
     /// Border column l, candidate c: `border[l * count + c]`.
     border: Vec<f64>,
+    /// Candidates that a border column moves: all of the base's, one of a candidate's own column, none of the others'.
+    moved: Vec<Range<usize>>,
 }
 
 impl Moves {
@@ -58,7 +61,21 @@ impl Moves {
         let interleave = |length: usize, of: &dyn Fn(usize, usize) -> f64| {
             (0..length * count).map(|k| of(k / count, k % count)).collect::<Vec<f64>>()
         };
-        Self { count, images: interleave(n, &|i, c| moves[c].0[i]), border: interleave(m, &|l, c| moves[c].1[l]) }
+        let border = interleave(m, &|l, c| moves[c].1[l]);
+        let moved = |l: usize| {
+            let moves = |c: &usize| border[l * count + c] != 0.0;
+            let first = (0..count).find(moves).unwrap_or(0);
+            first..(first..count).rfind(moves).map_or(first, |last| last + 1)
+        };
+        Self { count, images: interleave(n, &|i, c| moves[c].0[i]), moved: (0..m).map(moved).collect(), border }
+    }
+
+    /// `line += a * what border column l moves`.
+    fn add_border(&self, line: &mut [f64], a: f64, l: u32) {
+        let l = l as usize;
+        let moved = self.moved[l].clone();
+        let from = &self.border[l * self.count..(l + 1) * self.count];
+        add(&mut line[moved.clone()], a, &from[moved]);
     }
 }
 
@@ -73,19 +90,15 @@ fn add(row: &mut [f64], a: f64, line: &[f64]) {
 
 /// Adds one finished row with misclosure `v` to an image's sums.
 fn sum_row((score, information): &mut (DVector<f64>, DMatrix<f64>), row: &[f64], v: f64) {
-    for (c, a) in row.iter().enumerate() {
-        score[c] += a * v;
-        if *a != 0.0 {
-            // Column-major storage, upper triangle: entries (0..=c, c) are contiguous.
-            for (d, b) in row[..=c].iter().enumerate() {
-                information[(d, c)] += a * b;
-            }
-        }
+    add(score.as_mut_slice(), v, row);
+    // Column-major storage, upper triangle.
+    for ((c, a), column) in row.iter().enumerate().zip(information.as_mut_slice().chunks_exact_mut(row.len().max(1))) {
+        add(&mut column[..=c], *a, row);
     }
 }
 
-fn project_chunk<const D: usize>(at: &Prepared<'_>, points: std::ops::Range<usize>, moves: &Moves) -> Sums {
-    let (n, count) = (at.structure.border.len(), moves.count);
+fn project_chunk<const D: usize>(at: &Prepared<'_>, points: Range<usize>, moves: &Moves) -> Sums {
+    let count = moves.count;
     let mut sums = zeros(at, count);
     let mut rows = PointRows::<D>::new();
     let mut lines: Vec<f64> = Vec::new();
@@ -101,15 +114,15 @@ fn project_chunk<const D: usize>(at: &Prepared<'_>, points: std::ops::Range<usiz
         by_point.fill(0.0);
         let (p0, rest) = by_point.split_at_mut(count);
         let (p1, p2) = rest.split_at_mut(count);
-        for (r, row) in rows.rows.iter().enumerate() {
-            for i in 0..2 {
+        for (r, (row, shared)) in rows.rows.iter().zip(&rows.shared).enumerate() {
+            for (i, values) in [&shared.x, &shared.y].into_iter().enumerate() {
                 let line = &mut lines[(2 * r + i) * count..(2 * r + i + 1) * count];
                 for k in 0..D {
                     let unknown = row.rank as usize * D + k;
                     add(line, row.image[i][k], &moves.images[unknown * count..(unknown + 1) * count]);
                 }
-                for l in 0..n {
-                    add(line, rows.shared[(2 * r + i) * n + l], &moves.border[l * count..(l + 1) * count]);
+                for (l, a) in shared.columns.index().iter().zip(values) {
+                    moves.add_border(line, *a, *l);
                 }
                 add(p0, row.point[i][0], line);
                 add(p1, row.point[i][1], line);
@@ -120,8 +133,8 @@ fn project_chunk<const D: usize>(at: &Prepared<'_>, points: std::ops::Range<usiz
             let mut control_lines = vec![0.0; 3 * count];
             for i in 0..3 {
                 let line = &mut control_lines[i * count..(i + 1) * count];
-                for l in 0..n {
-                    add(line, control.shared[i * n + l], &moves.border[l * count..(l + 1) * count]);
+                for (l, a) in control.columns.index().iter().zip(&control.shared[i]) {
+                    moves.add_border(line, *a, *l);
                 }
                 add(p0, control.by_point[i][0], line);
                 add(p1, control.by_point[i][1], line);
@@ -168,8 +181,7 @@ fn add_positions_and_priors(at: &Prepared<'_>, moves: &Moves, sums: &mut Sums) {
             }
         }
         for (column, a) in &row.shared {
-            let l = *column as usize;
-            add(&mut line, *a, &moves.border[l * count..(l + 1) * count]);
+            moves.add_border(&mut line, *a, *column);
         }
         sum_row(&mut sums[row.belongs_to], &line, row.v);
     }

@@ -55,7 +55,7 @@ pub struct Structure {
     pub image_unknowns: Vec<usize>,
     /// Their scales.
     pub image_scales: Vec<f64>,
-    /// Per image: shared unknowns of its measurements.
+    /// Per image: shared unknowns of its measurements, by rising column.
     pub local: Vec<Vec<LocalColumn>>,
     /// Per image: image-wise effect parameters.
     pub own: Vec<Vec<ImageColumn>>,
@@ -126,6 +126,7 @@ impl Structure {
                     columns.push(LocalColumn { source: 12 + p as u32, column, scale: entry.scale });
                 }
             }
+            columns.sort_by_key(|column: &LocalColumn| column.column);
             local.push(columns);
             own.push(own_columns);
         }
