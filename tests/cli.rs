@@ -180,3 +180,19 @@ fn inject_changes_the_measurements_and_keeps_the_truth() {
     assert_eq!(code, 2, "{stderr}");
     assert!(stderr.contains("has no truth/"), "{stderr}");
 }
+
+#[test]
+fn inject_follows_a_recipe() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let recipe = concat!(env!("CARGO_MANIFEST_DIR"), "/data/hidden/received-2.toml");
+    let received = concat!(env!("CARGO_MANIFEST_DIR"), "/data/hidden/received-2");
+    let report = json(&["inject", recipe, "-o", &path(&folder, "block"), "--json"]);
+    let errors = report["errors"].as_array().expect("a list");
+    assert!(errors.iter().any(|error| error["error"] == "unflatness"), "{report}");
+    let (made, received) = (contents(&folder.path().join("block")), contents(Path::new(received)));
+    assert!(made["ties.csv"] == received["ties.csv"]);
+    assert!(made.contains_key("truth/errors.json"));
+    let (code, _, stderr) = misclosure(&["inject", recipe, "-o", &path(&folder, "x"), "--seed", "7"]);
+    assert_eq!(code, 2, "{stderr}");
+    assert!(stderr.contains("a recipe has its own seed and errors"), "{stderr}");
+}

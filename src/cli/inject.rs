@@ -1,13 +1,18 @@
 //! `misclosure inject`: measures a simulated block anew under known errors.
 
 use super::{Answer, Usage};
+use crate::block::Block;
+use crate::inject::recipe::{self, Made};
 use crate::inject::{self, Cause, Injected, ParameterSpec, Report};
 use crate::io::block::{read_block, write_block};
 use crate::io::table::write_json;
 use crate::report::numbers::significant;
 use crate::report::tables::Table;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// Of everything random where none is given.
+const DEFAULT_SEED: u64 = 1;
 
 /// Measures a simulated block anew under known errors
 #[derive(Debug, clap::Args)]
@@ -15,23 +20,24 @@ use std::path::PathBuf;
   misclosure inject --list
   misclosure inject dike -o drift --error focal-growth
   misclosure inject dike -o bad --error rolling-shutter:readout=0.03 --error noise:px=0.3 --seed 7
+  misclosure inject data/hidden/dike-local-flaw.toml -o flaw     a recipe: scenario, errors and seed in one file
 
 The block needs its truth (truth/, as `simulate` writes it). Every measurement is made anew:
 name all errors, noise too, in one call. The new block has the same truth, and
 truth/errors.json says what was done.")]
 pub struct Arguments {
-    /// Folder of a simulated block
-    #[arg(required_unless_present = "list")]
+    /// Folder of a simulated block, or a recipe
+    #[arg(required_unless_present = "list", value_name = "BLOCK|RECIPE.toml")]
     block: Option<PathBuf>,
     /// Folder of the new block
     #[arg(short, long, value_name = "BLOCK2", required_unless_present = "list")]
     output: Option<PathBuf>,
     /// Error to inject (repeatable); errors act in the order of the list, whatever the order here
-    #[arg(long = "error", value_name = "ID[:key=value,...]", required_unless_present = "list")]
+    #[arg(long = "error", value_name = "ID[:key=value,...]")]
     errors: Vec<String>,
-    /// Seed of everything random; the same seed gives the same bytes
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    /// Seed of everything random; the same seed gives the same bytes [default: 1]
+    #[arg(long)]
+    seed: Option<u64>,
     /// List the errors with their parameters and units
     #[arg(long)]
     list: bool,
@@ -41,6 +47,17 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
     // Clap asks for both folders where `--list` is absent.
     let (Some(folder), Some(output)) = (&arguments.block, &arguments.output) else { return Ok(list()) };
+    if folder.extension().is_some_and(|extension| extension == "toml") {
+        return follow_recipe(folder, output, arguments);
+    }
+    if arguments.errors.is_empty() {
+        return Err(Usage(
+            "the following required arguments were not provided: --error (`misclosure inject --list` lists them)"
+                .into(),
+        )
+        .into());
+    }
+    let seed = arguments.seed.unwrap_or(DEFAULT_SEED);
     let injections = arguments.errors.iter().map(|text| inject::parse(text)).collect::<anyhow::Result<Vec<_>>>();
     let injections = injections.map_err(bad_input)?;
     let block = read_block(folder)?.block;
@@ -51,12 +68,26 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
         return Err(Usage(message).into());
     }
     let truth = read_block(&truth_folder)?.block;
-    let Injected { block, report } = inject::apply(&block, &truth, &injections, arguments.seed).map_err(bad_input)?;
-    write_block(&block, output)?;
-    write_block(&truth, &output.join("truth"))?;
-    let json = as_json(&report, arguments.seed);
+    let Injected { block, report } = inject::apply(&block, &truth, &injections, seed).map_err(bad_input)?;
+    write(&block, &truth, &report, seed, output)
+}
+
+/// Makes the block of a recipe.
+fn follow_recipe(file: &Path, output: &Path, arguments: &Arguments) -> anyhow::Result<Answer> {
+    if arguments.seed.is_some() || !arguments.errors.is_empty() {
+        return Err(Usage(format!("{}: a recipe has its own seed and errors", file.display())).into());
+    }
+    let recipe = recipe::read(file).map_err(bad_input)?;
+    let Made { block, truth, report } = recipe.build().map_err(bad_input)?;
+    write(&block, &truth, &report, recipe.seed, output)
+}
+
+fn write(block: &Block, truth: &Block, report: &Report, seed: u64, output: &Path) -> anyhow::Result<Answer> {
+    write_block(block, output)?;
+    write_block(truth, &output.join("truth"))?;
+    let json = as_json(report, seed);
     write_json(&output.join("truth").join("errors.json"), &json)?;
-    Ok(Answer { text: text(&report) + &format!("\nBlock: {}\n", output.display()), json, failure: None })
+    Ok(Answer { text: text(report) + &format!("\nBlock: {}\n", output.display()), json, failure: None })
 }
 
 /// Whatever the registry refuses was asked for on the command line.
