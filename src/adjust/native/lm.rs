@@ -97,14 +97,18 @@ pub fn minimise(
         let (drop, predicted) =
             step.as_ref().map_or((f64::NEG_INFINITY, f64::INFINITY), |s| (chi_square - s.chi_square, s.predicted_drop));
         let small = options.chi_square_change.max(CHI_SQUARE_ROUNDING * chi_square);
-        let still = predicted.abs() < small && drop.abs() < small && damping <= CONVERGED_DAMPING;
+        let nothing_moves = predicted.abs() < small && drop.abs() < small;
+        let still = nothing_moves && damping <= CONVERGED_DAMPING;
         if drop > 0.0 {
             let step = step.ok_or_else(|| unreachable_step(iterations))?;
             state = step.state;
             frames = step.frames;
             damping = (damping * relaxation(drop / predicted)).max(LEAST_DAMPING);
             tighten = TIGHTEN;
-        } else if !still {
+        } else if nothing_moves {
+            // The damping may be what makes the step small: whether less of it finds more shows next.
+            damping *= RELAX;
+        } else {
             damping *= tighten;
             tighten *= 2.0;
             if damping > MOST_DAMPING {
