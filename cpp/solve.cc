@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <sstream>
 
 #include "adjustment.h"
 #include "normal.h"
@@ -151,8 +152,10 @@ Solution Solve(const ProblemView& view, const SolveOptions& options, const Progr
       if (summary.termination_type == ceres::FAILURE) {
         solution.reason = summary.message;
       } else {
-        solution.reason = std::string(stopped ? "" : "iteration limit reached; ") +
-                          "a full step would still change chi-square by " + std::to_string(left);
+        std::ostringstream reason;
+        reason << (stopped ? "" : "iteration limit reached; ") << "a full step would still change chi-square by " << left
+               << ", allowed are " << allowed;
+        solution.reason = reason.str();
       }
       break;
     }
