@@ -2,17 +2,21 @@
 //! `MISCLOSURE_BENCH_THREADS` sets the number of threads (2).
 
 use anyhow::{Context, Result};
-use misclosure::adjust::Options;
+use misclosure::adjust::ceres::Ceres;
+use misclosure::adjust::native::Native;
+use misclosure::adjust::{Options, Solver};
 use misclosure::diagnose::candidate::candidates;
-use misclosure::diagnose::fit::{fit, fit_with_weights, screen_all};
+use misclosure::diagnose::fit::{fit, refit, screen_all, with_weights};
+use misclosure::diagnose::models::with_candidate;
 use misclosure::diagnose::scan::best_place;
 use misclosure::diagnose::score::Base;
-use misclosure::model::Model;
+use misclosure::model::{Model, SigmaFactors};
 use misclosure::report::numbers::fixed;
 use misclosure::report::tables::Table;
-use misclosure::run::default_diagnosis_datum;
+use misclosure::run::{self, default_diagnosis_datum};
 use misclosure::scenario::{Scenario, SurveyNoise, add_noise, add_survey_noise, simulate};
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 const BLOCK: &str = "dike";
@@ -32,7 +36,8 @@ fn main() -> Result<()> {
     add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: false }, SEED);
     let model = Model { datum: default_diagnosis_datum(&block), ..Model::default() };
     let options = Options { threads, ..Options::default() };
-    let base = fit_with_weights(&block, &model, None, &[], &options, SIGNIFICANCE)?;
+    let base = fit(&block, &model, None, &options)?;
+    let base = with_weights(&block, base, SigmaFactors::default(), &[], &options, SIGNIFICANCE)?;
     let (screening, all) = timed(|| screen_all(&block, &base, &[], threads, SIGNIFICANCE));
     let screening = screening?;
     let at = Base {
@@ -48,28 +53,33 @@ fn main() -> Result<()> {
     let (scans, of_scans) =
         timed(|| scanned.map(|candidate| best_place(&at, &candidate)).collect::<Result<Vec<_>, _>>());
     scans?;
-    let mut table = Table::new("").text("refit of", "").number("time", "s");
-    let mut refits = Vec::new();
+    let mut table = Table::new("").text("refit of", "").number("diagnosis", "s").number("both solvers", "s");
+    let solvers: [&dyn Solver; 2] = [&Native, &Ceres];
+    let (mut refits, mut adjustments) = (Vec::new(), Vec::new());
     for score in screening.scores.iter().filter(|score| score.dof > 0.0) {
-        let mut larger = base.model.clone();
-        larger.effects.extend(score.start_term());
-        let (refit, seconds) = timed(|| fit(&block, &larger, Some(&base), &options));
-        // Where nothing is missing a scanned flaw or a random effect has no place to converge to; such are not counted.
-        let how = if refit.is_err() { " (did not converge)" } else { "" };
-        table.row([format!("{}{how}", score.candidate.id), fixed(seconds, 2)]);
-        if refit.is_ok() {
-            refits.push(seconds);
-        }
+        let larger = with_candidate(&base.model, score);
+        let (refitted, of_refit) = timed(|| refit(&block, &larger, &base, &options));
+        let adjust = || run::adjust(&block, &larger, &solvers, &options, &mut |_, _| ControlFlow::Continue(()));
+        let (adjusted, of_adjustment) = timed(adjust);
+        // Where nothing is missing a random effect has no size to converge to; such are not counted.
+        let row = |ok: bool, seconds: f64| if ok { fixed(seconds, 2) } else { "fails".into() };
+        let (refits_too, adjusts_too) = (refitted.is_ok(), adjusted.is_ok());
+        table.row([score.candidate.id.clone(), row(refits_too, of_refit), row(adjusts_too, of_adjustment)]);
+        refits.extend(refits_too.then_some(of_refit));
+        adjustments.extend(adjusts_too.then_some(of_adjustment));
     }
-    let mean = refits.iter().sum::<f64>() / refits.len() as f64;
+    let two = |seconds: &[f64]| 2.0 * seconds.iter().sum::<f64>() / seconds.len() as f64;
     println!("{}", table.to_text());
     println!(
         "{BLOCK}, {} measurements, {threads} threads: screening {} candidates {all:.2} s, of which {of_scans:.2} s search places on the sensor; \
-         refitting two {:.2} s on average; ratio {:.2}",
+         two of their refits {:.2} s on average (ratio {:.2}), as the diagnosis makes them from the base solution; {:.2} s (ratio {:.2}) with both \
+         solvers from the block's start values",
         block.ties.len(),
         screening.scores.len(),
-        2.0 * mean,
-        all / (2.0 * mean)
+        two(&refits),
+        all / two(&refits),
+        two(&adjustments),
+        all / two(&adjustments),
     );
     Ok(())
 }

@@ -5,7 +5,7 @@ use super::model_options::ModelOptions;
 use super::summary_text::disagreement;
 use super::{Answer, Console, run_folder, structure_files};
 use crate::adjust::Options;
-use crate::diagnose::forward::{MOST_EFFECTS, Settings};
+use crate::diagnose::forward::Settings;
 use crate::diagnose::run::{Diagnosed, diagnose};
 use crate::io::block::read_block;
 use crate::io::table::write_json;
@@ -87,17 +87,12 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     let progress = console.progress("diagnose");
     let tell = |what: &str| progress.step(what);
     let plugins = arguments.model.plugin_effects()?;
-    let settings = Settings {
-        plugins: &plugins,
-        options: options.clone(),
-        significance: arguments.significance,
-        most_effects: MOST_EFFECTS,
-        tell: &tell,
-    };
+    let settings =
+        Settings { plugins: &plugins, options: options.clone(), significance: arguments.significance, tell: &tell };
     let mut diagnosed = diagnose(block, &model, &settings)?;
     let final_model = match keep {
         Keep::Base => diagnosed.improvement.base.model.clone(),
-        Keep::Improved => diagnosed.improvement.fitted.model.clone(),
+        Keep::Improved => diagnosed.improvement.fitted.fit.model.clone(),
     };
     tell("adjusting with both solvers");
     let solvers = arguments.model.solvers();
@@ -105,8 +100,15 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
         |model: &Model| run::adjust(&diagnosed.block, model, &solvers, &options, &mut |_, _| ControlFlow::Continue(()));
     let mut agreements = Vec::new();
     let before = diagnosed.improvement.steps.split_last().map_or(&[][..], |(_, before)| before);
-    for step in before.iter().filter(|_| keep == Keep::Improved) {
-        agreements.push(adjust(&step.model)?.agreement);
+    for (number, step) in before.iter().enumerate().filter(|_| keep == Keep::Improved) {
+        // A step on the way decides nothing any more: that one of the solvers cannot follow is said, and the ledger shows no agreement.
+        agreements.push(match adjust(&step.model) {
+            Ok(run) => run.agreement,
+            Err(error) => {
+                console.message(&format!("step {number} of the ledger: {error}"));
+                None
+            }
+        });
     }
     let run = adjust(&final_model)?;
     agreements.push(run.agreement.clone());

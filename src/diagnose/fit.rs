@@ -6,8 +6,9 @@ use super::score::{Base, ScreenError, Screening, screen};
 use super::variants;
 use super::weights;
 use crate::adjust::native::{Native, Predictor};
-use crate::adjust::{AdjustError, CovarianceOf, Options, Solution, Solver};
+use crate::adjust::{AdjustError, Options, Solution, Solver};
 use crate::block::Block;
+use crate::effects::Role;
 use crate::model::{EffectRef, Model, SigmaFactors};
 use crate::problem::{Problem, ProblemError};
 use crate::run::{self, FittedModel, RunError};
@@ -25,6 +26,18 @@ pub struct Fit {
     pub solution: Solution,
 }
 
+/// Change of chi-square at which a fit of the diagnosis stops: parameters are then known to a hundredth of their sigma, which no decision sees.
+/// The models that are handed on are solved to the last digit, by both solvers.
+const CHI_SQUARE_CHANGE: f64 = 1e-4;
+
+/// Steps of a refit at most: ten times what one takes that starts at the solution of nearly the same model.
+const REFIT_ITERATIONS: usize = 50;
+
+/// Options of a fit that decides.
+pub(super) fn deciding(options: &Options) -> Options {
+    Options { chi_square_change: options.chi_square_change.max(CHI_SQUARE_CHANGE), ..options.clone() }
+}
+
 /// Fits with the native solver: the diagnosis refits many models, and the steps that it keeps are solved by both solvers afterwards.
 ///
 /// `near`: an earlier fit of the same images, to start from; another model's solution is nearer than the block's approximations.
@@ -33,10 +46,39 @@ pub fn fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) 
     if let Some(near) = near {
         problem.start_from(&near.problem, &near.solution.state);
     }
-    let options = run::options_for(&problem, options);
+    // Whether a shape has a smooth way to its best place shows at the last digit only.
+    let options = if problem.searched().is_empty() { deciding(options) } else { options.clone() };
+    let options = run::options_for(&problem, &options);
     run::estimate_variance_components(&mut problem, &Native, &options)?;
     let solution = Native.solve(&problem, &options, &mut |_| ControlFlow::Continue(()))?;
     Ok(Fit { model: model.clone(), problem, solution })
+}
+
+/// Fits `model`, which is that of `before` and one more effect.
+pub fn refit(block: &Block, model: &Model, before: &Fit, options: &Options) -> Result<Fit, RunError> {
+    let few = Options { max_iterations: REFIT_ITERATIONS.min(options.max_iterations), ..options.clone() };
+    match held_where_found(model) {
+        // A shape with a place is linear while the place is held where the scan found it, and near its own best place then. One with a kink may
+        // have no smooth way there: it stays.
+        Some(held) => {
+            let at_place = fit(block, &held, Some(before), options)?;
+            Ok(fit(block, model, Some(&at_place), &few).unwrap_or(at_place))
+        }
+        // What is missing may have driven the base far away: the block's approximations are the second choice.
+        None => fit(block, model, Some(before), &few).or_else(|_| fit(block, model, None, options)),
+    }
+}
+
+/// The model with the searched parameters of its newest effect held where they stand; `None` where it has none.
+fn held_where_found(model: &Model) -> Option<Model> {
+    let mut model = model.clone();
+    let term = model.effects.last_mut()?;
+    let parameters = &term.effect.descriptor().parameters;
+    let searched =
+        parameters.iter().filter(|p| matches!(p.role, Role::Searched(_)) && !term.held.contains(&p.name.to_string()));
+    let searched: Vec<String> = searched.map(|p| p.name.to_string()).collect();
+    term.held.extend(searched.iter().cloned());
+    (!searched.is_empty()).then_some(model)
 }
 
 /// Rounds of weight estimation: the second changes a factor by the square of what the first changed it.
@@ -44,49 +86,45 @@ const WEIGHT_ROUNDS: usize = 3;
 /// Relative change of a factor below which the weights stand: it changes statistics by twice that.
 const WEIGHT_CHANGE: f64 = 0.02;
 
-/// Fits `model` and estimates the variance factor of each group of observations. The factors stay in the model.
-pub fn fit_with_weights(
+/// Estimates the variance factor of each group of observations at `fitted`, and fits anew with them until they stand. The factors stay in the
+/// model. `stated`: those that the model was given with.
+pub fn with_weights(
     block: &Block,
-    model: &Model,
-    near: Option<&Fit>,
+    mut fitted: Fit,
+    stated: SigmaFactors,
     plugins: &[EffectRef],
     options: &Options,
     significance: f64,
 ) -> Result<Fit, DiagnoseError> {
-    let options = Options { covariance: CovarianceOf::Everything, ..options.clone() };
-    let mut model = model.clone();
-    let mut last = None;
     for _ in 0..WEIGHT_ROUNDS {
-        let fitted = fit(block, &model, last.as_ref().or(near), &options)?;
-        let factors = estimate_factors(block, &fitted, plugins, &options, significance)?;
-        let before = model.sigma_factors;
+        let factors = estimate_factors(block, &fitted, stated, plugins, options, significance)?;
+        let now = fitted.model.sigma_factors;
         let change = |a: f64, b: f64| (a / b - 1.0).abs();
-        let changed = change(factors.image, before.image)
-            .max(change(factors.control, before.control))
-            .max(change(factors.gnss, before.gnss));
-        if changed < WEIGHT_CHANGE {
-            return Ok(fitted);
+        let changes = [(factors.image, now.image), (factors.control, now.control), (factors.gnss, now.gnss)];
+        if changes.into_iter().all(|(a, b)| change(a, b) < WEIGHT_CHANGE) {
+            break;
         }
-        model.sigma_factors = factors;
-        last = Some(fitted);
+        let model = Model { sigma_factors: factors, ..fitted.model.clone() };
+        fitted = fit(block, &model, Some(&fitted), options)?;
     }
-    Ok(fit(block, &model, last.as_ref(), &options)?)
+    Ok(fitted)
 }
 
 fn estimate_factors(
     block: &Block,
     fitted: &Fit,
+    stated: SigmaFactors,
     plugins: &[EffectRef],
     options: &Options,
     significance: f64,
 ) -> Result<SigmaFactors, DiagnoseError> {
     let Fit { model, problem, solution } = fitted;
     let chi_square = 2.0 * solution.cost;
-    let before = model.sigma_factors;
+    let now = model.sigma_factors;
     let Some(covariance) = solution.covariance.as_ref().filter(|c| !c.points.is_empty()) else {
         // Too large for the covariance of every pose: the images dominate, and theirs is the factor of the whole.
         let factor = (chi_square / problem.redundancy().2 as f64).sqrt();
-        return Ok(SigmaFactors { image: before.image * factor, ..before });
+        return Ok(SigmaFactors { image: now.image * factor, ..now });
     };
     let predictor = FittedModel { predictor: Predictor::new(problem, &solution.state)? };
     let groups = weights::groups(problem, &solution.state, chi_square, covariance, &predictor);
@@ -102,7 +140,7 @@ fn estimate_factors(
         let screening = screen(&base, list, &BTreeMap::new())?;
         explained = [(0.0, 0.0), screening.explained_control, screening.explained_positions];
     }
-    Ok(weights::factors(before, &groups, &explained))
+    Ok(weights::factors(stated, now, &groups, &explained))
 }
 
 /// Screens every candidate at a fit: scans first, then one score test for all.

@@ -4,10 +4,9 @@
 //! whole intersection divided by what it leaves of itself); a left-out antenna is predicted from its image, a left-out control point from its marks.
 //! An image that the other parts do not orient predicts nothing, and stays where it is.
 
-use super::fit::Fit;
+use super::fit::{Fit, deciding};
 use crate::adjust::native::{Native, Predictor};
 use crate::adjust::{AdjustError, CovarianceOf, Options, Solver};
-use crate::effects::Role;
 use crate::problem::{PointSource, Problem, State};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 use std::ops::ControlFlow;
@@ -16,6 +15,8 @@ use std::ops::ControlFlow;
 const FOLDS: usize = 4;
 /// Rays that a left-out tie point needs: two intersect, the third is predicted.
 const LEAST_RAYS: usize = 3;
+/// Steps in which a part finds its own place of a shape: from that of the whole most take half as many.
+const SEARCH_ITERATIONS: usize = 20;
 /// Steps of the intersection; from the adjusted point two suffice.
 const INTERSECTION_STEPS: usize = 3;
 
@@ -65,12 +66,23 @@ fn hold_out(fitted: &Fit, options: &Options, fold: usize, sum: &mut HeldOut) -> 
         *free = [false; 6];
     }
     part.gnss.retain(|observation| !unoriented[observation.index as usize]);
-    let options = Options { covariance: CovarianceOf::Nothing, ..options.clone() };
-    let solve = |part: &Problem| Native.solve(part, &options, &mut |_| ControlFlow::Continue(()));
-    let solution = solve(&part).or_else(|error| {
-        // A shape with a kink (a flaw's centre) may have no smooth way to the part's own best place; that of the whole is the second choice.
-        if hold_searched(&mut part) { solve(&part) } else { Err(error) }
-    })?;
+    let options = Options { covariance: CovarianceOf::Nothing, ..deciding(options) };
+    let solve = |part: &Problem, max_iterations: usize| {
+        let options = Options { max_iterations, ..options.clone() };
+        Native.solve(part, &options, &mut |_| ControlFlow::Continue(()))
+    };
+    // A shape may have no smooth way to the part's own best place (the kink of a flaw), or none that the part determines; that of the whole is
+    // the second choice.
+    let few = SEARCH_ITERATIONS.min(options.max_iterations);
+    let solution = match part.searched().is_empty() {
+        true => solve(&part, options.max_iterations)?,
+        false => solve(&part, few).or_else(|_| {
+            for t in part.searched() {
+                part.theta[t].free = false;
+            }
+            solve(&part, options.max_iterations)
+        })?,
+    };
     let fold_state = State { points: state.points.clone(), ..solution.state };
     let predictor = Predictor::new(problem, &fold_state)?;
     let cameras = Cameras { problem, predictor: &predictor, unoriented: &unoriented };
@@ -84,16 +96,6 @@ fn hold_out(fitted: &Fit, options: &Options, fold: usize, sum: &mut HeldOut) -> 
         }
     }
     Ok(())
-}
-
-/// Holds the parameters in which an effect is nonlinear where they are. Is there any?
-fn hold_searched(problem: &mut Problem) -> bool {
-    let effects = &problem.effects;
-    let searched = problem.theta.iter_mut().filter(|entry| {
-        let descriptor = effects[entry.effect as usize].effect.descriptor();
-        entry.free && matches!(descriptor.parameters[entry.parameter as usize].role, Role::Searched(_))
-    });
-    searched.map(|entry| entry.free = false).count() > 0
 }
 
 /// Rows of one point: weighted residual, weighted derivative, and weight.

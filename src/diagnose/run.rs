@@ -1,15 +1,16 @@
 //! A whole diagnosis: outliers first, then the loop, then what is left, then the verdict.
 
 use super::fit::{DiagnoseError, Fit, fit};
-use super::forward::{Improvement, Settings, improve, without_effects};
+use super::forward::{Improvement, Settings, improve};
 use super::outliers::{self, Outliers, Strictness};
 use super::structure::{self, Structure};
-use super::verdict::{Diagnosis, Verdict, diagnosis};
-use super::{forward, verdict};
+use super::verdict::{self, Diagnosis, Verdict, diagnosis};
+use crate::adjust::native::pool;
 use crate::adjust::{AdjustError, CovarianceOf, Options};
 use crate::block::Block;
 use crate::model::Model;
 use crate::run::{self, RunError};
+use std::collections::BTreeSet;
 
 /// What a diagnosis found, and the block that it was made on.
 pub struct Diagnosed {
@@ -27,7 +28,7 @@ pub struct Diagnosed {
     pub diagnosis: Diagnosis,
 }
 
-/// Diagnoses `block` under `model`; adds at most `settings.most_effects` effects.
+/// Diagnoses `block` under `model`.
 pub fn diagnose(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
     (settings.tell)("searching outliers");
     let (model, mut outliers) = match search(block, model, settings, Strictness::Loose) {
@@ -46,7 +47,7 @@ pub fn diagnose(block: &Block, model: &Model, settings: &Settings<'_>) -> Result
     let mut improvement = improve(&clean, model, None, settings)?;
     if !improvement.added.is_empty() {
         // With the effects in the model, outliers that they hid stand out.
-        match search(block, &improvement.fitted.model, settings, Strictness::Tight) {
+        match search(block, &improvement.fitted.fit.model, settings, Strictness::Tight) {
             Ok(found) if found.rejected.len() != outliers.rejected.len() => {
                 outliers = found;
                 clean = outliers.without(block);
@@ -60,25 +61,37 @@ pub fn diagnose(block: &Block, model: &Model, settings: &Settings<'_>) -> Result
         }
     }
     (settings.tell)("describing what is left");
-    let before = structure_of(&clean, &improvement.base, settings)?;
-    let mut after = match improvement.steps.len() {
-        1 => before.clone(),
-        _ => structure_of(&clean, &improvement.fitted, settings)?,
-    };
+    let significance = settings.significance;
+    let pool = pool(settings.options.threads)?;
+    let Improvement { base, fitted, steps, .. } = &improvement;
+    let (before, after) = pool.install(|| {
+        rayon::join(
+            || structure_of(&clean, base, significance),
+            || match steps.len() {
+                1 => Ok(None),
+                _ => structure_of(&clean, &fitted.fit, significance).map(Some),
+            },
+        )
+    });
+    let before = before?;
+    let mut after = after?.unwrap_or_else(|| before.clone());
     let count = outliers.rejected.len();
-    let mut found = diagnosis(&clean, &improvement, &after, settings.significance, count);
-    if found.verdict == Verdict::Unexplained && !improvement.added.is_empty() {
-        // An effect that is less sure than what it leaves is a shape that happens to fit, not the cause.
+    let mut found = diagnosis(&clean, &improvement, &after, significance, count);
+    // An effect that is less sure than what it leaves is a shape that happens to fit, not the cause.
+    let mut banned = BTreeSet::new();
+    while found.verdict == Verdict::Unexplained {
         let left = verdict::ln_p_of_rest(&improvement, &after);
-        let names: Vec<String> =
-            improvement.added.iter().filter(|id| forward::entry_ln_p(&improvement, id) > left).cloned().collect();
-        if !names.is_empty() {
-            let kept = without_effects(&improvement.fitted.model, &names);
-            let fitted = fit(&clean, &kept, Some(&improvement.fitted), &settings.options)?;
-            forward::take_out(&clean, &mut improvement, fitted, &names, settings)?;
-            after = structure_of(&clean, &improvement.fitted, settings)?;
-            found = diagnosis(&clean, &improvement, &after, settings.significance, count);
+        let unsure: Vec<String> =
+            improvement.added.iter().filter(|id| improvement.entry_ln_p(id) > left).cloned().collect();
+        if unsure.is_empty() {
+            break;
         }
+        (settings.tell)(&format!("what is left is surer than {}: going on without", unsure.join(", ")));
+        banned.extend(unsure);
+        improvement.go_on_without(&clean, &banned, left, settings)?;
+        let fitted = &improvement.fitted.fit;
+        after = pool.install(|| structure_of(&clean, fitted, significance))?;
+        found = diagnosis(&clean, &improvement, &after, significance, count);
     }
     Ok(Diagnosed { block: clean, outliers, improvement, before, after, diagnosis: found })
 }
@@ -90,10 +103,10 @@ fn undetermined_centre(error: &DiagnoseError, model: &Model) -> bool {
     failed && !model.tie_dc_to_pp && model.free[3] && model.free[4]
 }
 
-fn structure_of(block: &Block, fitted: &Fit, settings: &Settings<'_>) -> Result<Structure, DiagnoseError> {
+fn structure_of(block: &Block, fitted: &Fit, significance: f64) -> Result<Structure, DiagnoseError> {
     let comparison = run::compare(block, &fitted.problem, &fitted.solution)?;
     let state = &fitted.solution.state;
-    Ok(structure::analyse(&fitted.problem, state, comparison.as_ref(), settings.significance)?)
+    Ok(structure::analyse(&fitted.problem, state, comparison.as_ref(), significance)?)
 }
 
 fn search(

@@ -1,16 +1,19 @@
 //! The score test of every candidate at the converged base model, without refitting: one profile serves them all.
 
-use super::candidate::{Addition, Candidate};
+use super::augmented::{augmented, in_domain};
+use super::candidate::Candidate;
+use super::design_effect::design_effect;
+use super::power::noncentrality;
 use super::random;
 use crate::adjust::AdjustError;
 use crate::adjust::native::EFFECT_DOMAIN;
 use crate::adjust::native::score::{Column, Profile, profile};
 use crate::block::Block;
-use crate::effects::{Context, Stage};
-use crate::math::statistics::{chi_square_quantile, f_ln_sf};
+use crate::effects::Stage;
+use crate::math::statistics::f_ln_sf;
 use crate::model::{EffectTerm, Model, PRIOR_KEY};
 use crate::problem::{Problem, ProblemError, State};
-use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::collections::BTreeMap;
 
 /// Directions of which the base model leaves less than this share (squared length) are rounding and nonlinearity of the base: dropped. Found
@@ -194,41 +197,6 @@ pub fn screen(
     Ok(Screening { scores, untested, correlation, moved, problem, explained_positions, explained_control })
 }
 
-/// Can a ray effect be computed for every measurement of the base? (Refraction has no meaning for a point above the camera.)
-fn in_domain(base: &Base<'_>, candidate: &Candidate) -> bool {
-    let Some(term) = candidate.term().filter(|term| term.effect.descriptor().stage == Stage::Ray) else { return true };
-    let theta: Vec<f64> = term
-        .effect
-        .descriptor()
-        .parameters
-        .iter()
-        .map(|p| term.values.get(p.name.as_ref()).copied().unwrap_or(p.nominal))
-        .collect();
-    let vectors: Vec<Vector3<f64>> = base
-        .state
-        .poses
-        .iter()
-        .map(|pose| crate::math::rotation::log(pose.rotation.to_rotation_matrix().matrix()))
-        .collect();
-    let problem = base.problem;
-    (0..problem.point_sources.len()).all(|j| {
-        problem.observations[problem.point_start[j]..problem.point_start[j + 1]].iter().all(|observation| {
-            let image = observation.image as usize;
-            let context = Context {
-                block: &problem.block_context,
-                image: &problem.image_contexts[image],
-                column_px: observation.x,
-                row_px: observation.y,
-            };
-            let mut input = [0.0; 9];
-            input[..3].copy_from_slice(vectors[image].as_slice());
-            input[3..6].copy_from_slice(base.state.poses[image].centre.as_slice());
-            input[6..].copy_from_slice(base.state.points[j].as_slice());
-            term.effect.eval(&context, &input, &theta, &mut [0.0; 3], None, None).is_ok()
-        })
-    })
-}
-
 /// What one test sees.
 pub(super) struct At<'a> {
     pub base: &'a Base<'a>,
@@ -241,43 +209,8 @@ pub(super) struct At<'a> {
     pub scan: Option<Scan>,
 }
 
-/// Base problem with every candidate in it at nominal values, and the candidate of each candidate unknown.
-fn augmented(
-    base: &Base<'_>,
-    candidates: &[Candidate],
-) -> Result<(Problem, State, BTreeMap<usize, usize>), ScreenError> {
-    let terms: Vec<EffectTerm> = candidates.iter().filter_map(Candidate::term).cloned().collect();
-    let first = base.problem.theta.len();
-    let (mut problem, state) = base.problem.with_effects(base.block, base.model.datum, &terms, base.state)?;
-    let of_effect: Vec<usize> = (0..candidates.len()).filter(|c| candidates[*c].term().is_some()).collect();
-    let first_effect = base.problem.effects.len();
-    let mut owner = BTreeMap::new();
-    for (t, entry) in problem.theta.iter_mut().enumerate().skip(first) {
-        let candidate = of_effect[entry.effect as usize - first_effect];
-        // A score test is made at the null: no prior; searched parameters are held where they stand.
-        entry.prior_sigma = None;
-        let role =
-            &problem.effects[entry.effect as usize].effect.descriptor().parameters[entry.parameter as usize].role;
-        entry.free &= !matches!(role, crate::effects::Role::Searched(_));
-        if entry.free {
-            owner.insert(base.problem.layout().theta(0) + t, candidate);
-        }
-    }
-    for (c, candidate) in candidates.iter().enumerate() {
-        if let Addition::Free(indices) = &candidate.addition {
-            for camera in 0..problem.camera_free.len() {
-                for k in indices {
-                    problem.camera_free[camera][*k] = true;
-                    owner.insert(problem.layout().camera(camera, *k), c);
-                }
-            }
-        }
-    }
-    Ok((problem, state, owner))
-}
-
 /// Rows and columns of a matrix.
-fn block_of(matrix: &DMatrix<f64>, columns: &[usize]) -> DMatrix<f64> {
+pub(super) fn block_of(matrix: &DMatrix<f64>, columns: &[usize]) -> DMatrix<f64> {
     DMatrix::from_fn(columns.len(), columns.len(), |i, j| matrix[(columns[i], columns[j])])
 }
 
@@ -411,40 +344,6 @@ fn correct_for_scan(ln_p: f64, places: f64) -> f64 {
     if small < -20.0 { small } else { (-(places * (-ln_p.exp()).ln_1p()).exp_m1()).ln() }
 }
 
-/// Factor by which the variance of the score exceeds what independent measurements would give, from the scores of single images after the
-/// candidate is fitted; one unless it is above one by more than its own uncertainty allows. Source: Liang and Zeger (1986), the cluster
-/// sandwich; images are the clusters because matching errs together within an image.
-fn design_effect(profile: &Profile<'_>, columns: &[usize], whitening: &DMatrix<f64>, values: &DVector<f64>) -> f64 {
-    let dof = whitening.ncols();
-    let position = |column: &usize| profile.refined.iter().position(|refined| refined == column);
-    let Some(columns) = columns.iter().map(position).collect::<Option<Vec<usize>>>() else { return 1.0 };
-    let columns = columns.as_slice();
-    let (mut sum, mut squares, mut expected_squares, mut clusters) = (0.0, 0.0, 0.0, 0.0);
-    for (score, information) in &profile.by_image {
-        let own = DVector::from_fn(columns.len(), |i, _| score[columns[i]]) - block_of(information, columns) * values;
-        let share = (whitening.transpose() * block_of(information, columns) * whitening).trace();
-        if share <= 0.0 {
-            continue;
-        }
-        let size = (whitening.transpose() * own).norm_squared();
-        sum += size;
-        squares += size * size;
-        expected_squares += share * share;
-        clusters += 1.0;
-    }
-    if clusters < LEAST_CLUSTERS || dof == 0 {
-        return 1.0;
-    }
-    let effect = sum / dof as f64;
-    let uncertainty = squares.max(2.0 * expected_squares).sqrt() / dof as f64;
-    if effect > 1.0 + DESIGN_SIGMAS * uncertainty { effect } else { 1.0 }
-}
-
-/// Fewer images tell nothing about a variance between images.
-const LEAST_CLUSTERS: f64 = 10.0;
-/// One null case in 700 gets a design effect that it does not have.
-const DESIGN_SIGMAS: f64 = 3.0;
-
 /// Name of the parameter (with its instance) of an unknown, and its unit.
 pub(super) fn name_and_unit(problem: &Problem, unknown: usize) -> (String, String) {
     let layout = problem.layout();
@@ -456,21 +355,6 @@ pub(super) fn name_and_unit(problem: &Problem, unknown: usize) -> (String, Strin
     let name = entry.name.strip_prefix(&format!("{}.", descriptor.id)).unwrap_or(&entry.name);
     (name.to_string(), descriptor.parameters[entry.parameter as usize].unit.to_string())
 }
-
-/// Noncentrality that a chi-square test of this level and these degrees of freedom sees with 80 % power (normal approximation of the
-/// noncentral distribution: mean `dof + l`, variance `2 dof + 4 l`).
-fn noncentrality(level: f64, dof: f64) -> f64 {
-    let threshold = chi_square_quantile(1.0 - level, dof);
-    // Solve threshold = dof + l - 0.84 sqrt(2 dof + 4 l) by iteration; it contracts.
-    let mut l = threshold;
-    for _ in 0..50 {
-        l = threshold - dof + POWER_QUANTILE * (2.0 * dof + 4.0 * l).sqrt();
-    }
-    l
-}
-
-/// Standard normal quantile of a power of 80 %.
-const POWER_QUANTILE: f64 = 0.841_621_233_572_914_4;
 
 /// Correlation between the estimated effect of `a` and what `b` can take of it: the root of the share of `a`'s predicted drop that `b` alone would
 /// bring if `a` were the truth.

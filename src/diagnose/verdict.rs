@@ -1,8 +1,9 @@
 //! `diagnosis.json`: what was found, in the keys that scripts rely on, and the verdict.
 
-use super::forward::{Confirmation, Improvement, Step, inseparable_from, significant};
+use super::forward::{Improvement, Step, inseparable_from, significant};
 use super::score::{Score, Screening};
 use super::structure::Structure;
+use super::trial::Confirmation;
 use crate::block::{Block, PointId, Role};
 use crate::math::null_is_nan;
 use crate::problem::{Problem, State};
@@ -219,9 +220,13 @@ pub fn diagnosis(
                 description: test.description.clone(),
             })
             .collect(),
-        left: if verdict == Verdict::Unexplained { left(last, structure, significance) } else { Vec::new() },
+        left: if verdict == Verdict::Unexplained {
+            left(improvement, last, structure, significance)
+        } else {
+            Vec::new()
+        },
         ledger: improvement.steps.iter().enumerate().map(ledger_row).collect(),
-        sigma_factors: improvement.fitted.model.sigma_factors,
+        sigma_factors: improvement.fitted.fit.model.sigma_factors,
         outliers,
     }
 }
@@ -251,7 +256,7 @@ fn verdict(improvement: &Improvement, last: &Screening, structure: &Structure, s
     }
 }
 
-fn left(last: &Screening, structure: &Structure, significance: f64) -> Vec<String> {
+fn left(improvement: &Improvement, last: &Screening, structure: &Structure, significance: f64) -> Vec<String> {
     let mut left = structure.describe_unexplained();
     for score in shapes_left(last, significance) {
         left.push(format!(
@@ -260,7 +265,10 @@ fn left(last: &Screening, structure: &Structure, significance: f64) -> Vec<Strin
         ));
     }
     for score in significant(last, significance) {
-        left.push(format!("{} is significant still, but does not predict left-out measurements", score.candidate.id));
+        let id = &score.candidate.id;
+        let tried = improvement.confirmations.iter().rfind(|tried| tried.id == *id && !tried.kept);
+        let why = tried.map_or("less sure than what is left", |tried| &tried.reason);
+        left.push(format!("{id} is significant still: {why}"));
     }
     left
 }

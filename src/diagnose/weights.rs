@@ -74,8 +74,22 @@ fn add(group: &mut Group, residual: &Vector3<f64>, sigma: &Vector3<f64>, varianc
     }
 }
 
-/// New factors on the a-priori standard deviations. `explained[g]`: drop and degrees of freedom that candidates of group `g` could bring.
-pub fn factors(before: SigmaFactors, groups: &[Group; 3], explained: &[(f64, f64); 3]) -> SigmaFactors {
-    let factor = |g: usize| groups[g].factor(explained[g].0, explained[g].1);
-    SigmaFactors { image: before.image * factor(0), control: before.control * factor(1), gnss: before.gnss * factor(2) }
+/// Factors on the stated standard deviations, `stated` those of the model as it was given, `now` those of the solution that `groups` are of.
+/// `explained[g]`: drop and degrees of freedom that candidates of group `g` could bring.
+pub fn factors(
+    stated: SigmaFactors,
+    now: SigmaFactors,
+    groups: &[Group; 3],
+    explained: &[(f64, f64); 3],
+) -> SigmaFactors {
+    let factor = |g: usize, stated: f64, now: f64| {
+        let scale = (now / stated).powi(2);
+        let group = Group { chi_square: groups[g].chi_square * scale, ..groups[g] };
+        stated * group.factor(explained[g].0 * scale, explained[g].1)
+    };
+    SigmaFactors {
+        image: factor(0, stated.image, now.image),
+        control: factor(1, stated.control, now.control),
+        gnss: factor(2, stated.gnss, now.gnss),
+    }
 }

@@ -26,7 +26,7 @@ pub use error::ProblemError;
 
 use crate::block::PointId;
 use crate::camera::{self, Interior};
-use crate::effects::{BlockContext, ImageContext, Scope};
+use crate::effects::{BlockContext, ImageContext, Role, Scope};
 
 pub use crate::block::Pose;
 pub use crate::model::{EffectRef, LOSS_SCALE, Loss};
@@ -254,6 +254,16 @@ impl Problem {
         free.extend(self.pose_free.iter().flatten());
         free.resize(self.layout().total(), true);
         free
+    }
+
+    /// Positions in `theta` of the unknowns in which an effect is nonlinear (a place, a width, a lag).
+    pub fn searched(&self) -> Vec<usize> {
+        let is_searched = |t: &usize| {
+            let entry = &self.theta[*t];
+            let descriptor = self.effects[entry.effect as usize].effect.descriptor();
+            entry.free && matches!(descriptor.parameters[entry.parameter as usize].role, Role::Searched(_))
+        };
+        (0..self.theta.len()).filter(is_searched).collect()
     }
 
     /// Number of residuals.

@@ -11,7 +11,7 @@ use misclosure::adjust::ceres::Ceres;
 use misclosure::adjust::native::Native;
 use misclosure::adjust::{Options, Solver};
 use misclosure::block::Block;
-use misclosure::diagnose::forward::{MOST_EFFECTS, Settings};
+use misclosure::diagnose::forward::Settings;
 use misclosure::diagnose::run::{Diagnosed, diagnose};
 use misclosure::diagnose::verdict;
 use misclosure::inject::recipe::{Truth, Verdict};
@@ -47,13 +47,7 @@ fn judge(named: &Named) -> Result<Vec<String>, String> {
     let Named { name, recipe } = named;
     let block = recipe.build().map_err(|error| format!("{error:#}"))?.block;
     let started = Instant::now();
-    let settings = Settings {
-        plugins: &[],
-        options: Options::default(),
-        significance: SIGNIFICANCE,
-        most_effects: MOST_EFFECTS,
-        tell: &|_| {},
-    };
+    let settings = Settings { plugins: &[], options: Options::default(), significance: SIGNIFICANCE, tell: &|_| {} };
     let diagnosed = diagnose(&block, &base_model(recipe, &block), &settings).map_err(|error| error.to_string())?;
     let seconds = started.elapsed().as_secs_f64();
     let mut failures = Vec::new();
@@ -64,7 +58,7 @@ fn judge(named: &Named) -> Result<Vec<String>, String> {
         let run = solve_both(&diagnosed.block, &step.model).map_err(|text| format!("step {number}: {text}"))?;
         failures.extend(disagreement(&run).map(|text| format!("step {number}: {text}")));
     }
-    let run = solve_both(&diagnosed.block, &improvement.fitted.model)?;
+    let run = solve_both(&diagnosed.block, &improvement.fitted.fit.model)?;
     failures.extend(disagreement(&run));
     failures.extend(judge_ledger(&diagnosed, &run));
     let sizes = Sizes::of(&recipe.truth, &run);

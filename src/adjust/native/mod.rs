@@ -112,7 +112,7 @@ fn frames(problem: &Problem, structure: &Structure, state: &State) -> Result<Vec
     })
 }
 
-fn pool(threads: usize) -> Result<rayon::ThreadPool, AdjustError> {
+pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool, AdjustError> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()

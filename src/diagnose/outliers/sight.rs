@@ -1,23 +1,12 @@
-//! Data snooping: single measurements that stand alone.
-//!
-//! Rejecting everything beyond a threshold at once takes far too much: one wrong measurement bends its point, and the whole point
-//! goes. So (Baarda 1968, with three precautions)
-//! - one measurement per point at a time: the worst, then the point is intersected again from the rest with the cameras held, and so
-//!   on; the cameras are adjusted anew once per round, until nothing changes;
-//! - what was rejected comes back when it fits again;
-//! - a measurement is judged against its neighbours in the image as well: an effect that the model lacks moves neighbours together,
-//!   an outlier stands alone. It is rejected only if both its own residual and its difference from theirs are too large.
-//!
-//! The statistic of a measurement is `v' R^-1 v / s0^2`, `R` its local redundancy (2x2, cameras held): chi-square with two degrees of
-//! freedom, with one where the point has two rays (across the epipolar plane; along it nothing can be seen). `s0` is taken from the median,
-//! which outliers do not move. The threshold is that of the largest of as many as the block has.
+//! A block's measurements at a solution: each tested against the others of its point and against its neighbours in the image.
 
-use super::neighbours::Neighbours;
+use super::{FEWEST_RAYS, Fit, Left, Options, Rejected, Round, Strictness};
 use crate::adjust::AdjustError;
 use crate::adjust::native::Predictor;
-use crate::block::{Block, ImageId, Measurement, PointId};
+use crate::block::{Block, Measurement};
+use crate::diagnose::neighbours::Neighbours;
 use crate::math::statistics::{chi_square_ln_sf, chi_square_quantile, median};
-use crate::problem::{MeasurementKind, PointSource, Problem, State};
+use crate::problem::{MeasurementKind, PointSource};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// Before a diagnosis residuals hold effects too: the threshold is this much wider.
@@ -34,171 +23,13 @@ const FEWEST_NEIGHBOURS: usize = 4;
 const REWEIGHTINGS: usize = 5;
 /// Standardised difference at which a neighbour counts half.
 const HALF_WEIGHT: f64 = 3.0;
-/// Points below two rays take no part.
-const FEWEST_RAYS: usize = 2;
-
-/// How strict the search is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Strictness {
-    /// Before a diagnosis: the threshold is 1.5 times wider, since an effect may still be in the residuals.
-    #[default]
-    Loose,
-    /// Once the effects are in the model.
-    Tight,
-}
-
-/// How to search.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
-    /// Before or after the effects are in.
-    pub strictness: Strictness,
-    /// Probability to reject anything in a block without outliers.
-    pub significance: f64,
-    /// Most rounds, each with one adjustment.
-    pub max_rounds: usize,
-}
-
-/// One measurement in a hundred blocks without outliers.
-const SIGNIFICANCE: f64 = 0.01;
-/// Twice what 2 % of outliers in the simulated blocks need.
-const MAX_ROUNDS: usize = 8;
-
-impl Default for Options {
-    fn default() -> Self {
-        Self { strictness: Strictness::Loose, significance: SIGNIFICANCE, max_rounds: MAX_ROUNDS }
-    }
-}
-
-/// A measurement that was left out.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rejected {
-    /// Tie or mark.
-    pub kind: MeasurementKind,
-    /// Position in [`Block::ties`] or [`Block::marks`].
-    pub measurement: usize,
-    /// Image.
-    pub image: ImageId,
-    /// Tie point or surveyed point.
-    pub point: PointId,
-    /// Square root of the statistic when it was rejected: the residual in its own standard deviations.
-    pub normalised: f64,
-    /// Round in which it was rejected, from 1.
-    pub round: usize,
-}
-
-/// Counts of one round.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Round {
-    /// Measurements rejected.
-    pub rejected: usize,
-    /// Measurements that came back.
-    pub returned: usize,
-    /// Robust estimate of sigma0 at its begin.
-    pub sigma0: f64,
-}
-
-/// What was found.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Outliers {
-    /// Left out, ties first, in the order of the block.
-    pub rejected: Vec<Rejected>,
-    /// Tie points that lose their last but one ray by it and take no part any more.
-    pub lost_points: Vec<PointId>,
-    /// Per round; the last changed nothing, unless `settled` is false.
-    pub rounds: Vec<Round>,
-    /// Did the search come to its end?
-    pub settled: bool,
-}
-
-impl Outliers {
-    /// The block without the rejected measurements.
-    pub fn without(&self, block: &Block) -> Block {
-        let mut left = Left::all(block);
-        for rejected in &self.rejected {
-            left.of(rejected.kind)[rejected.measurement] = false;
-        }
-        left.block(block)
-    }
-}
-
-/// An adjustment of a block.
-#[derive(Debug, Clone)]
-pub struct Fit {
-    /// Its problem.
-    pub problem: Problem,
-    /// Its solution.
-    pub state: State,
-}
-
-/// Which measurements are still in.
-struct Left {
-    ties: Vec<bool>,
-    marks: Vec<bool>,
-}
-
-impl Left {
-    fn all(block: &Block) -> Self {
-        Self { ties: vec![true; block.ties.len()], marks: vec![true; block.marks.len()] }
-    }
-
-    fn of(&mut self, kind: MeasurementKind) -> &mut Vec<bool> {
-        match kind {
-            MeasurementKind::Tie => &mut self.ties,
-            MeasurementKind::Mark => &mut self.marks,
-        }
-    }
-
-    fn block(&self, block: &Block) -> Block {
-        let kept = |rows: &[Measurement], left: &[bool]| {
-            rows.iter().zip(left).filter(|(_, left)| **left).map(|(row, _)| *row).collect()
-        };
-        Block { ties: kept(&block.ties, &self.ties), marks: kept(&block.marks, &self.marks), ..block.clone() }
-    }
-}
-
-/// Searches a block; `refit` adjusts the block it is given (from whatever start it likes) and is called once per round.
-///
-/// Check points are not touched: their marks take part in no adjustment.
-///
-/// # Errors
-/// Those of `refit`, and a solution at which predictions fail.
-pub fn find<E: From<AdjustError>>(
-    block: &Block,
-    options: Options,
-    refit: &mut dyn FnMut(&Block) -> Result<Fit, E>,
-) -> Result<Outliers, E> {
-    let mut left = Left::all(block);
-    let mut outliers = Outliers::default();
-    for number in 1..=options.max_rounds {
-        let fit = refit(&left.block(block))?;
-        let mut sight = Sight::new(block, &mut left, &fit)?;
-        let round = sight.round(options, number, &mut outliers.rejected);
-        for seen in &sight.seen {
-            left.of(seen.kind)[seen.measurement] = seen.active;
-        }
-        outliers.rounds.push(round);
-        if round.rejected + round.returned == 0 {
-            outliers.settled = true;
-            break;
-        }
-    }
-    outliers.rejected.sort_by_key(|rejected| (rejected.kind as u32, rejected.measurement));
-    let (mut rays, mut had) = (vec![0; block.tie_points.len()], vec![0; block.tie_points.len()]);
-    for (row, left) in block.ties.iter().zip(&left.ties) {
-        had[row.point.index()] += 1;
-        rays[row.point.index()] += usize::from(*left);
-    }
-    let lost = (0..rays.len()).filter(|p| rays[*p] < FEWEST_RAYS && had[*p] >= FEWEST_RAYS);
-    outliers.lost_points = lost.map(PointId::from).collect();
-    Ok(outliers)
-}
 
 /// A measurement at a solution, standardised.
-struct Seen {
-    kind: MeasurementKind,
-    measurement: usize,
+pub(super) struct Seen {
+    pub(super) kind: MeasurementKind,
+    pub(super) measurement: usize,
     row: Measurement,
-    active: bool,
+    pub(super) active: bool,
     /// Observed minus computed, cameras and point as adjusted.
     residual: Vector2<f64>,
     /// Derivative of the computed by the point.
@@ -208,8 +39,8 @@ struct Seen {
 }
 
 /// A block's measurements at a solution, those left out included.
-struct Sight {
-    seen: Vec<Seen>,
+pub(super) struct Sight {
+    pub(super) seen: Vec<Seen>,
     /// Measurements of point `j`: `seen[starts[j]..starts[j + 1]]`.
     starts: Vec<usize>,
     /// Weight of the surveyed coordinates of each point.
@@ -226,7 +57,7 @@ struct Verdict {
 }
 
 impl Sight {
-    fn new(block: &Block, left: &mut Left, fit: &Fit) -> Result<Self, AdjustError> {
+    pub(super) fn new(block: &Block, left: &mut Left, fit: &Fit) -> Result<Self, AdjustError> {
         let Fit { problem, state } = fit;
         let predictor = Predictor::new(problem, state)?;
         let by_point = |rows: &[Measurement], points: usize| {
@@ -275,7 +106,7 @@ impl Sight {
         Ok(sight)
     }
 
-    fn round(&mut self, options: Options, number: usize, rejected: &mut Vec<Rejected>) -> Round {
+    pub(super) fn round(&mut self, options: Options, number: usize, rejected: &mut Vec<Rejected>) -> Round {
         let before: Vec<bool> = self.seen.iter().map(|seen| seen.active).collect();
         let variance = self.variance();
         self.judge_neighbours(variance);
@@ -451,6 +282,7 @@ fn robust_displacement(around: &[(Vector2<f64>, Matrix2<f64>)], variance: f64) -
 mod tests {
     use super::*;
     use crate::model::Model;
+    use crate::problem::Problem;
     use crate::scenario::{Scenario, add_noise, simulate};
     use std::collections::BTreeMap;
 
