@@ -9,7 +9,7 @@ use crate::adjust::native::{Native, Predictor};
 use crate::adjust::{AdjustError, Options, Solution, Solver};
 use crate::block::Block;
 use crate::effects::Role;
-use crate::model::{EffectRef, Model, SigmaFactors};
+use crate::model::{EffectRef, EffectTerm, Model, SigmaFactors};
 use crate::problem::{Problem, ProblemError};
 use crate::run::{self, FittedModel, RunError};
 use std::collections::BTreeMap;
@@ -38,17 +38,21 @@ pub(super) fn deciding(options: &Options) -> Options {
     Options { chi_square_change: options.chi_square_change.max(CHI_SQUARE_CHANGE), ..options.clone() }
 }
 
-/// Fits with the native solver: the diagnosis refits many models, and the steps that it keeps are solved by both solvers afterwards.
+/// Fits with the native solver, as far as decisions see: the diagnosis refits many models, and the steps that it keeps are solved by both
+/// solvers afterwards.
 ///
 /// `near`: an earlier fit of the same images, to start from; another model's solution is nearer than the block's approximations.
 pub fn fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) -> Result<Fit, RunError> {
+    fit_to(block, model, near, &deciding(options))
+}
+
+/// [`fit`], as far as `options` ask for.
+fn fit_to(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) -> Result<Fit, RunError> {
     let mut problem = Problem::new(block, model)?;
     if let Some(near) = near {
         problem.start_from(&near.problem, &near.solution.state);
     }
-    // Whether a shape has a smooth way to its best place shows at the last digit only.
-    let options = if problem.searched().is_empty() { deciding(options) } else { options.clone() };
-    let options = run::options_for(&problem, &options);
+    let options = run::options_for(&problem, options);
     run::estimate_variance_components(&mut problem, &Native, &options)?;
     let solution = Native.solve(&problem, &options, &mut |_| ControlFlow::Continue(()))?;
     Ok(Fit { model: model.clone(), problem, solution })
@@ -57,15 +61,19 @@ pub fn fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) 
 /// Fits `model`, which is that of `before` and one more effect.
 pub fn refit(block: &Block, model: &Model, before: &Fit, options: &Options) -> Result<Fit, RunError> {
     let few = Options { max_iterations: REFIT_ITERATIONS.min(options.max_iterations), ..options.clone() };
-    match held_where_found(model) {
+    if let Some(held) = held_where_found(model) {
         // A shape with a place is linear while the place is held where the scan found it, and near its own best place then. One with a kink may
-        // have no smooth way there: it stays.
-        Some(held) => {
-            let at_place = fit(block, &held, Some(before), options)?;
-            Ok(fit(block, model, Some(&at_place), &few).unwrap_or(at_place))
-        }
-        // What is missing may have driven the base far away: the block's approximations are the second choice.
-        None => fit(block, model, Some(before), &few).or_else(|_| fit(block, model, None, options)),
+        // have no smooth way there, which shows at the last digit only: it stays.
+        let at_place = fit(block, &held, Some(before), options)?;
+        return Ok(fit_to(block, model, Some(&at_place), &few).unwrap_or(at_place));
+    }
+    let near = fit(block, model, Some(before), &few);
+    let random =
+        |term: &EffectTerm| term.effect.descriptor().parameters.iter().any(|p| matches!(p.role, Role::Random(_)));
+    match near {
+        // A distortion that is missing may have driven the base far away: the block's approximations are the second choice.
+        Err(_) if !model.effects.last().is_some_and(random) => fit(block, model, None, options),
+        near => near,
     }
 }
 

@@ -31,13 +31,13 @@ pub struct Diagnosed {
 /// Diagnoses `block` under `model`.
 pub fn diagnose(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
     (settings.tell)("searching outliers");
-    let (model, mut outliers) = match search(block, model, settings, Strictness::Loose) {
+    let (model, mut outliers) = match search(block, model, None, settings, Strictness::Loose) {
         Err(error) if undetermined_centre(&error, model) => {
             (settings.tell)(
                 "the block does not determine the centre of distortion: tied to the principal point (as --tie dc=pp)",
             );
             let tied = Model { tie_dc_to_pp: true, ..model.clone() };
-            let outliers = search(block, &tied, settings, Strictness::Loose)?;
+            let outliers = search(block, &tied, None, settings, Strictness::Loose)?;
             (tied, outliers)
         }
         found => (model.clone(), found?),
@@ -47,7 +47,8 @@ pub fn diagnose(block: &Block, model: &Model, settings: &Settings<'_>) -> Result
     let mut improvement = improve(&clean, model, None, settings)?;
     if !improvement.added.is_empty() {
         // With the effects in the model, outliers that they hid stand out.
-        match search(block, &improvement.fitted.fit.model, settings, Strictness::Tight) {
+        let fitted = &improvement.fitted.fit;
+        match search(block, &fitted.model, Some(fitted), settings, Strictness::Tight) {
             Ok(found) if found.rejected.len() != outliers.rejected.len() => {
                 outliers = found;
                 clean = outliers.without(block);
@@ -112,6 +113,7 @@ fn structure_of(block: &Block, fitted: &Fit, significance: f64) -> Result<Struct
 fn search(
     block: &Block,
     model: &Model,
+    near: Option<&Fit>,
     settings: &Settings<'_>,
     strictness: Strictness,
 ) -> Result<Outliers, DiagnoseError> {
@@ -119,7 +121,7 @@ fn search(
     let how = outliers::Options { strictness, ..outliers::Options::default() };
     let mut last: Option<Fit> = None;
     outliers::find(block, how, &mut |block: &Block| -> Result<outliers::Fit, DiagnoseError> {
-        let fitted = last.insert(fit(block, model, last.as_ref(), &options)?);
+        let fitted = last.insert(fit(block, model, last.as_ref().or(near), &options)?);
         Ok(outliers::Fit { problem: fitted.problem.clone(), state: fitted.solution.state.clone() })
     })
 }
