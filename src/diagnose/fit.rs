@@ -106,16 +106,19 @@ pub fn with_weights(
 ) -> Result<Fit, DiagnoseError> {
     for _ in 0..WEIGHT_ROUNDS {
         let factors = estimate_factors(block, &fitted, stated, plugins, options, significance)?;
-        let now = fitted.model.sigma_factors;
-        let change = |a: f64, b: f64| (a / b - 1.0).abs();
-        let changes = [(factors.image, now.image), (factors.control, now.control), (factors.gnss, now.gnss)];
-        if changes.into_iter().all(|(a, b)| change(a, b) < WEIGHT_CHANGE) {
+        if same_weights(factors, fitted.model.sigma_factors) {
             break;
         }
         let model = Model { sigma_factors: factors, ..fitted.model.clone() };
         fitted = fit(block, &model, Some(&fitted), options)?;
     }
     Ok(fitted)
+}
+
+/// Do factors differ by less than statistics see?
+pub(super) fn same_weights(a: SigmaFactors, b: SigmaFactors) -> bool {
+    let pairs = [(a.image, b.image), (a.control, b.control), (a.gnss, b.gnss)];
+    pairs.into_iter().all(|(a, b)| (a / b - 1.0).abs() < WEIGHT_CHANGE)
 }
 
 fn estimate_factors(
@@ -148,7 +151,7 @@ fn estimate_factors(
         let screening = screen(&base, list, &BTreeMap::new())?;
         explained = [(0.0, 0.0), screening.explained_control, screening.explained_positions];
     }
-    Ok(weights::factors(stated, now, &groups, &explained))
+    Ok(weights::factors(stated.image, now, &groups, &explained))
 }
 
 /// Screens every candidate at a fit: scans first, then one score test for all.

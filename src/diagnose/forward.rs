@@ -2,7 +2,7 @@
 //! others, and it predicts measurements that the fit did not see. Check points only watch.
 
 use super::candidate::Candidate;
-use super::fit::{DiagnoseError, Fit, fit, screen_all, with_weights};
+use super::fit::{DiagnoseError, Fit, fit, same_weights, screen_all, with_weights};
 use super::heldout::HeldOut;
 use super::models::{at_solution, without_effects};
 use super::needed::not_needed;
@@ -193,15 +193,27 @@ impl Improvement {
         self.note(block, Some(id), drop, ln_p)
     }
 
-    /// What a new effect left in the residuals no longer passes for noise: estimates the weights anew.
+    /// What a new effect left in the residuals no longer passes for noise: estimates the weights anew. Control and positions are taken as stated
+    /// at first: a factor that the missing effect inflated lets the block bend away from them, and would be believed.
     fn weigh(&mut self, block: &Block, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
         let Settings { plugins, options, significance, tell } = settings;
-        let fitted = self.fitted.fit.clone();
-        let before = fitted.model.sigma_factors;
-        let weighed = with_weights(block, fitted, self.stated, plugins, options, *significance).and_then(|fit| {
-            let same = fit.model.sigma_factors == before;
+        let now = self.fitted.fit.model.sigma_factors;
+        let stated = SigmaFactors { image: now.image, ..self.stated };
+        let begin = || match stated == now {
+            true => Ok(self.fitted.fit.clone()),
+            false => {
+                let model = Model { sigma_factors: stated, ..self.fitted.fit.model.clone() };
+                fit(block, &model, Some(&self.fitted.fit), options)
+            }
+        };
+        let weighed = begin().map_err(DiagnoseError::from).and_then(|begin| {
+            let fit = with_weights(block, begin, self.stated, plugins, options, *significance)?;
             let model = at_solution(&fit);
-            Ok(if same { None } else { Some(Tried::new(Fit { model, ..fit }, settings)?) })
+            Ok(if same_weights(model.sigma_factors, now) {
+                None
+            } else {
+                Some(Tried::new(Fit { model, ..fit }, settings)?)
+            })
         });
         match weighed {
             Ok(None) => {}

@@ -74,22 +74,20 @@ fn add(group: &mut Group, residual: &Vector3<f64>, sigma: &Vector3<f64>, varianc
     }
 }
 
-/// Factors on the stated standard deviations, `stated` those of the model as it was given, `now` those of the solution that `groups` are of.
-/// `explained[g]`: drop and degrees of freedom that candidates of group `g` could bring.
-pub fn factors(
-    stated: SigmaFactors,
-    now: SigmaFactors,
-    groups: &[Group; 3],
-    explained: &[(f64, f64); 3],
-) -> SigmaFactors {
-    let factor = |g: usize, stated: f64, now: f64| {
-        let scale = (now / stated).powi(2);
+/// New factors on the a-priori standard deviations; `now` are those of the solution that `groups` are of. `explained[g]`: drop and degrees of
+/// freedom that candidates of group `g` could bring.
+///
+/// Images are judged against what is stated of them. Control and positions are judged under the present factors: a block whose control weighs
+/// less bends away from it, and would be found ever further away.
+pub fn factors(stated_image: f64, now: SigmaFactors, groups: &[Group; 3], explained: &[(f64, f64); 3]) -> SigmaFactors {
+    let factor = |g: usize, from: f64, now: f64| {
+        let scale = (now / from).powi(2);
         let group = Group { chi_square: groups[g].chi_square * scale, ..groups[g] };
-        stated * group.factor(explained[g].0 * scale, explained[g].1)
+        from * group.factor(explained[g].0 * scale, explained[g].1)
     };
     SigmaFactors {
-        image: factor(0, stated.image, now.image),
-        control: factor(1, stated.control, now.control),
-        gnss: factor(2, stated.gnss, now.gnss),
+        image: factor(0, stated_image, now.image),
+        control: factor(1, now.control, now.control),
+        gnss: factor(2, now.gnss, now.gnss),
     }
 }
