@@ -18,6 +18,9 @@ use std::collections::BTreeSet;
 /// Effects that one improvement adds at most: more than this is not a diagnosis any more.
 const MOST_EFFECTS: usize = 6;
 
+/// Times that an effect may be taken out as not needed and come back: two that take each other's place would go on for ever.
+const MOST_RETURNS: usize = 1;
+
 /// What an improvement needs besides block and model.
 pub struct Settings<'a> {
     /// Effects from plug-ins.
@@ -150,7 +153,7 @@ impl Improvement {
     ) -> Result<bool, DiagnoseError> {
         for score in significant(screening, settings.significance) {
             let id = score.candidate.id.clone();
-            if refused.contains(&id) || score.ln_p > ln_p {
+            if refused.contains(&id) || score.ln_p > ln_p || self.times_taken_out(&id) > MOST_RETURNS {
                 continue;
             }
             (settings.tell)(&format!("adding {id} and adjusting again"));
@@ -259,6 +262,11 @@ impl Improvement {
     pub fn entry_ln_p(&self, id: &str) -> f64 {
         let entered = |step: &&Step| step.added.as_deref() == Some(id);
         self.steps.iter().rev().find(entered).map_or(0.0, |step| step.ln_p)
+    }
+
+    fn times_taken_out(&self, id: &str) -> usize {
+        let name = format!("-{id}");
+        self.steps.iter().filter(|step| step.added.as_ref() == Some(&name)).count()
     }
 
     /// Appends the fit as it stands to the ledger.
