@@ -14,6 +14,8 @@ pub mod model;
 
 pub mod problem;
 
+pub mod measure;
+
 pub mod adjust;
 
 pub mod scenario;

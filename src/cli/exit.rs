@@ -4,6 +4,7 @@ use crate::adjust::AdjustError;
 use crate::effects::plugin::PluginError;
 use crate::evaluate::similarity::SimilarityError;
 use crate::io;
+use crate::measure::MeasureError;
 use crate::problem::ProblemError;
 use crate::run::RunError;
 use crate::scenario::ScenarioError;
@@ -46,6 +47,7 @@ fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
         || cause.is::<ScenarioError>()
         || cause.is::<SimilarityError>()
         || cause.is::<ProblemError>()
+        || cause.is::<MeasureError>()
         || cause.is::<PluginError>();
     if bad_input {
         return Some(Exit::BadInput);
@@ -62,7 +64,7 @@ fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
     match cause.downcast_ref::<RunError>() {
         // Transparent: what it holds is not among its causes.
         Some(RunError::Adjust(error)) => Some(adjustment(error)),
-        Some(RunError::Problem(_) | RunError::Similarity(_)) => Some(Exit::BadInput),
+        Some(RunError::Problem(_) | RunError::Measure(_) | RunError::Similarity(_)) => Some(Exit::BadInput),
         None => cause.downcast_ref::<AdjustError>().map(adjustment),
     }
 }

@@ -5,10 +5,11 @@ use super::scan::best_place;
 use super::score::{Base, ScreenError, Screening, screen};
 use super::variants;
 use super::weights;
-use crate::adjust::native::{Native, Predictor};
+use crate::adjust::native::Native;
 use crate::adjust::{AdjustError, Options, Solution, Solver};
 use crate::block::Block;
 use crate::effects::Role;
+use crate::measure::{MeasureError, Predictor};
 use crate::model::{EffectRef, EffectTerm, Model, SigmaFactors};
 use crate::problem::{Problem, ProblemError};
 use crate::run::{self, FittedModel, RunError};
@@ -200,6 +201,12 @@ pub enum DiagnoseError {
 
 impl From<AdjustError> for DiagnoseError {
     fn from(error: AdjustError) -> Self {
+        Self::Run(error.into())
+    }
+}
+
+impl From<MeasureError> for DiagnoseError {
+    fn from(error: MeasureError) -> Self {
         Self::Run(error.into())
     }
 }

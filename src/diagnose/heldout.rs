@@ -5,8 +5,9 @@
 //! An image that the other parts do not orient predicts nothing, and stays where it is.
 
 use super::fit::{Fit, deciding};
-use crate::adjust::native::{Native, Predictor};
+use crate::adjust::native::Native;
 use crate::adjust::{AdjustError, CovarianceOf, Options, Solver};
+use crate::measure::Predictor;
 use crate::problem::{PointSource, Problem, State};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 use std::ops::ControlFlow;

@@ -1,8 +1,8 @@
 //! The adjusted images, effects included, as something that surveyed points can be compared with.
 
-use crate::adjust::native::Predictor;
 use crate::block::ImageId;
 use crate::evaluate::{ImageModel, ProjectedPoint};
+use crate::measure::Predictor;
 use nalgebra::Vector3;
 
 /// Adjusted images with their effects.

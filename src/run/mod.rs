@@ -14,10 +14,10 @@ pub use residual_means::{CellMean, cell_means, rms_by};
 pub use residuals::{ResidualKind, ResidualRow, residual_rows, tie_rms_px};
 
 use crate::adjust::agreement::{self, Agreement};
-use crate::adjust::native::Predictor;
 use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Solution, Solver};
 use crate::block::{Block, Role};
 use crate::evaluate::{Alignment, Comparison, Method, checks};
+use crate::measure::{MeasureError, Predictor};
 use crate::model::{Datum, Model};
 use crate::problem::{Problem, ProblemError, State};
 use std::ops::ControlFlow;
@@ -31,6 +31,9 @@ pub enum RunError {
     /// A solver failed.
     #[error(transparent)]
     Adjust(#[from] AdjustError),
+    /// A state at which measurements cannot be predicted.
+    #[error(transparent)]
+    Measure(#[from] MeasureError),
     /// The control points do not determine a similarity.
     #[error("the similarity from the control points: {0}")]
     Similarity(#[from] crate::evaluate::similarity::SimilarityError),

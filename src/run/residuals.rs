@@ -1,9 +1,8 @@
 //! The table of residuals of a run: observed minus computed, px.
 
-use crate::adjust::AdjustError;
-use crate::adjust::native::Predictor;
 use crate::block::{Block, ImageId};
 use crate::evaluate::Comparison;
+use crate::measure::{MeasureError, Predictor};
 use crate::problem::{MeasurementKind, Problem, State};
 
 /// Kind of measurement, as in `residuals.csv`.
@@ -38,7 +37,7 @@ pub fn residual_rows(
     problem: &Problem,
     state: &State,
     comparison: Option<&Comparison>,
-) -> Result<Vec<ResidualRow>, AdjustError> {
+) -> Result<Vec<ResidualRow>, MeasureError> {
     let predictor = Predictor::new(problem, state)?;
     let mut rows = Vec::with_capacity(problem.observations.len());
     let mut marked = vec![false; block.surveyed.len()];
@@ -90,7 +89,7 @@ pub fn residual_rows(
 }
 
 /// RMS of tie residuals per coordinate, px. NaN without tie points.
-pub fn tie_rms_px(block: &Block, problem: &Problem, state: &State) -> Result<f64, AdjustError> {
+pub fn tie_rms_px(block: &Block, problem: &Problem, state: &State) -> Result<f64, MeasureError> {
     Ok(tie_rms_of_rows(&residual_rows(block, problem, state, None)?).unwrap_or(f64::NAN))
 }
 

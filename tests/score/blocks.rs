@@ -1,9 +1,9 @@
 //! Blocks, and their screening as a diagnosis makes it.
 
-use misclosure::adjust::native::Predictor;
 use misclosure::adjust::{CovarianceOf, Options};
 use misclosure::block::Block;
 use misclosure::diagnose::fit::{Fit, fit};
+use misclosure::measure::Predictor;
 use misclosure::model::{Datum, EffectTerm, Model};
 use misclosure::problem::Problem;
 use misclosure::scenario::{Scenario, SurveyNoise, add_noise, add_survey_noise, simulate};

@@ -1,11 +1,11 @@
 //! Residuals, Jacobian and reduced normal equations at a state, in the layout that the other solver reports too.
 
-use super::chain::{self, Prediction};
 use super::structure::Structure;
 use super::system::System;
-use super::{frames, lm, position};
+use super::{frames, lm};
 use crate::adjust::{AdjustError, Evaluation, ReducedSystem};
 use crate::effects::ImageContext;
+use crate::measure::{self, Prediction};
 use crate::problem::{Problem, State};
 use nalgebra::DMatrix;
 
@@ -44,7 +44,7 @@ pub fn evaluate(problem: &Problem, structure: &Structure, state: &State) -> Resu
         for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
             let image = observation.image as usize;
             let camera = problem.image_contexts[image].camera as usize;
-            chain::predict(problem, stages, &frames[image], observation, &state.points[j], &mut p).ok_or_else(
+            measure::predict(problem, stages, &frames[image], observation, &state.points[j], &mut p).ok_or_else(
                 || lm::name_obstacle(problem, super::linearise::Obstacle::Projection { point: j, image }),
             )?;
             let thetas = stages.theta_indices(problem, image);
@@ -61,7 +61,7 @@ pub fn evaluate(problem: &Problem, structure: &Structure, state: &State) -> Resu
     }
     for observation in &problem.control {
         let j = observation.index as usize;
-        let p = position::predict_surveyed(problem, stages, &state.theta, &state.points[j])
+        let p = measure::predict_surveyed(problem, stages, &state.theta, &state.points[j])
             .ok_or_else(|| lm::name_obstacle(problem, super::linearise::Obstacle::Projection { point: j, image: 0 }))?;
         let thetas: Vec<usize> = problem
             .effects
@@ -82,7 +82,7 @@ pub fn evaluate(problem: &Problem, structure: &Structure, state: &State) -> Resu
     }
     for observation in &problem.gnss {
         let image = observation.index as usize;
-        let p = position::predict_antenna(problem, stages, &frames[image], image)
+        let p = measure::predict_antenna(problem, stages, &frames[image], image)
             .ok_or_else(|| lm::name_obstacle(problem, super::linearise::Obstacle::Antenna { image }))?;
         let thetas = stages.theta_indices(problem, image);
         for i in 0..3 {

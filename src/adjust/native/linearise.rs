@@ -2,9 +2,9 @@
 
 use super::columns::Columns;
 use super::point::{ControlRows, PointRows, Prepared, inverse_of_damped};
-use super::position;
 use super::structure::Structure;
 use super::system::System;
+use crate::measure;
 use faer::traits::pulp::{Arch, Simd, WithSimd};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -205,7 +205,7 @@ fn gnss_rows(at: &Prepared<'_>, rows: &mut Vec<PlainRow>) -> Result<(), Obstacle
     let Prepared { problem, structure, frames, .. } = at;
     for observation in &problem.gnss {
         let image = observation.index as usize;
-        let p = position::predict_antenna(problem, &structure.stages, &frames[image], image)
+        let p = measure::predict_antenna(problem, &structure.stages, &frames[image], image)
             .ok_or(Obstacle::Antenna { image })?;
         let rank = structure.rank[image] as usize;
         for i in 0..3 {
@@ -265,7 +265,7 @@ pub fn chi_square_beside_points(at: &Prepared<'_>) -> Result<f64, Obstacle> {
     let mut sum = 0.0;
     for observation in &problem.gnss {
         let image = observation.index as usize;
-        let p = position::predict_antenna(problem, &structure.stages, &frames[image], image)
+        let p = measure::predict_antenna(problem, &structure.stages, &frames[image], image)
             .ok_or(Obstacle::Antenna { image })?;
         sum += (observation.position - p.position).component_div(&observation.sigma).norm_squared();
     }

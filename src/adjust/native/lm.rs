@@ -1,13 +1,13 @@
 //! Levenberg-Marquardt on the reduced system.
 
 use super::factor::{Factor, Pattern};
-use super::frame::{self, Frame};
 use super::linearise::{self, Obstacle, chi_square_beside_points};
 use super::point::{PointRows, Prepared, inverse_of_damped};
 use super::structure::Structure;
 use super::system::System;
 use super::turn::Turn;
 use crate::adjust::{AdjustError, Iteration, Options, Progress};
+use crate::measure::{self, Frame};
 use crate::problem::{Pose, Problem, State};
 use nalgebra::Vector3;
 use rayon::ThreadPool;
@@ -64,8 +64,7 @@ pub fn minimise(
     let solver = super::NAME;
     let started = Instant::now();
     let mut state = problem.start.clone();
-    let mut frames = frame::frames(problem, &structure.stages, &state)
-        .map_err(|image| bad_start(problem, None, image, "an effect is outside its domain"))?;
+    let mut frames = measure::frames(problem, &structure.stages, &state)?;
     let mut damping = START_DAMPING;
     let mut tighten = TIGHTEN;
     let mut iterations = 0;
@@ -171,7 +170,7 @@ fn try_step(at: &Prepared<'_>, system: &System, images: &[f64], border: &[f64], 
     let Prepared { problem, structure, state, .. } = *at;
     let mut next = state.clone();
     let turn = move_images_and_border(problem, structure, &mut next, images, border);
-    let frames = frame::frames(problem, &structure.stages, &next).ok()?;
+    let frames = measure::frames(problem, &structure.stages, &next).ok()?;
     let moved = match structure.dim {
         6 => move_points::<6>(at, &next, &frames, &turn, images, border, damping),
         7 => move_points::<7>(at, &next, &frames, &turn, images, border, damping),

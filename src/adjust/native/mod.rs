@@ -1,17 +1,13 @@
 //! The native solver: Jacobians by hand, tangent-space rotations, its own elimination of the points and its own
 //! Levenberg-Marquardt.
 
-mod chain;
 mod columns;
 mod covariance;
 mod evaluation;
 mod factor;
-mod frame;
 mod linearise;
 mod lm;
 mod point;
-mod position;
-mod predictor;
 mod project;
 mod rank;
 pub mod scan;
@@ -21,8 +17,8 @@ mod system;
 mod turn;
 
 use super::{AdjustError, Evaluation, LinearSolver, Options, Progress, ReducedSystem, Solution, Solver};
+use crate::measure::{self, Frame, MeasureError};
 use crate::problem::{Loss, Problem, State};
-pub use predictor::Predictor;
 pub use rank::EFFECT_DOMAIN;
 
 use factor::{Factor, Pattern, ReducedBorder};
@@ -104,12 +100,19 @@ fn structure(problem: &Problem) -> Result<Structure, AdjustError> {
     Ok(structure)
 }
 
-fn frames(problem: &Problem, structure: &Structure, state: &State) -> Result<Vec<frame::Frame>, AdjustError> {
-    frame::frames(problem, &structure.stages, state).map_err(|image| AdjustError::BadStart {
-        image: problem.image_names[image].clone(),
-        point: "(any)".into(),
-        reason: "an effect is outside its domain".into(),
-    })
+fn frames(problem: &Problem, structure: &Structure, state: &State) -> Result<Vec<Frame>, AdjustError> {
+    Ok(measure::frames(problem, &structure.stages, state)?)
+}
+
+impl From<MeasureError> for AdjustError {
+    fn from(error: MeasureError) -> Self {
+        match error {
+            MeasureError::Image { image } => {
+                let reason = "an effect is outside its domain".into();
+                AdjustError::BadStart { image, point: "(any)".into(), reason }
+            }
+        }
+    }
 }
 
 pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool, AdjustError> {

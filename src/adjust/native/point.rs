@@ -1,10 +1,8 @@
 //! All rows of one point: linearised, weighted, and ready to be eliminated.
 
-use super::chain::{self, Prediction};
 use super::columns::Columns;
-use super::frame::Frame;
-use super::position;
 use super::structure::{LocalColumn, NONE, Structure};
+use crate::measure::{self, Frame, Prediction};
 use crate::problem::{LOSS_SCALE, Loss, Problem, State};
 use nalgebra::{Matrix3, Vector3};
 
@@ -163,7 +161,7 @@ impl<const D: usize> PointRows<D> {
         for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
             let image = observation.image as usize;
             let p = &mut self.prediction;
-            chain::predict(problem, &structure.stages, &frames[image], observation, object, p).ok_or(image)?;
+            measure::predict(problem, &structure.stages, &frames[image], observation, object, p).ok_or(image)?;
             let misclosure = [observation.x - p.point[0], observation.y - p.point[1]];
             let normalised = misclosure.map(|m| m * observation.inverse_sigma);
             let s = normalised[0] * normalised[0] + normalised[1] * normalised[1];
@@ -223,7 +221,7 @@ impl<const D: usize> PointRows<D> {
             return Ok(());
         };
         let observation = &problem.control[c];
-        let p = position::predict_surveyed(problem, &structure.stages, &state.theta, &state.points[j]).ok_or(0usize)?;
+        let p = measure::predict_surveyed(problem, &structure.stages, &state.theta, &state.points[j]).ok_or(0usize)?;
         let mut rows = ControlRows::default();
         let weight: [f64; 3] = std::array::from_fn(|i| 1.0 / observation.sigma[i]);
         // Control effects have no image of their own: any image's list of global parameters serves.
@@ -308,7 +306,7 @@ impl<const D: usize> PointRows<D> {
         let mut sum = 0.0;
         for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
             let image = observation.image as usize;
-            let point = chain::predict_point(
+            let point = measure::predict_point(
                 problem,
                 &structure.stages,
                 &next_frames[image],
@@ -323,7 +321,7 @@ impl<const D: usize> PointRows<D> {
         }
         if let Ok(c) = problem.control.binary_search_by_key(&(j as u32), |observation| observation.index) {
             let observation = &problem.control[c];
-            let p = position::predict_surveyed(problem, &structure.stages, &next.theta, object).ok_or(0usize)?;
+            let p = measure::predict_surveyed(problem, &structure.stages, &next.theta, object).ok_or(0usize)?;
             sum += (observation.position - p.position).component_div(&observation.sigma).norm_squared();
         }
         Ok(sum)

@@ -2,14 +2,13 @@
 //! the projected length `M` and score `s` of its one linear parameter. Only the diagonal of `M` is formed, and one factorisation of the base
 //! serves every scan, so hundreds of columns cost about as much as one iteration.
 
-use super::chain;
 use super::factor::{Factor, Pattern, ReducedBorder};
-use super::frame::Frame;
 use super::point::{PointRows, Prepared, inverse_of_damped, rho};
 use super::structure::Structure;
 use super::system::System;
 use super::{frames, linearise, lm, pool, structure};
 use crate::adjust::{AdjustError, LinearSolver};
+use crate::measure::{self, Frame, Prediction};
 use crate::problem::{ImageObservation, Problem, State};
 use faer::Mat;
 use nalgebra::Vector3;
@@ -91,7 +90,7 @@ impl<'a> Scanner<'a> {
     pub fn residuals(&self) -> Vec<Residual<'_>> {
         let Self { problem, structure, state, frames, .. } = self;
         let at = Prepared { problem, structure, state, frames };
-        let mut prediction = chain::Prediction::default();
+        let mut prediction = Prediction::default();
         let mut residuals = Vec::with_capacity(problem.observations.len());
         for j in 0..problem.point_sources.len() {
             let observations = &problem.observations[problem.point_start[j]..problem.point_start[j + 1]];
@@ -147,11 +146,11 @@ fn residual<'a>(
     at: &Prepared<'a>,
     j: usize,
     observation: &'a ImageObservation,
-    prediction: &mut chain::Prediction,
+    prediction: &mut Prediction,
 ) -> Option<Residual<'a>> {
     let frame = &at.frames[observation.image as usize];
     let stages = &at.structure.stages;
-    let predicted = chain::predict_point(at.problem, stages, frame, observation, &at.state.points[j], prediction)?;
+    let predicted = measure::predict_point(at.problem, stages, frame, observation, &at.state.points[j], prediction)?;
     let v = [observation.x - predicted[0], observation.y - predicted[1]];
     let weight = observation.inverse_sigma.powi(2);
     let weight = weight * rho(at.problem.loss, weight * (v[0] * v[0] + v[1] * v[1])).1;
@@ -190,7 +189,7 @@ fn scan_points<const D: usize>(at: &Prepared<'_>, points: Range<usize>, shapes: 
     let (n, count) = (structure.images * D, shapes.count());
     let mut sums = Sums::zeros(at, count);
     let mut rows = PointRows::<D>::new();
-    let mut prediction = chain::Prediction::default();
+    let mut prediction = Prediction::default();
     let mut touched: Vec<(u32, f64, f64)> = Vec::new();
     let mut by_point = vec![Vector3::<f64>::zeros(); count];
     let mut seen: Vec<u32> = Vec::new();

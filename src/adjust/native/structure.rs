@@ -1,8 +1,8 @@
 //! Which unknown stands where in the reduced system: a block of `dim` unknowns per image (pose, then image-wise effect
 //! parameters), and a border of the unknowns that images share (cameras, effects).
 
-use super::frame::Stages;
 use crate::effects::Scope;
+use crate::measure::Stages;
 use crate::problem::Problem;
 use std::ops::Range;
 

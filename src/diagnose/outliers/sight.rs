@@ -2,10 +2,10 @@
 
 use super::{FEWEST_RAYS, Fit, Left, Options, Rejected, Round, Strictness};
 use crate::adjust::AdjustError;
-use crate::adjust::native::Predictor;
 use crate::block::{Block, Measurement};
 use crate::diagnose::neighbours::Neighbours;
 use crate::math::statistics::{chi_square_ln_sf, chi_square_quantile, median};
+use crate::measure::Predictor;
 use crate::problem::{MeasurementKind, PointSource};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 

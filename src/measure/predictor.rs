@@ -2,8 +2,7 @@
 
 use super::chain::{self, Prediction};
 use super::frame::{self, Frame, Stages};
-use super::{lm, position};
-use crate::adjust::AdjustError;
+use super::{MeasureError, position};
 use crate::camera::undistort::undistort;
 use crate::problem::{ImageObservation, MeasurementKind, Problem, State};
 use nalgebra::{Matrix2x3, Vector3};
@@ -17,11 +16,10 @@ pub struct Predictor<'a> {
 }
 
 impl<'a> Predictor<'a> {
-    /// Prepares every image. Errors: an effect outside its domain.
-    pub fn new(problem: &'a Problem, state: &'a State) -> Result<Self, AdjustError> {
+    /// Prepares every image. Errors: an interior effect outside its domain.
+    pub fn new(problem: &'a Problem, state: &'a State) -> Result<Self, MeasureError> {
         let stages = Stages::new(problem);
-        let frames = frame::frames(problem, &stages, state)
-            .map_err(|image| lm::name_obstacle(problem, super::linearise::Obstacle::Antenna { image }))?;
+        let frames = frame::frames(problem, &stages, state)?;
         Ok(Self { problem, state, stages, frames })
     }
 

@@ -1,6 +1,7 @@
 //! What is common to all measurements of one image at a state: rotation, centre, interior orientation after its effects,
 //! and the values of the effect parameters that hold there.
 
+use super::MeasureError;
 use crate::effects::{Context, OutsideDomain, Stage};
 use crate::math::rotation;
 use crate::problem::{Problem, State};
@@ -171,7 +172,8 @@ impl Frame {
     }
 }
 
-/// Prepares every image. Errors: position of the first image (in order) that cannot be prepared.
-pub fn frames(problem: &Problem, stages: &Stages, state: &State) -> Result<Vec<Frame>, usize> {
-    (0..state.poses.len()).map(|image| Frame::new(problem, stages, state, image).map_err(|_| image)).collect()
+/// Prepares every image. Errors: the first image (in order) that cannot be prepared.
+pub fn frames(problem: &Problem, stages: &Stages, state: &State) -> Result<Vec<Frame>, MeasureError> {
+    let outside = |image: usize| MeasureError::Image { image: problem.image_names[image].clone() };
+    (0..state.poses.len()).map(|image| Frame::new(problem, stages, state, image).map_err(|_| outside(image))).collect()
 }

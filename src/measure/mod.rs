@@ -1,0 +1,16 @@
+//! The forward model: a measurement predicted through the chain of effects (CONVENTIONS.md), with derivatives by hand.
+//!
+//! It is part of no solver: the native one linearises with it, and whoever looks at a fitted state predicts with [`Predictor`]. Ceres has its
+//! own, from the forward formulas, so that the two can disagree.
+
+mod chain;
+mod error;
+mod frame;
+mod position;
+mod predictor;
+
+pub use chain::{Prediction, predict, predict_point};
+pub use error::MeasureError;
+pub use frame::{Frame, InteriorChain, Stages, frames};
+pub use position::{PositionPrediction, predict_antenna, predict_surveyed};
+pub use predictor::Predictor;
