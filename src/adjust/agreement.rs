@@ -157,10 +157,9 @@ fn parameter_difference(problem: &Problem, a: &State, b: &State, covariance: &Co
         }
     };
     for (i, unknown) in covariance.shared_unknowns.iter().enumerate() {
-        let difference = if *unknown < layout.theta(0) {
-            a.interiors[unknown / 12][unknown % 12] - b.interiors[unknown / 12][unknown % 12]
-        } else {
-            a.theta[unknown - layout.theta(0)] - b.theta[unknown - layout.theta(0)]
+        let difference = match layout.camera_parameter(*unknown) {
+            Some((c, k)) => a.interiors[c][k] - b.interiors[c][k],
+            None => a.theta[unknown - layout.theta(0)] - b.theta[unknown - layout.theta(0)],
         };
         note(*unknown, difference, covariance.shared[(i, i)]);
     }

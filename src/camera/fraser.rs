@@ -11,7 +11,7 @@
 //!
 //! Source: Fraser (1997), with a centre of distortion of its own as in MicMac; the distortion acts from object to image.
 
-use super::Interior;
+use super::{F, Interior, PARAMETER_COUNT, PPX, PPY};
 
 /// Image point (px) and its derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +21,7 @@ pub struct Projection {
     /// 2x3, by the point in the camera frame, px/m.
     pub d_camera_point: [[f64; 3]; 2],
     /// 2x12, by the interior orientation.
-    pub d_interior: [[f64; 12]; 2],
+    pub d_interior: [[f64; PARAMETER_COUNT]; 2],
 }
 
 /// Distorts the ideal image point `(u, v)` (px): the last three lines of the formula.
@@ -42,7 +42,7 @@ pub fn project(interior: &Interior, camera_point: [f64; 3]) -> Option<[f64; 2]> 
     if z <= 0.0 {
         return None;
     }
-    Some(distort(interior, interior[1] + interior[0] * x / z, interior[2] + interior[0] * y / z))
+    Some(distort(interior, interior[PPX] + interior[F] * x / z, interior[PPY] + interior[F] * y / z))
 }
 
 /// [`project`] with its derivatives, derived by hand.

@@ -4,26 +4,56 @@
 pub mod fraser;
 pub mod undistort;
 
-/// Names of the twelve interior parameters, in the order of every array of twelve in this program.
-pub const PARAMETERS: [&str; 12] = ["f", "ppx", "ppy", "dcx", "dcy", "k1", "k2", "k3", "p1", "p2", "b1", "b2"];
+/// Number of parameters of the interior orientation.
+pub const PARAMETER_COUNT: usize = 12;
+
+/// Position of the focal length among the parameters, as of all below.
+pub const F: usize = 0;
+/// Principal point, x.
+pub const PPX: usize = 1;
+/// Principal point, y.
+pub const PPY: usize = 2;
+/// Centre of distortion, x.
+pub const DCX: usize = 3;
+/// Centre of distortion, y.
+pub const DCY: usize = 4;
+/// First radial coefficient.
+pub const K1: usize = 5;
+/// Second radial coefficient.
+pub const K2: usize = 6;
+/// Third radial coefficient.
+pub const K3: usize = 7;
+/// First decentring coefficient.
+pub const P1: usize = 8;
+/// Second decentring coefficient.
+pub const P2: usize = 9;
+/// Affinity.
+pub const B1: usize = 10;
+/// Shear.
+pub const B2: usize = 11;
+
+/// Names of the interior parameters, in the order of every array of them in this program.
+pub const PARAMETERS: [&str; PARAMETER_COUNT] =
+    ["f", "ppx", "ppy", "dcx", "dcy", "k1", "k2", "k3", "p1", "p2", "b1", "b2"];
 
 /// Units of [`PARAMETERS`].
-pub const UNITS: [&str; 12] = ["px", "px", "px", "px", "px", "px^-2", "px^-4", "px^-6", "px^-1", "px^-1", "1", "1"];
+pub const UNITS: [&str; PARAMETER_COUNT] =
+    ["px", "px", "px", "px", "px", "px^-2", "px^-4", "px^-6", "px^-1", "px^-1", "1", "1"];
 
 /// Groups of interior parameters that are freed or held together: name and indices into [`PARAMETERS`].
 pub const GROUPS: [(&str, &[usize]); 6] = [
-    ("f", &[0]),
-    ("pp", &[1, 2]),
-    ("dc", &[3, 4]),
-    ("radial", &[5, 6, 7]),
-    ("decentring", &[8, 9]),
-    ("affinity", &[10, 11]),
+    ("f", &[F]),
+    ("pp", &[PPX, PPY]),
+    ("dc", &[DCX, DCY]),
+    ("radial", &[K1, K2, K3]),
+    ("decentring", &[P1, P2]),
+    ("affinity", &[B1, B2]),
 ];
 
 /// Indices into [`PARAMETERS`] that a name of `--free` or `--fix` stands for: a parameter, a group, `all` or `none`.
 pub fn parameter_indices(name: &str) -> Option<Vec<usize>> {
     match name {
-        "all" => return Some((0..12).collect()),
+        "all" => return Some((0..PARAMETER_COUNT).collect()),
         "none" => return Some(Vec::new()),
         _ => {}
     }
@@ -35,7 +65,12 @@ pub fn parameter_indices(name: &str) -> Option<Vec<usize>> {
 
 /// Interior orientation of the Fraser camera: `[f, ppx, ppy, dcx, dcy, k1, k2, k3, p1, p2, b1, b2]`, in pixels
 /// ([`UNITS`]); the formula stands in [`fraser`].
-pub type Interior = [f64; 12];
+pub type Interior = [f64; PARAMETER_COUNT];
+
+/// Puts the centre of distortion at the principal point, where the two are tied.
+pub fn tie_centre(interior: &mut Interior) {
+    (interior[DCX], interior[DCY]) = (interior[PPX], interior[PPY]);
+}
 
 /// A camera of the block.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,7 +99,7 @@ impl Camera {
         let h = self.half_diagonal_px();
         let (width, height) = (f64::from(self.width_px), f64::from(self.height_px));
         let mut domains = self.scales().map(|scale| scale * h);
-        domains[..5].copy_from_slice(&[self.interior[0], width, height, width, height]);
+        domains[..K1].copy_from_slice(&[self.interior[F], width, height, width, height]);
         domains
     }
 
@@ -74,5 +109,17 @@ impl Camera {
         let h = self.half_diagonal_px();
         let k = |order: i32| h.powi(-2 * order - 1);
         [1.0, 1.0, 1.0, 1.0, 1.0, k(1), k(2), k(3), h.powi(-2), h.powi(-2), h.recip(), h.recip()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_are_those_of_the_names() {
+        let positions = [F, PPX, PPY, DCX, DCY, K1, K2, K3, P1, P2, B1, B2];
+        let names = ["f", "ppx", "ppy", "dcx", "dcy", "k1", "k2", "k3", "p1", "p2", "b1", "b2"];
+        assert_eq!(positions.map(|k| PARAMETERS[k]), names);
     }
 }

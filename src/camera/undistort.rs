@@ -11,8 +11,8 @@
 //! one has the eigenvalues `(b1 +- |b|) / 2`). Where `m > 0` on a whole disc the model is strictly monotonic there, hence one to one:
 //! `(F(q) - F(s)) . (q - s) > 0` for any two of its points.
 
-use super::{Interior, fraser};
-use nalgebra::{Matrix2, Vector2};
+use super::{DCX, DCY, F, Interior, PPX, PPY, fraser};
+use nalgebra::{Matrix2, Vector2, Vector3};
 
 /// Least `m(r)` inside the domain: an error in the image grows at most thousandfold in the inverse.
 pub const MIN_MONOTONICITY: f64 = 1e-3;
@@ -73,7 +73,7 @@ pub fn undistort(interior: &Interior, xy: [f64; 2]) -> Option<[f64; 2]> {
         return Some(ideal.into());
     }
     // The start was too far: follow the solution from the centre of distortion outwards.
-    let centre = Vector2::new(interior[3], interior[4]);
+    let centre = Vector2::new(interior[DCX], interior[DCY]);
     let mut ideal = centre;
     for step in 1..=CONTINUATION_STEPS {
         let part = step as f64 / CONTINUATION_STEPS as f64;
@@ -82,8 +82,14 @@ pub fn undistort(interior: &Interior, xy: [f64; 2]) -> Option<[f64; 2]> {
     is_inside(interior, &ideal).then(|| ideal.into())
 }
 
+/// Viewing ray of a measured image point (px): a unit vector in the camera frame. `None` where [`undistort`] finds no ideal point.
+pub fn viewing_ray(interior: &Interior, xy: [f64; 2]) -> Option<Vector3<f64>> {
+    let [u, v] = undistort(interior, xy)?;
+    Some(Vector3::new((u - interior[PPX]) / interior[F], (v - interior[PPY]) / interior[F], 1.0).normalize())
+}
+
 fn is_inside(interior: &Interior, ideal: &Vector2<f64>) -> bool {
-    let radius = (ideal.x - interior[3]).hypot(ideal.y - interior[4]);
+    let radius = (ideal.x - interior[DCX]).hypot(ideal.y - interior[DCY]);
     monotonic_radius(interior, radius) >= radius
 }
 
@@ -118,6 +124,7 @@ fn derivative(interior: &Interior, ideal: Vector2<f64>) -> Matrix2<f64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{B1, B2, K1, K2, P1, P2};
     use super::*;
 
     /// A 35 mm lens on 5120 x 3840 px with every term.
@@ -150,6 +157,15 @@ mod tests {
     }
 
     #[test]
+    fn viewing_ray_meets_its_image_point() {
+        let xy = [321.0, 3456.5];
+        let ray = viewing_ray(&MODERATE, xy).expect("inside the domain");
+        let [x, y] = fraser::project(&MODERATE, (ray * 87.0).into()).expect("in front");
+        assert!((x - xy[0]).hypot(y - xy[1]) < 1e-9, "{x} {y}");
+        assert!((ray.norm() - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
     fn round_trip_up_to_the_fold_and_none_beyond() {
         let limit = monotonic_radius(&FOLDING, 10_000.0);
         // 1 - 3 * 2e-8 r^2 = 1e-3
@@ -171,8 +187,8 @@ mod tests {
         // 1 + 3 k1 r^2 + 5 k2 r^4 = (1 - r^2 / R^2)^2 - 1e-6 touches zero at R = 2000 px only.
         let r2 = 2000.0_f64.powi(2);
         let mut interior = FOLDING;
-        interior[5] = -2.0 / (3.0 * r2);
-        interior[6] = 1.0 / (5.0 * r2 * r2);
+        interior[K1] = -2.0 / (3.0 * r2);
+        interior[K2] = 1.0 / (5.0 * r2 * r2);
         let limit = monotonic_radius(&interior, 1e5);
         let expected = (r2 * (1.0 - MIN_MONOTONICITY.sqrt())).sqrt();
         assert!((limit - expected).abs() < 1e-3, "{limit} {expected}");
@@ -181,13 +197,13 @@ mod tests {
     #[test]
     fn domain_without_distortion_is_everything_and_of_nonsense_nothing() {
         let mut interior = FOLDING;
-        interior[5] = 0.0;
+        interior[K1] = 0.0;
         assert_eq!(monotonic_radius(&interior, 1e6), 1e6);
-        interior[5] = f64::NAN;
+        interior[K1] = f64::NAN;
         assert_eq!(monotonic_radius(&interior, 1e6), 0.0);
         assert_eq!(undistort(&interior, [100.0, 100.0]), None);
-        interior[5] = 0.0;
-        interior[10] = -1.5; // mirrors x
+        interior[K1] = 0.0;
+        interior[B1] = -1.5; // mirrors x
         assert_eq!(monotonic_radius(&interior, 1e6), 0.0);
         assert_eq!(undistort(&interior, [100.0, 100.0]), None);
     }
@@ -196,7 +212,7 @@ mod tests {
     fn domain_holds_where_two_points_never_share_an_image() {
         // Decentring and affinity far beyond any lens: the disc given is still one to one.
         let mut interior = FOLDING;
-        (interior[8], interior[9], interior[10], interior[11]) = (2e-5, -1e-5, 0.1, 0.2);
+        (interior[P1], interior[P2], interior[B1], interior[B2]) = (2e-5, -1e-5, 0.1, 0.2);
         let limit = monotonic_radius(&interior, 1e4);
         assert!(limit > 100.0 && limit < 4000.0, "{limit}");
         for degree in 0..36 {

@@ -4,6 +4,7 @@ use super::Answer;
 use super::text::multiplicity;
 use crate::block::Block;
 use crate::block::inventory::{Inventory, PointInventory};
+use crate::camera::F;
 use crate::io::block::{SetAside, read_block};
 use crate::report::numbers::{fixed, significant};
 use crate::report::tables::Table;
@@ -89,7 +90,7 @@ fn as_json(block: &Block, inventory: &Inventory, set_aside: &SetAside) -> Value 
                 "span_s": flight.span_s, "gsd_m": flight.gsd_m })
     });
     let cameras = block.cameras.iter().map(|camera| {
-        json!({ "camera": camera.id, "width_px": camera.width_px, "height_px": camera.height_px, "f": camera.interior[0] })
+        json!({ "camera": camera.id, "width_px": camera.width_px, "height_px": camera.height_px, "f": camera.interior[F] })
     });
     let columns: serde_json::Map<String, Value> =
         inventory.columns.iter().map(|(name, images)| (name.to_string(), json!(images))).collect();

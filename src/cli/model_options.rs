@@ -4,7 +4,7 @@ use super::Usage;
 use crate::adjust::Solver;
 use crate::adjust::ceres::Ceres;
 use crate::adjust::native::Native;
-use crate::camera::{GROUPS, PARAMETERS, parameter_indices};
+use crate::camera::{GROUPS, PARAMETER_COUNT, PARAMETERS, parameter_indices};
 use crate::effects::{self, Descriptor, Effect, Parameter, Role, plugin};
 use crate::io::model::read_model;
 use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, PRIOR_KEY, TieWeights};
@@ -140,7 +140,7 @@ impl ModelOptions {
     pub fn apply(&self, base: Model, find: &dyn Fn(&str) -> Option<EffectRef>) -> Result<Model, Usage> {
         let mut model = base;
         if !self.free.is_empty() {
-            model.free = [false; PARAMETERS.len()];
+            model.free = [false; PARAMETER_COUNT];
             indices(&self.free, "--free")?.into_iter().for_each(|k| model.free[k] = true);
         }
         indices(&self.fix, "--fix")?.into_iter().for_each(|k| model.free[k] = false);
@@ -310,7 +310,7 @@ mod tests {
         let free = model(&["--free", "f,radial", "--fix", "k3"]).unwrap().free;
         let names: Vec<&str> = PARAMETERS.iter().zip(free).filter(|(_, free)| *free).map(|(name, _)| *name).collect();
         assert_eq!(names, ["f", "k1", "k2"]);
-        assert_eq!(model(&["--free", "none"]).unwrap().free, [false; 12]);
+        assert_eq!(model(&["--free", "none"]).unwrap().free, [false; PARAMETER_COUNT]);
         assert_eq!(model(&["--fix", "f pp", "--fix", "k1"]).unwrap().free.iter().filter(|free| **free).count(), 8);
     }
 

@@ -2,8 +2,12 @@
 //! here.
 
 use super::{Domain, OutsideDomain, Parameter, Role, Scope, Stage};
+use crate::camera::{DCX, PPX};
 use nalgebra::{Matrix3, Vector3};
 use std::borrow::Cow;
+
+/// Columns of the derivatives of an image effect by its input.
+pub(super) const IMAGE_COLUMNS: usize = Stage::Image.inputs();
 
 /// An estimated parameter that is zero at the identity.
 pub(super) fn estimated(
@@ -83,14 +87,14 @@ pub(super) fn known_vector(vector: &Vector3<f64>) -> Result<Vector3<f64>, Outsid
 /// Moves principal point and centre of distortion of an interior orientation by `shift` (px).
 pub(super) fn shift_centres(interior: &mut [f64], shift: [f64; 2]) {
     for axis in 0..2 {
-        interior[1 + axis] += shift[axis];
-        interior[3 + axis] += shift[axis];
+        interior[PPX + axis] += shift[axis];
+        interior[DCX + axis] += shift[axis];
     }
 }
 
 /// Derivative of [`shift_centres`] by a quantity that moves `axis` with `slope`, added to a column of a matrix of
 /// `columns` columns.
 pub(super) fn shift_centres_column(matrix: &mut [f64], columns: usize, axis: usize, column: usize, slope: f64) {
-    matrix[(1 + axis) * columns + column] += slope;
-    matrix[(3 + axis) * columns + column] += slope;
+    matrix[(PPX + axis) * columns + column] += slope;
+    matrix[(DCX + axis) * columns + column] += slope;
 }

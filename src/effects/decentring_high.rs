@@ -14,8 +14,9 @@
 //! Worked numbers, dc (2500, 1900): q = (1e-15, 0) moves (3500, 1900) to (3500.003, 1900); q = (3e-15, -2e-15) moves
 //! (3500, 3900) to (3500.065, 3899.93).
 
-use super::common::{estimated, hand_on};
-use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use super::common::{IMAGE_COLUMNS, estimated, hand_on};
+use super::{Context, Descriptor, Effect, IMAGE_INTERIOR, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use crate::camera::{DCX, DCY};
 use std::sync::LazyLock;
 
 /// See the [module](self).
@@ -51,7 +52,7 @@ impl Effect for DecentringHigh {
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
         let (q1, q2) = (theta[0], theta[1]);
-        let (dx, dy) = (input[0] - input[5], input[1] - input[6]);
+        let (dx, dy) = (input[0] - input[IMAGE_INTERIOR + DCX], input[1] - input[IMAGE_INTERIOR + DCY]);
         let r2 = dx * dx + dy * dy;
         let (along_x, along_y, cross) = (r2 + 2.0 * dx * dx, r2 + 2.0 * dy * dy, 2.0 * dx * dy);
         let shift = [q1 * along_x + q2 * cross, q2 * along_y + q1 * cross];
@@ -73,8 +74,8 @@ impl Effect for DecentringHigh {
             ];
             for i in 0..2 {
                 for j in 0..2 {
-                    matrix[i * 14 + j] += slopes[i][j];
-                    matrix[i * 14 + 5 + j] -= slopes[i][j];
+                    matrix[i * IMAGE_COLUMNS + j] += slopes[i][j];
+                    matrix[i * IMAGE_COLUMNS + IMAGE_INTERIOR + DCX + j] -= slopes[i][j];
                 }
             }
         }

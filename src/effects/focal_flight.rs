@@ -11,6 +11,7 @@
 
 use super::common::{estimated, hand_on};
 use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use crate::camera::F;
 use std::sync::LazyLock;
 
 /// See the [module](self).
@@ -43,7 +44,7 @@ impl Effect for FocalFlight {
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
         hand_on(Stage::Interior, input, out);
-        out[0] += theta[0];
+        out[F] += theta[0];
         if let Some(matrix) = d_input {
             fill_identity(Stage::Interior, matrix);
         }
@@ -61,8 +62,8 @@ mod tests {
     use super::*;
     #[test]
     fn worked_numbers() {
-        let mut input = [0.0; 15];
-        input[0] = 5000.0;
+        let mut input = [0.0; Stage::Interior.inputs()];
+        input[F] = 5000.0;
         for (a, f) in [(5.0, 5005.0), (-4.0, 4996.0)] {
             assert_eq!(laws::value(&FocalFlight, &ImageContext::default(), &input, &[a])[0], f);
         }

@@ -15,6 +15,7 @@
 
 use super::common::{estimated, hand_on, known};
 use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity, spline};
+use crate::camera::F;
 use std::sync::LazyLock;
 
 /// Coefficients per flight.
@@ -54,7 +55,7 @@ impl Effect for FocalSpline {
         let s = if span == 0.0 { 0.0 } else { known(image.flight_time_s / span)? };
         let (first, weights, _) = spline::weights(s, COEFFICIENTS);
         hand_on(Stage::Interior, input, out);
-        out[0] += (0..4).map(|k| theta[first + k] * weights[k]).sum::<f64>();
+        out[F] += (0..4).map(|k| theta[first + k] * weights[k]).sum::<f64>();
         if let Some(matrix) = d_input {
             fill_identity(Stage::Interior, matrix);
         }
@@ -74,8 +75,8 @@ mod tests {
 
     #[test]
     fn worked_numbers() {
-        let mut input = [0.0; 15];
-        input[0] = 5000.0;
+        let mut input = [0.0; Stage::Interior.inputs()];
+        input[F] = 5000.0;
         for flight_time_s in [0.0, 13.0, 40.0, 77.0, 100.0] {
             let image = ImageContext { flight_time_s, flight_span_s: 100.0, ..Default::default() };
             assert_relative_eq!(laws::value(&FocalSpline, &image, &input, &[2.0; 6])[0], 5002.0, epsilon = 1e-11);

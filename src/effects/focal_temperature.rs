@@ -23,6 +23,7 @@ use super::{
     BlockContext, Context, Descriptor, Domain, Effect, ImageContext, Kind, Need, OutsideDomain, Scope, Stage,
     fill_identity,
 };
+use crate::camera::F;
 use std::sync::LazyLock;
 
 /// See the [module](self).
@@ -62,7 +63,7 @@ impl Effect for FocalTemperature {
         let (behind, behind_by_lag) = lens_behind(context.block, context.image, lag)?;
         let excess = known(context.image.temperature_c)? - behind - mean;
         hand_on(Stage::Interior, input, out);
-        out[0] += a * excess;
+        out[F] += a * excess;
         if let Some(matrix) = d_input {
             fill_identity(Stage::Interior, matrix);
         }
@@ -112,15 +113,16 @@ fn lens_behind(block: &BlockContext, image: &ImageContext, lag: f64) -> Result<(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::PARAMETER_COUNT;
     use approx::assert_relative_eq;
 
     fn focal(block: &BlockContext, image: &ImageContext, theta: [f64; 2]) -> f64 {
-        let mut input = [0.0; 15];
-        input[0] = 5000.0;
+        let mut input = [0.0; Stage::Interior.inputs()];
+        input[F] = 5000.0;
         let context = Context { block, image, column_px: 0.0, row_px: 0.0 };
-        let mut out = [0.0; 12];
+        let mut out = [0.0; PARAMETER_COUNT];
         FocalTemperature.eval(&context, &input, &theta, &mut out, None, None).unwrap();
-        out[0]
+        out[F]
     }
 
     #[test]

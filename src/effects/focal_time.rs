@@ -14,6 +14,7 @@
 
 use super::common::{estimated, given, hand_on, known};
 use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use crate::camera::F;
 use std::sync::LazyLock;
 
 /// See the [module](self).
@@ -52,7 +53,7 @@ impl Effect for FocalTime {
     ) -> Result<(), OutsideDomain> {
         let tau = known(if theta[1] == 0.0 { context.image.tau } else { context.image.tau_order })?;
         hand_on(Stage::Interior, input, out);
-        out[0] += theta[0] * tau;
+        out[F] += theta[0] * tau;
         if let Some(matrix) = d_input {
             fill_identity(Stage::Interior, matrix);
         }
@@ -72,8 +73,8 @@ mod tests {
     #[test]
     fn worked_numbers() {
         let image = ImageContext { tau: 0.25, tau_order: -0.5, ..Default::default() };
-        let mut input = [0.0; 15];
-        input[0] = 5000.0;
+        let mut input = [0.0; Stage::Interior.inputs()];
+        input[F] = 5000.0;
         assert_eq!(laws::value(&FocalTime, &image, &input, &[8.0, 0.0])[0], 5002.0);
         assert_eq!(laws::value(&FocalTime, &image, &input, &[-3.0, 1.0])[0], 5001.5);
     }

@@ -17,6 +17,7 @@
 
 use super::common::{estimated, hand_on, shift_centres, shift_centres_column, vector};
 use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use crate::camera::PARAMETER_COUNT;
 use crate::math::rotation::{exp, left_jacobian, skew};
 use nalgebra::Vector3;
 use std::sync::LazyLock;
@@ -57,7 +58,7 @@ impl Effect for GravitySag {
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        let r = vector(input, 12);
+        let r = vector(input, PARAMETER_COUNT);
         let gravity = exp(&r) * -Vector3::z();
         let rows = [vector(theta, 0), vector(theta, 3)];
         hand_on(Stage::Interior, input, out);
@@ -69,7 +70,7 @@ impl Effect for GravitySag {
             for axis in 0..2 {
                 let slope = rows[axis].transpose() * by_r;
                 for k in 0..3 {
-                    shift_centres_column(matrix, 15, axis, 12 + k, slope[k]);
+                    shift_centres_column(matrix, Stage::Interior.inputs(), axis, PARAMETER_COUNT + k, slope[k]);
                 }
             }
         }
@@ -89,6 +90,7 @@ impl Effect for GravitySag {
 mod tests {
     use super::super::{ImageContext, laws};
     use super::*;
+    use crate::camera::K1;
     use approx::assert_relative_eq;
 
     #[test]
@@ -97,9 +99,9 @@ mod tests {
         let cases =
             [(pi, [5000.0, 2503.0, 1906.0, 2543.0, 1956.0]), (0.5 * pi, [5000.0, 2502.0, 1905.0, 2542.0, 1955.0])];
         for (angle, shifted) in cases {
-            let mut input = [0.0; 15];
-            input[..5].copy_from_slice(&[5000.0, 2500.0, 1900.0, 2540.0, 1950.0]);
-            input[12] = angle;
+            let mut input = [0.0; Stage::Interior.inputs()];
+            input[..K1].copy_from_slice(&[5000.0, 2500.0, 1900.0, 2540.0, 1950.0]);
+            input[PARAMETER_COUNT] = angle;
             let theta = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
             let found = laws::value(&GravitySag, &ImageContext::default(), &input, &theta);
             assert_relative_eq!(found[..5], shifted, epsilon = 1e-11);

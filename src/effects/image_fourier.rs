@@ -17,7 +17,7 @@
 //! Worked numbers, sensor 5000 x 3000: ax_1_0 = 0.5 moves the centre (2500, 1500) by (0.5, 0); by_0_1 = 0.25 moves
 //! (100, 3000) by (0, 0.25).
 
-use super::common::{estimated, hand_on, known};
+use super::common::{IMAGE_COLUMNS, estimated, hand_on, known};
 use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity};
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -86,8 +86,8 @@ impl Effect for ImageFourier {
         if let Some(matrix) = d_input {
             fill_identity(Stage::Image, matrix);
             for axis in 0..2 {
-                matrix[axis * 14] += slopes[axis][0];
-                matrix[axis * 14 + 1] += slopes[axis][1];
+                matrix[axis * IMAGE_COLUMNS] += slopes[axis][0];
+                matrix[axis * IMAGE_COLUMNS + 1] += slopes[axis][1];
             }
         }
         if let Some(matrix) = d_theta {

@@ -22,7 +22,7 @@
 //! moves (0, 0) by (1, 0). With cell 100 around (1000, 1000), gx_3_2 = 36 alone moves (950, 950) by (16, 0) and (1050, 1050)
 //! by (1, 0).
 
-use super::common::{estimated, given, hand_on, known};
+use super::common::{IMAGE_COLUMNS, estimated, given, hand_on, known};
 use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity, spline};
 use std::sync::LazyLock;
 
@@ -101,8 +101,8 @@ impl Effect for ImageGrid {
         if let Some(matrix) = d_input {
             fill_identity(Stage::Image, matrix);
             for axis in 0..2 {
-                matrix[axis * 14] += slopes[axis][0];
-                matrix[axis * 14 + 1] += slopes[axis][1];
+                matrix[axis * IMAGE_COLUMNS] += slopes[axis][0];
+                matrix[axis * IMAGE_COLUMNS + 1] += slopes[axis][1];
             }
         }
         Ok(())

@@ -15,7 +15,7 @@
 //! Worked numbers, centre (1000, 1400), sigma 350, lambda 2: the point (1350, 1400) goes to (1350 + 2/e, 1400) =
 //! (1350.7357588823, 1400), sharp or smooth; the point (1000, 1300) goes to (1000, 1298.1567791054) sharp.
 
-use super::common::{estimated, given, hand_on, searched};
+use super::common::{IMAGE_COLUMNS, estimated, given, hand_on, searched};
 use super::{Context, Descriptor, Domain, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity};
 use std::sync::LazyLock;
 
@@ -90,7 +90,7 @@ impl Effect for LocalFlaw {
             for j in 0..2 {
                 let slope = lambda * (outer * n[i] * n[j] + if i == j { isotropic } else { 0.0 });
                 if let Some(matrix) = d_input.as_deref_mut() {
-                    matrix[i * 14 + j] += slope;
+                    matrix[i * IMAGE_COLUMNS + j] += slope;
                 }
                 if let Some(matrix) = d_theta.as_deref_mut() {
                     matrix[i * 5 + 1 + j] = -slope;

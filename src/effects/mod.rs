@@ -48,8 +48,12 @@ pub mod unflatness;
 
 pub use registry::{catalogue, find};
 
+use crate::camera::PARAMETER_COUNT;
 use nalgebra::Vector3;
 use std::borrow::Cow;
+
+/// Position of the interior orientation in the input of an image effect, after x and y.
+pub const IMAGE_INTERIOR: usize = 2;
 
 /// Where in the measurement chain an effect acts; fixes its inputs and outputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -79,8 +83,8 @@ impl Stage {
         match self {
             Stage::Exposure | Stage::Position => 6,
             Stage::Ray => 9,
-            Stage::Interior => 15,
-            Stage::Image => 14,
+            Stage::Interior => PARAMETER_COUNT + 3,
+            Stage::Image => IMAGE_INTERIOR + PARAMETER_COUNT,
             Stage::Control => 3,
         }
     }
@@ -90,7 +94,7 @@ impl Stage {
         match self {
             Stage::Exposure => 6,
             Stage::Ray | Stage::Position | Stage::Control => 3,
-            Stage::Interior => 12,
+            Stage::Interior => PARAMETER_COUNT,
             Stage::Image => 2,
         }
     }

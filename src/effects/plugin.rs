@@ -80,7 +80,7 @@ impl Plugin {
         let diagonal = 0.5 * context.image.width_px.hypot(context.image.height_px);
         let h = if diagonal.is_finite() { diagonal } else { HALF_DIAGONAL_PX };
         // Coefficients by what moves a point at the sensor's edge by as much as an image coordinate's size.
-        let mut interior = [IMAGE_PX; camera::PARAMETERS.len()];
+        let mut interior = [IMAGE_PX; camera::PARAMETER_COUNT];
         for (k, power) in [(5, -3), (6, -5), (7, -7), (8, -2), (9, -2), (10, -1), (11, -1)] {
             interior[k] *= h.powi(power);
         }

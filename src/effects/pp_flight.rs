@@ -61,11 +61,12 @@ impl Effect for PpFlight {
 mod tests {
     use super::super::{ImageContext, laws};
     use super::*;
+    use crate::camera::K1;
     #[test]
     fn worked_numbers() {
         let image = ImageContext::default();
-        let mut input = [0.0; 15];
-        input[..5].copy_from_slice(&[5000.0, 2500.0, 1900.0, 2540.0, 1950.0]);
+        let mut input = [0.0; Stage::Interior.inputs()];
+        input[..K1].copy_from_slice(&[5000.0, 2500.0, 1900.0, 2540.0, 1950.0]);
         let shifted = laws::value(&PpFlight, &image, &input, &[2.0, -1.0]);
         assert_eq!(shifted[..5], [5000.0, 2502.0, 1899.0, 2542.0, 1949.0]);
         let shifted = laws::value(&PpFlight, &image, &input, &[-0.5, 0.25]);

@@ -68,11 +68,12 @@ impl Effect for PpImage {
 mod tests {
     use super::super::{ImageContext, laws};
     use super::*;
+    use crate::camera::K1;
     #[test]
     fn worked_numbers() {
         let image = ImageContext::default();
-        let mut input = [0.0; 15];
-        input[..5].copy_from_slice(&[5000.0, 2500.0, 1900.0, 2540.0, 1950.0]);
+        let mut input = [0.0; Stage::Interior.inputs()];
+        input[..K1].copy_from_slice(&[5000.0, 2500.0, 1900.0, 2540.0, 1950.0]);
         let shifted = laws::value(&PpImage, &image, &input, &[1.0, 0.5]);
         assert_eq!(shifted[..5], [5000.0, 2501.0, 1900.5, 2541.0, 1950.5]);
         let shifted = laws::value(&PpImage, &image, &input, &[-0.25, -2.0]);

@@ -67,10 +67,11 @@ impl Effect for PpTime {
 mod tests {
     use super::super::{ImageContext, laws};
     use super::*;
+    use crate::camera::K1;
     #[test]
     fn worked_numbers() {
-        let mut input = [0.0; 15];
-        input[..5].copy_from_slice(&[5000.0, 2500.0, 1900.0, 2540.0, 1950.0]);
+        let mut input = [0.0; Stage::Interior.inputs()];
+        input[..K1].copy_from_slice(&[5000.0, 2500.0, 1900.0, 2540.0, 1950.0]);
         let cases =
             [(0.5, [5000.0, 2502.0, 1898.5, 2542.0, 1948.5]), (-0.25, [5000.0, 2499.0, 1900.75, 2539.0, 1950.75])];
         for (tau, shifted) in cases {

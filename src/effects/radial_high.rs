@@ -11,8 +11,9 @@
 //! Worked numbers, dc (2500, 1900), k4 = 1e-31: (5500, 1900) goes to (5501.9683, 1900); (2500, -100) goes to (2500,
 //! -100.0512).
 
-use super::common::{estimated, hand_on};
-use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use super::common::{IMAGE_COLUMNS, estimated, hand_on};
+use super::{Context, Descriptor, Effect, IMAGE_INTERIOR, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use crate::camera::{DCX, DCY};
 use std::sync::LazyLock;
 
 /// See the [module](self).
@@ -45,7 +46,7 @@ impl Effect for RadialHigh {
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        let d = [input[0] - input[5], input[1] - input[6]];
+        let d = [input[0] - input[IMAGE_INTERIOR + DCX], input[1] - input[IMAGE_INTERIOR + DCY]];
         let r2 = d[0] * d[0] + d[1] * d[1];
         let (r6, k4) = (r2 * r2 * r2, theta[0]);
         let r8 = r6 * r2;
@@ -58,8 +59,8 @@ impl Effect for RadialHigh {
             for i in 0..2 {
                 for j in 0..2 {
                     let slope = k4 * (8.0 * r6 * d[i] * d[j] + if i == j { r8 } else { 0.0 });
-                    matrix[i * 14 + j] += slope;
-                    matrix[i * 14 + 5 + j] -= slope;
+                    matrix[i * IMAGE_COLUMNS + j] += slope;
+                    matrix[i * IMAGE_COLUMNS + IMAGE_INTERIOR + DCX + j] -= slope;
                 }
             }
         }

@@ -14,8 +14,9 @@
 //! Worked numbers, f = 5000, pp (2500, 1900), sensor 5000 x 4000: c_20 = 0.5 moves (5000, 2000) to (5000.25, 2000.01);
 //! c_11 = 2 moves (5000, 4000) to (5001, 4000.84).
 
-use super::common::{estimated, hand_on, known};
-use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use super::common::{IMAGE_COLUMNS, estimated, hand_on, known};
+use super::{Context, Descriptor, Effect, IMAGE_INTERIOR, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use crate::camera::{F, PPX, PPY};
 use std::sync::LazyLock;
 
 /// Orders `(j, k)` of the parameters, in their order.
@@ -56,7 +57,7 @@ impl Effect for Unflatness {
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        let (x, y, f) = (input[0], input[1], input[2]);
+        let (x, y, f) = (input[0], input[1], input[IMAGE_INTERIOR + F]);
         if f == 0.0 {
             return Err(OutsideDomain);
         }
@@ -70,7 +71,7 @@ impl Effect for Unflatness {
             z_y += c * px[j] * py_slope[k] * 2.0 / height;
         }
         // Slopes of the ray against the axis.
-        let slope = [(x - input[3]) / f, (y - input[4]) / f];
+        let slope = [(x - input[IMAGE_INTERIOR + PPX]) / f, (y - input[IMAGE_INTERIOR + PPY]) / f];
         hand_on(Stage::Image, input, out);
         for axis in 0..2 {
             out[axis] += slope[axis] * z;
@@ -78,12 +79,12 @@ impl Effect for Unflatness {
         if let Some(matrix) = d_input {
             fill_identity(Stage::Image, matrix);
             for axis in 0..2 {
-                let row = &mut matrix[axis * 14..][..14];
+                let row = &mut matrix[axis * IMAGE_COLUMNS..][..IMAGE_COLUMNS];
                 row[0] += slope[axis] * z_x;
                 row[1] += slope[axis] * z_y;
                 row[axis] += z / f;
-                row[2] -= slope[axis] * z / f;
-                row[3 + axis] -= z / f;
+                row[IMAGE_INTERIOR + F] -= slope[axis] * z / f;
+                row[IMAGE_INTERIOR + PPX + axis] -= z / f;
             }
         }
         if let Some(matrix) = d_theta {

@@ -33,7 +33,7 @@
 
 use super::error::{Error, advice, shown};
 use super::toml_table::{Source, Table, quoted};
-use crate::camera::{GROUPS, PARAMETERS, parameter_indices};
+use crate::camera::{GROUPS, PARAMETER_COUNT, PARAMETERS, parameter_indices};
 use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, PRIOR_KEY, Prior, SigmaFactors, TieWeights};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -99,9 +99,9 @@ pub fn read_model(path: &Path, resolve: &dyn Fn(&str) -> Option<EffectRef>) -> R
     Ok(model)
 }
 
-fn free(source: &Source, table: &Table<'_>) -> Result<Option<[bool; 12]>, Error> {
+fn free(source: &Source, table: &Table<'_>) -> Result<Option<[bool; PARAMETER_COUNT]>, Error> {
     let Some(names) = table.texts("free")? else { return Ok(None) };
-    let mut free = [false; 12];
+    let mut free = [false; PARAMETER_COUNT];
     for (name, span) in names {
         let indices = parameter_indices(name).ok_or_else(|| {
             let groups = GROUPS.iter().map(|(group, _)| *group);

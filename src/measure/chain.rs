@@ -1,8 +1,8 @@
 //! One image measurement through the whole chain, with its derivatives composed by hand.
 
 use super::frame::{Frame, Stages};
-use crate::camera::fraser;
-use crate::effects::{Context, Stage};
+use crate::camera::{DCX, DCY, PARAMETER_COUNT, PPX, PPY, fraser};
+use crate::effects::{Context, IMAGE_INTERIOR, Stage};
 use crate::math::rotation;
 use crate::problem::{ImageObservation, Problem};
 use nalgebra::{SMatrix, Vector3};
@@ -13,7 +13,7 @@ pub struct Prediction {
     /// Predicted point, px.
     pub point: [f64; 2],
     /// By the camera's twelve numbers.
-    pub d_camera: [[f64; 12]; 2],
+    pub d_camera: [[f64; PARAMETER_COUNT]; 2],
     /// By rotation `w` and projection centre.
     pub d_pose: [[f64; 6]; 2],
     /// By the object point.
@@ -53,10 +53,9 @@ pub fn predict(
     }
     if problem.tie_dc_to_pp {
         for row in &mut out.d_camera {
-            row[1] += row[3];
-            row[2] += row[4];
-            row[3] = 0.0;
-            row[4] = 0.0;
+            row[PPX] += row[DCX];
+            row[PPY] += row[DCY];
+            (row[DCX], row[DCY]) = (0.0, 0.0);
         }
     }
     Some(())
@@ -101,11 +100,14 @@ fn predict_plain(frame: &Frame, object: &Vector3<f64>, out: &mut Prediction) -> 
     Some(())
 }
 
+/// Numbers that an image effect gets.
+const IMAGE_INPUTS: usize = Stage::Image.inputs();
+
 /// Derivative of the image stage's output by its input where nothing is changed: 2x14, row by row.
-const IDENTITY: [f64; 28] = {
-    let mut matrix = [0.0; 28];
+const IDENTITY: [f64; 2 * IMAGE_INPUTS] = {
+    let mut matrix = [0.0; 2 * IMAGE_INPUTS];
     matrix[0] = 1.0;
-    matrix[15] = 1.0;
+    matrix[IMAGE_INPUTS + 1] = 1.0;
     matrix
 };
 
@@ -223,7 +225,7 @@ fn predict_with_effects(
     let mut by_pose = through_pose * pose_by_pose + through_point * p_by_pose;
     let mut by_point = through_point * p_by_point;
     // By the interior orientation after its effects; the chain through the effects comes last.
-    let mut by_interior = SMatrix::<f64, 2, 12>::from_fn(|i, j| projection.d_interior[i][j]);
+    let mut by_interior = SMatrix::<f64, 2, PARAMETER_COUNT>::from_fn(|i, j| projection.d_interior[i][j]);
     for k in &stages.ray_locals {
         let sum = through_pose * SMatrix::<f64, 6, 1>::from_column_slice(&scratch.pose_by_theta[*k])
             + through_point * Vector3::from_column_slice(&scratch.point_by_theta[*k]);
@@ -233,22 +235,22 @@ fn predict_with_effects(
     for &e in stages.of(Stage::Image) {
         let (offset, count) = own(e);
         let theta = &frame.theta[offset..offset + count];
-        let mut input = [0.0; 14];
-        input[..2].copy_from_slice(&xy);
-        input[2..].copy_from_slice(&frame.interior);
+        let mut input = [0.0; IMAGE_INPUTS];
+        input[..IMAGE_INTERIOR].copy_from_slice(&xy);
+        input[IMAGE_INTERIOR..].copy_from_slice(&frame.interior);
         let mut next = [0.0; 2];
-        let mut d_in = [0.0; 28];
+        let mut d_in = [0.0; 2 * IMAGE_INPUTS];
         scratch.d_own.resize(2 * count, 0.0);
         let effect = &problem.effects[e].effect;
         effect.eval(&context, &input, theta, &mut next, Some(&mut d_in), Some(&mut scratch.d_own)).ok()?;
         let [d_x, d_y] = d_theta;
         // At zero, where candidates are tested, an effect hands its input on.
         if d_in != IDENTITY {
-            let d_in = SMatrix::<f64, 2, 14>::from_row_slice(&d_in);
+            let d_in = SMatrix::<f64, 2, IMAGE_INPUTS>::from_row_slice(&d_in);
             let by_xy = d_in.fixed_view::<2, 2>(0, 0).into_owned();
             by_pose = by_xy * by_pose;
             by_point = by_xy * by_point;
-            by_interior = by_xy * by_interior + d_in.fixed_view::<2, 12>(0, 2);
+            by_interior = by_xy * by_interior + d_in.fixed_view::<2, PARAMETER_COUNT>(0, IMAGE_INTERIOR);
             for (x, y) in d_x.iter_mut().zip(d_y.iter_mut()) {
                 let (a, b) = (*x, *y);
                 *x = by_xy[(0, 0)] * a + by_xy[(0, 1)] * b;

@@ -2,10 +2,14 @@
 //! and the values of the effect parameters that hold there.
 
 use super::MeasureError;
+use crate::camera::{Interior, PARAMETER_COUNT as COUNT};
 use crate::effects::{Context, OutsideDomain, Stage};
 use crate::math::rotation;
 use crate::problem::{Problem, State};
 use nalgebra::{Matrix3, SMatrix, Vector3};
+
+/// Numbers that an interior effect gets.
+const INPUTS: usize = Stage::Interior.inputs();
 
 /// Which effects act at which stage, and where their parameters stand in the local list of an image.
 #[derive(Debug, Clone)]
@@ -70,11 +74,11 @@ impl Stages {
 #[derive(Debug, Clone)]
 pub struct InteriorChain {
     /// 12x12, by the camera's interior orientation.
-    pub d_interior: SMatrix<f64, 12, 12>,
+    pub d_interior: SMatrix<f64, COUNT, COUNT>,
     /// 12x3, by the rotation `w`.
-    pub d_rotation: SMatrix<f64, 12, 3>,
+    pub d_rotation: SMatrix<f64, COUNT, 3>,
     /// 12 per local parameter: column `p` is `d_theta[p]`.
-    pub d_theta: Vec<[f64; 12]>,
+    pub d_theta: Vec<[f64; COUNT]>,
 }
 
 /// One image at a state.
@@ -91,7 +95,7 @@ pub struct Frame {
     /// The left Jacobian there, its inverse.
     pub left_jacobian: Matrix3<f64>,
     /// Interior orientation after the interior effects.
-    pub interior: [f64; 12],
+    pub interior: Interior,
     /// Its derivatives; `None` where no interior effect acts (identity).
     pub interior_chain: Option<Box<InteriorChain>>,
     /// Local list of effect parameters.
@@ -138,31 +142,31 @@ impl Frame {
             column_px: f64::NAN,
             row_px: f64::NAN,
         };
-        let mut d_interior = SMatrix::<f64, 12, 12>::identity();
-        let mut d_rotation = SMatrix::<f64, 12, 3>::zeros();
-        let mut d_theta = vec![[0.0; 12]; stages.local_len];
-        let mut input = [0.0; 15];
-        input[12..].copy_from_slice(self.rotation_vector.as_slice());
-        let mut out = [0.0; 12];
-        let mut d_in = [0.0; 12 * 15];
+        let mut d_interior = SMatrix::<f64, COUNT, COUNT>::identity();
+        let mut d_rotation = SMatrix::<f64, COUNT, 3>::zeros();
+        let mut d_theta = vec![[0.0; COUNT]; stages.local_len];
+        let mut input = [0.0; INPUTS];
+        input[COUNT..].copy_from_slice(self.rotation_vector.as_slice());
+        let mut out = [0.0; COUNT];
+        let mut d_in = [0.0; COUNT * INPUTS];
         for &e in stages.of(Stage::Interior) {
             let effect = &problem.effects[e].effect;
             let (offset, count) = (stages.local_offset[e], problem.effects[e].slots.len());
             let theta = &self.theta[offset..offset + count];
-            input[..12].copy_from_slice(&self.interior);
-            let mut d_own = vec![0.0; 12 * count];
+            input[..COUNT].copy_from_slice(&self.interior);
+            let mut d_own = vec![0.0; COUNT * count];
             effect.eval(&context, &input, theta, &mut out, Some(&mut d_in), Some(&mut d_own))?;
             self.interior = out;
-            let by_interior = SMatrix::<f64, 12, 12>::from_fn(|i, j| d_in[15 * i + j]);
-            let by_vector = SMatrix::<f64, 12, 3>::from_fn(|i, j| d_in[15 * i + 12 + j]);
+            let by_interior = SMatrix::<f64, COUNT, COUNT>::from_fn(|i, j| d_in[INPUTS * i + j]);
+            let by_vector = SMatrix::<f64, COUNT, 3>::from_fn(|i, j| d_in[INPUTS * i + COUNT + j]);
             d_interior = by_interior * d_interior;
             d_rotation = by_interior * d_rotation + by_vector * self.d_rotation_vector;
             for column in d_theta.iter_mut().filter(|column| column.iter().any(|value| *value != 0.0)) {
-                let moved = by_interior * SMatrix::<f64, 12, 1>::from_column_slice(column);
+                let moved = by_interior * SMatrix::<f64, COUNT, 1>::from_column_slice(column);
                 column.copy_from_slice(moved.as_slice());
             }
             for p in 0..count {
-                for i in 0..12 {
+                for i in 0..COUNT {
                     d_theta[offset + p][i] += d_own[count * i + p];
                 }
             }

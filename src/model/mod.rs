@@ -1,5 +1,6 @@
 //! What we believe about a block: which camera parameters are free, which effects are in, weights, priors and datum.
 
+use crate::camera::PARAMETER_COUNT;
 use crate::effects::{Effect, Parameter, Role, Scope};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -148,7 +149,7 @@ impl Default for SigmaFactors {
 #[derive(Debug, Clone)]
 pub struct Model {
     /// Free parameters of every camera, in the order of [`crate::camera::PARAMETERS`].
-    pub free: [bool; 12],
+    pub free: [bool; PARAMETER_COUNT],
     /// The centre of distortion is the principal point and moves with it: `dcx, dcy` are not unknowns.
     pub tie_dc_to_pp: bool,
     /// Start values that replace the block's, by camera id and parameter name.
@@ -171,7 +172,7 @@ impl Default for Model {
     /// All twelve free, no effects, free datum, least squares.
     fn default() -> Self {
         Self {
-            free: [true; 12],
+            free: [true; PARAMETER_COUNT],
             tie_dc_to_pp: false,
             camera_values: BTreeMap::new(),
             effects: Vec::new(),

@@ -2,11 +2,14 @@
 
 use super::{CameraPrior, ProblemError};
 use crate::block::Block;
-use crate::camera::{self, Interior};
+use crate::camera::{self, DCX, DCY, Interior, PARAMETER_COUNT};
 use crate::model::{Model, Prior};
 
 /// Start values of the interior orientations, and which are free.
-pub(super) fn cameras(block: &Block, model: &Model) -> Result<(Vec<Interior>, Vec<[bool; 12]>), ProblemError> {
+pub(super) fn cameras(
+    block: &Block,
+    model: &Model,
+) -> Result<(Vec<Interior>, Vec<[bool; PARAMETER_COUNT]>), ProblemError> {
     let mut interiors: Vec<Interior> = block.cameras.iter().map(|camera| camera.interior).collect();
     for (id, values) in &model.camera_values {
         let camera = camera_position(block, id)?;
@@ -16,12 +19,8 @@ pub(super) fn cameras(block: &Block, model: &Model) -> Result<(Vec<Interior>, Ve
     }
     let mut free = model.free;
     if model.tie_dc_to_pp {
-        free[3] = false;
-        free[4] = false;
-        for interior in &mut interiors {
-            interior[3] = interior[1];
-            interior[4] = interior[2];
-        }
+        (free[DCX], free[DCY]) = (false, false);
+        interiors.iter_mut().for_each(camera::tie_centre);
     }
     Ok((interiors, vec![free; block.cameras.len()]))
 }

@@ -1,6 +1,6 @@
 //! Block + model -> flat arrays: the one description of the least-squares problem that both solvers read.
 //!
-//! Unknowns are numbered ([`Layout`]): cameras (12 each), effect parameters (`theta`), poses (6 each: rotation `w` as in
+//! Unknowns are numbered ([`Layout`]): cameras (twelve each), effect parameters (`theta`), poses (6 each: rotation `w` as in
 //! [`crate::math::rotation`], rad, then projection centre, m), points (3 each, m; tie points, then control points).
 //!
 //! Residuals are `(observed - computed) / sigma`, in this order: image observations (x, y each), control coordinates (3 each), GNSS
@@ -25,7 +25,7 @@ pub use effects::missing_need;
 pub use error::ProblemError;
 
 use crate::block::PointId;
-use crate::camera::{self, Interior};
+use crate::camera::{self, Interior, PARAMETER_COUNT};
 use crate::effects::{BlockContext, ImageContext, Role, Scope};
 
 pub use crate::block::Pose;
@@ -155,7 +155,7 @@ pub struct Problem {
     /// Ids of the cameras, for messages.
     pub camera_names: Vec<String>,
     /// Free parameters per camera. With `tie_dc_to_pp`, `dcx, dcy` are false.
-    pub camera_free: Vec<[bool; 12]>,
+    pub camera_free: Vec<[bool; PARAMETER_COUNT]>,
     /// Size of one unit of each camera parameter inside the solvers.
     pub camera_scales: Vec<Interior>,
     /// Largest plausible range of each camera parameter: what is known to no better than this is not determined.
@@ -215,23 +215,27 @@ pub struct Layout {
 impl Layout {
     /// Camera parameter `k` of camera `c`.
     pub fn camera(&self, c: usize, k: usize) -> usize {
-        12 * c + k
+        PARAMETER_COUNT * c + k
+    }
+    /// Camera and parameter of an unknown; `None` where it is none of a camera.
+    pub fn camera_parameter(&self, unknown: usize) -> Option<(usize, usize)> {
+        (unknown < self.theta(0)).then_some((unknown / PARAMETER_COUNT, unknown % PARAMETER_COUNT))
     }
     /// Effect parameter value `t`.
     pub fn theta(&self, t: usize) -> usize {
-        12 * self.cameras + t
+        PARAMETER_COUNT * self.cameras + t
     }
     /// Component `k` of pose `i`.
     pub fn pose(&self, i: usize, k: usize) -> usize {
-        12 * self.cameras + self.theta + 6 * i + k
+        PARAMETER_COUNT * self.cameras + self.theta + 6 * i + k
     }
     /// Coordinate `k` of point `j`.
     pub fn point(&self, j: usize, k: usize) -> usize {
-        12 * self.cameras + self.theta + 6 * self.images + 3 * j + k
+        PARAMETER_COUNT * self.cameras + self.theta + 6 * self.images + 3 * j + k
     }
     /// Number of numbers.
     pub fn total(&self) -> usize {
-        12 * self.cameras + self.theta + 6 * self.images + 3 * self.points
+        PARAMETER_COUNT * self.cameras + self.theta + 6 * self.images + 3 * self.points
     }
 }
 
@@ -285,13 +289,9 @@ impl Problem {
     /// Name of an unknown, for people.
     pub fn unknown_name(&self, unknown: usize) -> String {
         let layout = self.layout();
-        if unknown < layout.theta(0) {
-            let name = camera::PARAMETERS[unknown % 12];
-            return if layout.cameras == 1 {
-                name.into()
-            } else {
-                format!("{}.{name}", self.camera_names[unknown / 12])
-            };
+        if let Some((c, k)) = layout.camera_parameter(unknown) {
+            let name = camera::PARAMETERS[k];
+            return if layout.cameras == 1 { name.into() } else { format!("{}.{name}", self.camera_names[c]) };
         }
         if unknown < layout.pose(0, 0) {
             return self.theta[unknown - layout.theta(0)].name.clone();

@@ -1,6 +1,7 @@
 //! Start values from an earlier solution.
 
 use super::{PointSource, Problem, State};
+use crate::camera::tie_centre;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
@@ -12,9 +13,7 @@ impl Problem {
         self.start.interiors.clone_from(interiors);
         self.start.poses.clone_from(poses);
         if self.tie_dc_to_pp {
-            for interior in &mut self.start.interiors {
-                (interior[3], interior[4]) = (interior[1], interior[2]);
-            }
+            self.start.interiors.iter_mut().for_each(tie_centre);
         }
         let known: HashMap<&str, f64> =
             problem.theta.iter().zip(theta).map(|(entry, value)| (entry.name.as_str(), *value)).collect();

@@ -3,6 +3,7 @@
 use super::observations::PointRows;
 use super::{ImageObservation, PointSource, Problem};
 use crate::block::Block;
+use crate::camera::PARAMETER_COUNT;
 
 /// Unknowns of an exterior orientation.
 const POSE_NUMBERS: f64 = 6.0;
@@ -80,7 +81,7 @@ impl Problem {
         }
         for (free, used) in self.camera_free.iter_mut().zip(used) {
             if !used {
-                *free = [false; 12];
+                *free = [false; PARAMETER_COUNT];
             }
         }
     }

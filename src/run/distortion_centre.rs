@@ -6,13 +6,14 @@
 
 use super::Progress;
 use crate::adjust::{AdjustError, CovarianceOf, NullDirection, Options, Solution, Solver};
+use crate::camera::{DCX, K1, PARAMETER_COUNT};
 use crate::math::statistics::chi_square_ln_sf;
 use crate::problem::Problem;
 use nalgebra::DMatrix;
 
-/// Positions of `dcx, dcy` and of the distortion's coefficients among the twelve numbers of a camera.
-const CENTRE: std::ops::Range<usize> = 3..5;
-const COEFFICIENTS: std::ops::Range<usize> = 5..12;
+/// Positions of `dcx, dcy` and of the distortion's coefficients among the parameters of a camera.
+const CENTRE: std::ops::Range<usize> = DCX..K1;
+const COEFFICIENTS: std::ops::Range<usize> = K1..PARAMETER_COUNT;
 
 /// Chance that no distortion looks like one. Far below any usual significance, as a lens with a distortion has a statistic of thousands,
 /// and as the centre has been chosen to make it large.

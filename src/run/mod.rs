@@ -84,7 +84,7 @@ pub type Progress<'a> = dyn FnMut(&'static str, &Iteration) -> ControlFlow<()> +
 /// Options that fit a problem: covariance of everything where that is affordable.
 pub fn options_for(problem: &Problem, options: &Options) -> Options {
     let layout = problem.layout();
-    let reduced = 12 * layout.cameras + layout.theta + 6 * layout.images;
+    let reduced = layout.point(0, 0);
     let covariance = if reduced > EVERYTHING_UNKNOWNS && options.covariance == CovarianceOf::Everything {
         CovarianceOf::Shared
     } else {

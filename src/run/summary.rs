@@ -3,7 +3,7 @@
 use crate::adjust::agreement::Agreement;
 use crate::adjust::{Covariance, Solution};
 use crate::block::Block;
-use crate::camera::PARAMETERS;
+use crate::camera::{DCX, DCY, PARAMETER_COUNT, PARAMETERS, PPX, PPY};
 use crate::effects::{Role, Scope};
 use crate::evaluate::{Similarity, Statistics};
 use crate::math::null_is_nan;
@@ -162,7 +162,11 @@ fn cameras(problem: &Problem, solution: &Solution, sigma0: Option<f64>) -> Named
     let camera = |(c, name): (usize, &String)| {
         let parameter = |k: usize| {
             // A tied centre of distortion is as good as the principal point that it moves with.
-            let source = if problem.tie_dc_to_pp && matches!(k, 3 | 4) { k - 2 } else { k };
+            let source = match k {
+                DCX if problem.tie_dc_to_pp => PPX,
+                DCY if problem.tie_dc_to_pp => PPY,
+                k => k,
+            };
             let unknown = problem.layout().camera(c, source);
             let sigma = match problem.camera_free[c][source] {
                 true => solution.covariance.as_ref().zip(sigma0).and_then(|(cov, s)| shared_sigma(cov, unknown, s)),
@@ -171,7 +175,7 @@ fn cameras(problem: &Problem, solution: &Solution, sigma0: Option<f64>) -> Named
             let value = solution.state.interiors[c][k];
             (PARAMETERS[k].to_string(), CameraParameter { value, sigma, free: problem.camera_free[c][k] })
         };
-        (name.clone(), (0..PARAMETERS.len()).map(parameter).collect())
+        (name.clone(), (0..PARAMETER_COUNT).map(parameter).collect())
     };
     problem.camera_names.iter().enumerate().map(camera).collect()
 }

@@ -3,6 +3,7 @@
 use super::random::{Table, normal, normal3, stream};
 use super::{Result, ScenarioError, Simulation};
 use crate::block::{Block, Measurement, Role};
+use crate::camera::F;
 use nalgebra::{UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 
@@ -47,7 +48,7 @@ impl Simulation {
         sigma_argument("position_m", position_m)?;
         sigma_argument("angle_rad", angle_rad)?;
         for camera in &mut self.block.cameras {
-            camera.interior[0] *= 1.0 + focal_fraction;
+            camera.interior[F] *= 1.0 + focal_fraction;
         }
         for (index, image) in self.block.images.iter_mut().enumerate() {
             let mut rng = stream(seed, Table::StartPose, index);

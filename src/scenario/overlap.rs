@@ -4,7 +4,7 @@ use super::description::Scenario;
 use super::flight::{footprint, strip_spacing};
 use crate::block::{Block, Image};
 use crate::camera::undistort::undistort;
-use crate::camera::{Camera, fraser};
+use crate::camera::{Camera, F, fraser};
 use nalgebra::Vector3;
 use std::fmt;
 
@@ -126,7 +126,7 @@ impl OverlapReport {
                 let flight = scenario.flights.get(index);
                 let camera = images.first().map(|i| &block.cameras[block.images[*i].camera.index()]);
                 let height = images.iter().map(|i| block.images[*i].pose.centre.z).sum::<f64>() / images.len() as f64;
-                let gsd_m = camera.map_or(0.0, |camera| height / camera.interior[0]);
+                let gsd_m = camera.map_or(0.0, |camera| height / camera.interior[F]);
                 FlightOverlap {
                     flight: block.flights[index].clone(),
                     images: images.len(),

@@ -5,7 +5,7 @@ use super::outcome::{Adjusted, Agreed, Judged, SolverRun};
 use super::pictures;
 use crate::adjust::Solution;
 use crate::block::{Block, Role};
-use crate::camera::{Interior, PARAMETERS};
+use crate::camera::{Interior, PARAMETER_COUNT};
 use crate::evaluate::bowl::{self, BowlShape};
 use crate::evaluate::distortion_field::{Grid, Part, compare as compare_cameras};
 use crate::evaluate::{Alignment, Comparison, Method, Similarity, Statistics, checks};
@@ -114,9 +114,9 @@ fn judge_points(comparison: &Comparison, rays: Option<Statistics>) -> Result<Jud
 
 /// Standard deviations of the first camera; zero where held.
 fn interior_sigma(solution: &Solution) -> Interior {
-    let mut sigma = [0.0; PARAMETERS.len()];
+    let mut sigma = [0.0; PARAMETER_COUNT];
     if let Some(covariance) = &solution.covariance {
-        for (row, unknown) in covariance.shared_unknowns.iter().enumerate().filter(|(_, u)| **u < PARAMETERS.len()) {
+        for (row, unknown) in covariance.shared_unknowns.iter().enumerate().filter(|(_, u)| **u < PARAMETER_COUNT) {
             sigma[*unknown] = covariance.shared[(row, row)].sqrt();
         }
     }

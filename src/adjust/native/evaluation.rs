@@ -4,6 +4,7 @@ use super::structure::Structure;
 use super::system::System;
 use super::{frames, lm};
 use crate::adjust::{AdjustError, Evaluation, ReducedSystem};
+use crate::camera::PARAMETER_COUNT;
 use crate::effects::ImageContext;
 use crate::measure::{self, Prediction};
 use crate::problem::{Problem, State};
@@ -50,7 +51,7 @@ pub fn evaluate(problem: &Problem, structure: &Structure, state: &State) -> Resu
             let thetas = stages.theta_indices(problem, image);
             let weight = observation.inverse_sigma;
             for (i, observed) in [observation.x, observation.y].into_iter().enumerate() {
-                let entries = (0..12)
+                let entries = (0..PARAMETER_COUNT)
                     .map(|k| (layout.camera(camera, k), p.d_camera[i][k]))
                     .chain(thetas.iter().zip(&p.d_theta[i]).map(|(t, d)| (layout.theta(*t), *d)))
                     .chain((0..6).map(|k| (layout.pose(image, k), p.d_pose[i][k])))

@@ -2,7 +2,7 @@
 
 use super::columns::Columns;
 use super::point::{ControlRows, PointRows, Prepared, inverse_of_damped};
-use super::structure::Structure;
+use super::structure::{FIRST_THETA, Structure};
 use super::system::System;
 use crate::measure;
 use faer::traits::pulp::{Arch, Simd, WithSimd};
@@ -221,8 +221,10 @@ fn gnss_rows(at: &Prepared<'_>, rows: &mut Vec<PlainRow>) -> Result<(), Obstacle
             }
             let shared: Vec<(u32, f64)> = structure.local[image]
                 .iter()
-                .filter(|column| column.source >= 12)
-                .map(|column| (column.column, p.d_theta[column.source as usize - 12][i] * weight * column.scale))
+                .filter(|column| column.source >= FIRST_THETA)
+                .map(|column| {
+                    (column.column, p.d_theta[(column.source - FIRST_THETA) as usize][i] * weight * column.scale)
+                })
                 .filter(|(_, value)| *value != 0.0)
                 .collect();
             let v = (observation.position[i] - p.position[i]) * weight;

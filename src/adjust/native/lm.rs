@@ -7,6 +7,7 @@ use super::structure::Structure;
 use super::system::System;
 use super::turn::Turn;
 use crate::adjust::{AdjustError, Iteration, Options, Progress};
+use crate::camera::tie_centre;
 use crate::measure::{self, Frame};
 use crate::problem::{Pose, Problem, State};
 use nalgebra::Vector3;
@@ -226,17 +227,13 @@ pub fn move_images_and_border(
         }
     }
     for ((unknown, scale), d) in structure.border.iter().zip(&structure.border_scale).zip(border) {
-        if *unknown < layout.theta(0) {
-            state.interiors[unknown / 12][unknown % 12] += d * scale;
-        } else {
-            state.theta[unknown - layout.theta(0)] += d * scale;
+        match layout.camera_parameter(*unknown) {
+            Some((c, k)) => state.interiors[c][k] += d * scale,
+            None => state.theta[unknown - layout.theta(0)] += d * scale,
         }
     }
     if problem.tie_dc_to_pp {
-        for interior in &mut state.interiors {
-            interior[3] = interior[1];
-            interior[4] = interior[2];
-        }
+        state.interiors.iter_mut().for_each(tie_centre);
     }
     turn
 }

@@ -1,7 +1,8 @@
 //! All rows of one point: linearised, weighted, and ready to be eliminated.
 
 use super::columns::Columns;
-use super::structure::{LocalColumn, NONE, Structure};
+use super::structure::{FIRST_THETA, LocalColumn, NONE, Structure};
+use crate::camera::Interior;
 use crate::measure::{self, Frame, Prediction};
 use crate::problem::{LOSS_SCALE, Loss, Problem, State};
 use nalgebra::{Matrix3, Vector3};
@@ -107,9 +108,9 @@ impl SharedRow {
         let [x, y] = [0, 1].map(|i| (&prediction.d_camera[i], prediction.d_theta[i].as_slice()));
         let mut next = 0;
         for column in local {
-            let of = |(d_camera, d_theta): (&[f64; 12], &[f64])| match column.source as usize {
-                k if k < 12 => d_camera[k],
-                k => d_theta[k - 12],
+            let of = |(d_camera, d_theta): (&Interior, &[f64])| match column.source {
+                k if k < FIRST_THETA => d_camera[k as usize],
+                k => d_theta[(k - FIRST_THETA) as usize],
             };
             let (dx, dy) = (of(x), of(y));
             if dx == 0.0 && dy == 0.0 {
@@ -225,8 +226,8 @@ impl<const D: usize> PointRows<D> {
         let mut rows = ControlRows::default();
         let weight: [f64; 3] = std::array::from_fn(|i| 1.0 / observation.sigma[i]);
         // Control effects have no image of their own: any image's list of global parameters serves.
-        for column in structure.local.first().into_iter().flatten().filter(|column| column.source >= 12) {
-            let d = p.d_theta[column.source as usize - 12];
+        for column in structure.local.first().into_iter().flatten().filter(|column| column.source >= FIRST_THETA) {
+            let d = p.d_theta[(column.source - FIRST_THETA) as usize];
             if d != [0.0; 3] {
                 rows.columns.push(column.column);
                 for i in 0..3 {

@@ -3,7 +3,6 @@
 use super::factor::{Breakdown, ReducedBorder};
 use super::structure::Structure;
 use crate::adjust::NullDirection;
-use crate::camera;
 use crate::problem::Problem;
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -46,11 +45,10 @@ pub fn shared_null_space(
 
 /// Largest plausible range of a shared unknown, raw units.
 fn domain(problem: &Problem, unknown: usize) -> f64 {
-    let cameras = 12 * problem.camera_free.len();
-    if unknown < cameras {
-        problem.camera_domains[unknown / camera::PARAMETERS.len()][unknown % camera::PARAMETERS.len()]
-    } else {
-        EFFECT_DOMAIN * problem.theta[unknown - cameras].scale
+    let layout = problem.layout();
+    match layout.camera_parameter(unknown) {
+        Some((c, k)) => problem.camera_domains[c][k],
+        None => EFFECT_DOMAIN * problem.theta[unknown - layout.theta(0)].scale,
     }
 }
 

@@ -8,6 +8,7 @@ use super::structure::Structure;
 use super::system::System;
 use super::{frames, linearise, lm, pool, structure};
 use crate::adjust::{AdjustError, LinearSolver};
+use crate::camera::Interior;
 use crate::measure::{self, Frame, Prediction};
 use crate::problem::{ImageObservation, Problem, State};
 use faer::Mat;
@@ -35,7 +36,7 @@ pub struct Residual<'a> {
     /// Predicted point, px.
     pub predicted: [f64; 2],
     /// Interior orientation of its image.
-    pub interior: &'a [f64; 12],
+    pub interior: &'a Interior,
     /// `P v`, 1/px.
     pub pull: [f64; 2],
     /// `P`, 1/px^2.

@@ -1,6 +1,7 @@
 //! Which unknown stands where in the reduced system: a block of `dim` unknowns per image (pose, then image-wise effect
 //! parameters), and a border of the unknowns that images share (cameras, effects).
 
+use crate::camera::PARAMETER_COUNT;
 use crate::effects::Scope;
 use crate::measure::Stages;
 use crate::problem::Problem;
@@ -14,10 +15,13 @@ const CHUNK_MEASUREMENTS: usize = 16_384;
 /// Chunks at most: each costs one pass over the touched part of the reduced system.
 const MAX_CHUNKS: usize = 64;
 
+/// First [`LocalColumn::source`] that is an effect parameter: those below are the camera's.
+pub const FIRST_THETA: u32 = PARAMETER_COUNT as u32;
+
 /// One shared unknown that a measurement of an image depends on.
 #[derive(Debug, Clone, Copy)]
 pub struct LocalColumn {
-    /// Derivative to take: camera parameter (below 12), or 12 + position in the image's local list of effect parameters.
+    /// Derivative to take: camera parameter, or [`FIRST_THETA`] + position in the image's local list of effect parameters.
     pub source: u32,
     /// Column of the border.
     pub column: u32,
@@ -94,7 +98,7 @@ impl Structure {
             border_scale.push(scale);
         };
         for (c, free) in problem.camera_free.iter().enumerate() {
-            for k in (0..12).filter(|k| free[*k]) {
+            for k in (0..PARAMETER_COUNT).filter(|k| free[*k]) {
                 add(layout.camera(c, k), problem.camera_scales[c][k]);
             }
         }
@@ -109,7 +113,7 @@ impl Structure {
         for image in 0..images {
             let camera = problem.image_contexts[image].camera as usize;
             let mut columns = Vec::new();
-            for k in 0..12 {
+            for k in 0..PARAMETER_COUNT {
                 let column = column_of[layout.camera(camera, k)];
                 if column != NONE {
                     columns.push(LocalColumn { source: k as u32, column, scale: problem.camera_scales[camera][k] });
@@ -123,7 +127,7 @@ impl Structure {
                     own_columns.push(ImageColumn { source: p as u32, row, scale: entry.scale });
                 } else if column_of[layout.theta(t)] != NONE {
                     let column = column_of[layout.theta(t)];
-                    columns.push(LocalColumn { source: 12 + p as u32, column, scale: entry.scale });
+                    columns.push(LocalColumn { source: FIRST_THETA + p as u32, column, scale: entry.scale });
                 }
             }
             columns.sort_by_key(|column: &LocalColumn| column.column);

@@ -2,7 +2,8 @@
 
 use super::sample::{Evaluation, Sample, evaluate, output};
 use super::{Violation, samples, violation};
-use crate::effects::{Descriptor, Effect, OutsideDomain, Role, Stage};
+use crate::camera::{Interior, PARAMETER_COUNT};
+use crate::effects::{Descriptor, Effect, IMAGE_INTERIOR, OutsideDomain, Role, Stage};
 use crate::math::rotation::{exp, left_jacobian, log};
 use nalgebra::Vector3;
 
@@ -81,16 +82,16 @@ fn variable_name(descriptor: &Descriptor, variable: usize) -> String {
 
 /// A size of an input, in the samples' world: the first difference is taken over a tenth of it.
 fn input_size(stage: Stage, variable: usize) -> f64 {
-    const INTERIOR: [f64; 12] = [1e3, 1e2, 1e2, 1e2, 1e2, 1e-9, 1e-16, 1e-23, 1e-7, 1e-7, 1e-3, 1e-3];
+    const INTERIOR: Interior = [1e3, 1e2, 1e2, 1e2, 1e2, 1e-9, 1e-16, 1e-23, 1e-7, 1e-7, 1e-3, 1e-3];
     const ANGLE: f64 = 0.3;
     const LENGTH: f64 = 10.0;
     const PIXELS: f64 = 100.0;
     match (stage, variable) {
         (Stage::Control, _) => LENGTH,
-        (Stage::Interior, 12..) => ANGLE,
+        (Stage::Interior, PARAMETER_COUNT..) => ANGLE,
         (Stage::Interior, _) => INTERIOR[variable],
         (Stage::Image, 0..2) => PIXELS,
-        (Stage::Image, _) => INTERIOR[variable - 2],
+        (Stage::Image, _) => INTERIOR[variable - IMAGE_INTERIOR],
         (_, 0..3) => ANGLE,
         _ => LENGTH,
     }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::block::Block;
-use crate::camera::PARAMETERS;
+use crate::camera::{PARAMETER_COUNT, PARAMETERS};
 
 pub(super) static CAUSE: Cause = Cause {
     id: "calibration",
@@ -30,7 +30,7 @@ struct Calibration {
 
 fn prepare(setting: &mut Setting) -> Prepared {
     let change = PARAMETERS.map(|name| setting.values.number(name));
-    unless(change == [0.0; 12], Calibration { change })
+    unless(change == [0.0; PARAMETER_COUNT], Calibration { change })
 }
 
 impl Action for Calibration {

@@ -27,7 +27,7 @@ struct DecentringHigh {
 fn prepare(setting: &mut Setting) -> Prepared {
     let corner = setting.values.number("corner");
     let (sin, cos) = setting.values.number("direction_deg").to_radians().sin_cos();
-    let of = |camera: &Camera| ([camera.interior[3], camera.interior[4]], corner_radius(camera));
+    let of = |camera: &Camera| ([camera.interior[DCX], camera.interior[DCY]], corner_radius(camera));
     let cameras = setting.world.cameras.iter().map(of).collect();
     unless(corner == 0.0, DecentringHigh { corner, axis: [cos, sin], cameras })
 }

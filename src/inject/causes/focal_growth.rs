@@ -28,7 +28,7 @@ impl FocalGrowth {
 
 impl Action for FocalGrowth {
     fn interior(&self, image: usize, interior: &mut Interior) {
-        interior[0] *= self.factor(image);
+        interior[F] *= self.factor(image);
     }
 
     fn notes(&self) -> Vec<(String, String)> {

@@ -34,7 +34,7 @@ fn prepare(setting: &mut Setting) -> Prepared {
 
 impl Action for FocalSteps {
     fn interior(&self, image: usize, interior: &mut Interior) {
-        interior[0] += self.by_image[image];
+        interior[F] += self.by_image[image];
     }
 
     fn notes(&self) -> Vec<(String, String)> {

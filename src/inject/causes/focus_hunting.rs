@@ -21,6 +21,6 @@ fn prepare(setting: &mut Setting) -> Prepared {
 
 impl Action for FocusHunting {
     fn interior(&self, image: usize, interior: &mut Interior) {
-        interior[0] += self.by_image[image];
+        interior[F] += self.by_image[image];
     }
 }

@@ -2,6 +2,7 @@
 //! along the axis changes the focal length.
 
 use super::*;
+use crate::camera::{DCX, F, PPX};
 use nalgebra::Vector3;
 
 pub(super) static CAUSE: Cause = Cause {
@@ -41,10 +42,10 @@ fn prepare(setting: &mut Setting) -> Prepared {
 impl Action for LensSag {
     fn interior(&self, image: usize, interior: &mut Interior) {
         let gravity = self.gravity[image];
-        interior[0] += self.axial * gravity.z;
+        interior[F] += self.axial * gravity.z;
         for axis in 0..2 {
-            interior[1 + axis] += self.pp * self.lateral * gravity[axis];
-            interior[3 + axis] += self.dc * self.lateral * gravity[axis];
+            interior[PPX + axis] += self.pp * self.lateral * gravity[axis];
+            interior[DCX + axis] += self.dc * self.lateral * gravity[axis];
         }
     }
 }

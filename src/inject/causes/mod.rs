@@ -2,7 +2,7 @@
 
 use super::parameters::{DefaultValue, parameter};
 use super::{Action, Cause, Observations, Prepared, Random, Setting, World};
-use crate::camera::{Camera, Interior};
+use crate::camera::{Camera, DCX, DCY, F, Interior, PPX, PPY};
 use anyhow::{Result, ensure};
 
 mod calibration;
@@ -86,15 +86,15 @@ fn unless(zero: bool, action: impl Action + 'static) -> Prepared {
 
 /// Moves principal point and centre of distortion together: the sensor moves, the lens stays as it is.
 fn shift_sensor(interior: &mut Interior, dx: f64, dy: f64) {
-    interior[1] += dx;
-    interior[2] += dy;
-    interior[3] += dx;
-    interior[4] += dy;
+    interior[PPX] += dx;
+    interior[PPY] += dy;
+    interior[DCX] += dx;
+    interior[DCY] += dy;
 }
 
 /// Distance from the centre of distortion to the farthest corner of the sensor, px.
 fn corner_radius(camera: &Camera) -> f64 {
-    let (dcx, dcy) = (camera.interior[3], camera.interior[4]);
+    let (dcx, dcy) = (camera.interior[DCX], camera.interior[DCY]);
     let farthest = |centre: f64, size: u32| centre.abs().max((f64::from(size) - centre).abs());
     farthest(dcx, camera.width_px).hypot(farthest(dcy, camera.height_px))
 }

@@ -21,7 +21,7 @@ struct RadialHigh {
 
 fn prepare(setting: &mut Setting) -> Prepared {
     let (corner, order) = (setting.values.number("corner"), setting.values.positive("order")?);
-    let of = |camera: &Camera| ([camera.interior[3], camera.interior[4]], corner_radius(camera));
+    let of = |camera: &Camera| ([camera.interior[DCX], camera.interior[DCY]], corner_radius(camera));
     unless(corner == 0.0, RadialHigh { corner, order, cameras: setting.world.cameras.iter().map(of).collect() })
 }
 

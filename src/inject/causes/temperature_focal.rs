@@ -155,7 +155,7 @@ impl Action for TemperatureFocal {
     }
 
     fn interior(&self, image: usize, interior: &mut Interior) {
-        interior[0] += self.px[image] + interior[0] * self.parts[image];
+        interior[F] += self.px[image] + interior[F] * self.parts[image];
     }
 
     fn notes(&self) -> Vec<(String, String)> {

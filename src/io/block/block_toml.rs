@@ -3,7 +3,7 @@
 use super::super::toml_table::{Source, Table, quoted};
 use super::{BLOCK, EVERY_BLOCK, Error, Place};
 use crate::block::{Block, Sigma};
-use crate::camera::{Camera, PARAMETERS};
+use crate::camera::{Camera, F, PARAMETER_COUNT, PARAMETERS};
 use std::fmt::Write;
 use std::ops::Range;
 use std::path::Path;
@@ -76,8 +76,8 @@ fn camera(source: &Source, entries: &DeTable<'_>, span: &Range<usize>) -> Result
     if let (true, Some(value)) = (model != MODEL, table.value("model")) {
         return Err(table.refuse("model", value, &format!("{MODEL:?}, the one there is")));
     }
-    let mut interior = [0.0; 12];
-    interior[0] = table.required("f", span, table.positive("f")?)?;
+    let mut interior = [0.0; PARAMETER_COUNT];
+    interior[F] = table.required("f", span, table.positive("f")?)?;
     for (value, parameter) in interior.iter_mut().zip(PARAMETERS).skip(1) {
         *value = table.required(parameter, span, table.number(parameter)?)?;
     }

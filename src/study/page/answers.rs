@@ -1,6 +1,7 @@
 //! What the publication left open.
 
 use super::tables::{check_table, judged_row, residual_figures};
+use crate::camera::F;
 use crate::report::figures::{Axis, LineChart, LineStyle, Panel, Series, line_chart};
 use crate::report::html::Page;
 use crate::report::numbers::{fixed, mm, or_dash, p_value, percent, significant};
@@ -54,7 +55,7 @@ fn lengths(page: &mut Page, results: &Results) -> Result<()> {
                 continue;
             }
         };
-        let drift = case.true_interior[0] * ((1.0 + GROWTH.0).powf(case.images as f64 - 1.0) - 1.0);
+        let drift = case.true_interior[F] * ((1.0 + GROWTH.0).powf(case.images as f64 - 1.0) - 1.0);
         let (erroneous, exact) = (&case.erroneous_marks, &case.exact_marks);
         let height = |judged: &Judged| judged.bowl.map(|bowl| bowl.height_m);
         least_significant = least_significant.max(erroneous.bowl.map_or(1.0, |bowl| bowl.p_value));
@@ -266,7 +267,7 @@ fn realistic(page: &mut Page, results: &Results) -> Result<()> {
             Outcome::Adjusted(case) => {
                 judged_row(&mut table, &name, &case.erroneous_marks);
                 if let Some(row) = table.rows.last_mut() {
-                    row.push(fixed(case.interior[0], 3));
+                    row.push(fixed(case.interior[F], 3));
                 }
             }
             Outcome::Impossible { reason, .. } => drop(table.note(format!("{name}: cannot be adjusted: {reason}"))),

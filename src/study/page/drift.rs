@@ -1,6 +1,7 @@
 //! S3: a focal length that grows from image to image (figures 7 and 8, table 4).
 
 use super::tables::{case_rows, check_table, judged_row, published_row, residual_figures};
+use crate::camera::F;
 use crate::report::figures::{Axis, LineChart, LineStyle, Panel, Series, line_chart};
 use crate::report::html::Page;
 use crate::report::numbers::{fixed, mm, p_value, percent};
@@ -25,8 +26,8 @@ pub fn section(page: &mut Page, results: &Results, simulation: &Simulation) -> R
         }
         let last = block.images.len().saturating_sub(1) as f64;
         let level = |label: &str, f: f64| Series::new(label, vec![[0.0, f], [last, f]]).style(LineStyle::Dashed);
-        series.push(level("estimated for all", s3.interior[0]));
-        series.push(level("error-free camera", s3.true_interior[0]));
+        series.push(level("estimated for all", s3.interior[F]));
+        series.push(level("error-free camera", s3.true_interior[F]));
         let panel = Panel {
             x: Axis::new("image in the order of flight", "").whole(),
             y: Axis::new("focal length", "px"),
@@ -50,7 +51,7 @@ pub fn section(page: &mut Page, results: &Results, simulation: &Simulation) -> R
                  last (published: {first}, {last}). Estimated for all: {} px (published: {estimated}).",
                 fixed(ends[0], 2),
                 fixed(ends[1], 2),
-                fixed(s3.interior[0], 2)
+                fixed(s3.interior[F], 2)
             ),
         );
     }

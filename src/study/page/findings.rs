@@ -1,5 +1,6 @@
 //! The publication's statements, each held against our figures.
 
+use crate::camera::F;
 use crate::report::numbers::{fixed, mm, p_value, percent, px, significant};
 use crate::study::cases::{FOCAL_ERRORS_PX, s1_key};
 use crate::study::outcome::Adjusted;
@@ -121,8 +122,8 @@ fn s2(results: &Results) -> Result<Vec<Finding>> {
         found.push(finding(
             &format!("S2 about {name}: the focal length takes the error up"),
             format!("{} px", published[0]),
-            format!("{} px", fixed(case.interior[0], 3)),
-            (case.interior[0] - published[0]).abs() < 0.01,
+            format!("{} px", fixed(case.interior[F], 3)),
+            (case.interior[F] - published[0]).abs() < 0.01,
         ));
         found.push(finding(
             &format!("S2 about {name}: {name} stays where it is"),
@@ -156,8 +157,8 @@ fn s3_s4(results: &Results) -> Result<Vec<Finding>> {
             found.push(finding(
                 "S3: the estimated focal length lies between them",
                 format!("{published_f} px"),
-                format!("{} px, between {} and {}", fixed(s3.interior[0], 2), fixed(first, 2), fixed(last, 2)),
-                (first..last).contains(&s3.interior[0]),
+                format!("{} px, between {} and {}", fixed(s3.interior[F], 2), fixed(first, 2), fixed(last, 2)),
+                (first..last).contains(&s3.interior[F]),
             ));
         }
     }

@@ -1,6 +1,7 @@
 //! S2: a homothety of the images (tables 2 and 3, figures 5 and 6).
 
 use super::tables::{CHANGE_NOTE, SENSOR_PX, arrows, change_rows, change_table, published_change};
+use crate::camera::{F, PPX, PPY};
 use crate::report::figures::{ArrowSet, VectorField, vector_field};
 use crate::report::html::Page;
 use crate::report::numbers::{fixed, px, significant, with_sigma};
@@ -32,11 +33,11 @@ pub fn section(page: &mut Page, results: &Results) -> Result<()> {
             fixed(dc.interior[k], 4),
         ]);
     }
-    let ratio = pp.interior[0] / pp.true_interior[0] - 1.0;
+    let ratio = pp.interior[F] / pp.true_interior[F] - 1.0;
     table.note(format!(
         "Relative change of the focal length: {} (the text prints 0.0049). Precision that 0.5 px of noise would leave: F {}.",
         fixed(ratio, 6),
-        with_sigma(pp.interior[0], pp.interior_sigma[0])
+        with_sigma(pp.interior[F], pp.interior_sigma[F])
     ));
     page.table(&table);
     let mut table = change_table("Table 3: variation of the camera");
@@ -59,7 +60,7 @@ pub fn section(page: &mut Page, results: &Results) -> Result<()> {
         let largest = pictures.injected.iter().map(|v| v.d[0].hypot(v.d[1])).fold(0.0, f64::max);
         let mut error =
             VectorField::single("Homothetic error centred on PP", SENSOR_PX, arrows(&pictures.injected), "px");
-        error.marks = vec![("principal point".into(), [pp.true_interior[1], pp.true_interior[2]])];
+        error.marks = vec![("principal point".into(), [pp.true_interior[PPX], pp.true_interior[PPY]])];
         page.figure(
             "s2-error",
             vector_field(&error),

@@ -1,6 +1,7 @@
 //! The block of these tests: truth, measurements, start values.
 
 use super::*;
+use crate::camera::{self, F, Interior, PARAMETER_COUNT};
 use crate::effects::{self, BlockContext, ImageContext, Scope};
 use rand::RngExt;
 use rand::SeedableRng;
@@ -9,11 +10,11 @@ use rand_chacha::ChaCha8Rng;
 pub(super) const IMAGES: usize = 8;
 pub(super) const POINTS: usize = 80;
 pub(super) const SIGMA_PX: f64 = 0.5;
-pub(super) const INTERIOR: [f64; 12] =
+pub(super) const INTERIOR: Interior =
     [5510.0, 2540.0, 1946.0, 2530.0, 1956.0, -4e-9, 3e-17, -1e-24, 3e-7, -2e-7, 2e-4, -1e-4];
 
 /// The block format's formula.
-fn project(interior: &[f64; 12], pose: &Pose, point: &Vector3<f64>) -> [f64; 2] {
+fn project(interior: &Interior, pose: &Pose, point: &Vector3<f64>) -> [f64; 2] {
     let [f, ppx, ppy, dcx, dcy, k1, k2, k3, p1, p2, b1, b2] = *interior;
     let v = pose.cam_from_world(point);
     assert!(v.z > 0.0);
@@ -28,7 +29,7 @@ fn project(interior: &[f64; 12], pose: &Pose, point: &Vector3<f64>) -> [f64; 2] 
 }
 
 /// Truth and problem: eight tilted and rolled images at two heights over a hilly field, free datum, everything free.
-pub(super) fn problem_with(interior: [f64; 12]) -> (State, Problem) {
+pub(super) fn problem_with(interior: Interior) -> (State, Problem) {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut within = |size: f64| random.random_range(-size..size);
     let points: Vec<_> = (0..POINTS).map(|_| Vector3::new(within(20.0), within(15.0), within(6.0))).collect();
@@ -70,7 +71,7 @@ pub(super) fn problem_with(interior: [f64; 12]) -> (State, Problem) {
     });
     let problem = Problem {
         camera_names: vec!["cam".into()],
-        camera_free: vec![[true; 12]],
+        camera_free: vec![[true; PARAMETER_COUNT]],
         camera_scales: vec![scales],
         camera_domains: vec![scales.map(|scale| 1000.0 * scale)],
         tie_dc_to_pp: false,
@@ -104,12 +105,12 @@ pub(super) fn disturb(problem: &mut Problem, seed: u64) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut within = |size: f64| random.random_range(-size..size);
     for (c, interior) in problem.start.interiors.iter_mut().enumerate() {
-        for k in 0..12 {
-            let size = if k == 0 { 20.0 } else { 5.0 * problem.camera_scales[c][k] };
+        for k in 0..PARAMETER_COUNT {
+            let size = if k == F { 20.0 } else { 5.0 * problem.camera_scales[c][k] };
             interior[k] += if problem.camera_free[c][k] { within(size) } else { 0.0 };
         }
         if problem.tie_dc_to_pp {
-            (interior[3], interior[4]) = (interior[1], interior[2]);
+            camera::tie_centre(interior);
         }
     }
     for (pose, free) in problem.start.poses.iter_mut().zip(&problem.pose_free) {
@@ -179,7 +180,7 @@ pub(super) fn tie_centre(problem: &mut Problem) {
     problem.tie_dc_to_pp = true;
     (problem.camera_free[0][3], problem.camera_free[0][4]) = (false, false);
     let interior = &mut problem.start.interiors[0];
-    (interior[3], interior[4]) = (interior[1], interior[2]);
+    camera::tie_centre(interior);
 }
 
 pub(super) fn builtin(id: &str) -> EffectRef {
@@ -208,8 +209,8 @@ pub(super) fn full_problem() -> Problem {
 pub(super) fn moved(problem: &Problem, state: &State, unknown: usize, by: f64) -> State {
     let layout = problem.layout();
     let mut state = state.clone();
-    if unknown < layout.theta(0) {
-        state.interiors[unknown / 12][unknown % 12] += by;
+    if let Some((c, k)) = layout.camera_parameter(unknown) {
+        state.interiors[c][k] += by;
     } else if unknown < layout.pose(0, 0) {
         state.theta[unknown - layout.theta(0)] += by;
     } else if unknown < layout.point(0, 0) {

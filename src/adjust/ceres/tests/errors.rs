@@ -1,6 +1,7 @@
 //! What cannot be solved is an error that names its cause.
 
 use super::*;
+use crate::camera::{K1, PARAMETER_COUNT};
 
 #[test]
 fn cancel_from_the_callback() {
@@ -65,7 +66,12 @@ fn wrong_arrays_are_named() {
     );
     wrong(
         &|problem| {
-            problem.camera_priors.push(CameraPrior { camera: 0, parameter: 12, value: 0.0, sigma: 1.0 });
+            problem.camera_priors.push(CameraPrior {
+                camera: 0,
+                parameter: PARAMETER_COUNT as u32,
+                value: 0.0,
+                sigma: 1.0,
+            });
         },
         "array `prior_parameter`: entry 0 is 12, expected less than 12",
     );
@@ -102,7 +108,7 @@ fn point_behind_the_camera_is_named() {
 #[test]
 fn zero_distortion_names_its_centre() {
     let mut interior = INTERIOR;
-    interior[5..].fill(0.0);
+    interior[K1..].fill(0.0);
     for noise in [0.0, 0.03] {
         let (_, mut problem) = problem_with(interior);
         if noise > 0.0 {

@@ -2,6 +2,7 @@
 
 use super::effects::turning;
 use super::*;
+use crate::camera;
 use crate::effects::{Scope, Stage};
 
 /// Central differences of residuals in their hundreds: steps that move image points by about 1e-3 px leave 1e-7.
@@ -31,8 +32,8 @@ fn check_jacobian(problem: &Problem) {
             assert_eq!(jacobian.column(unknown).norm(), 0.0, "{} is held", problem.unknown_name(unknown));
             continue;
         }
-        let step = if unknown < layout.theta(0) {
-            1e-3 * problem.camera_scales[unknown / 12][unknown % 12]
+        let step = if let Some((c, k)) = layout.camera_parameter(unknown) {
+            1e-3 * problem.camera_scales[c][k]
         } else if unknown < layout.pose(0, 0) {
             1e-5 * problem.theta[unknown - layout.theta(0)].scale
         } else {
@@ -41,9 +42,7 @@ fn check_jacobian(problem: &Problem) {
         let residuals = |by: f64| {
             let mut state = moved(problem, &problem.start, unknown, by);
             if problem.tie_dc_to_pp {
-                for interior in &mut state.interiors {
-                    (interior[3], interior[4]) = (interior[1], interior[2]);
-                }
+                state.interiors.iter_mut().for_each(camera::tie_centre);
             }
             Ceres.evaluate(problem, &state).unwrap().residuals
         };

@@ -1,6 +1,7 @@
 //! Without noise everything free comes back to the truth, and what is held stays.
 
 use super::*;
+use crate::camera::{self, DCX, DCY, PARAMETER_COUNT, PPX, PPY};
 
 /// Noise-free problems come back to the truth up to the stopping rule: 1e-4 sigma.
 pub(super) const RECOVERED_SIGMAS: f64 = 1e-4;
@@ -15,9 +16,9 @@ pub(super) fn assert_recovered(problem: &Problem, truth: &State, solution: &Solu
         assert!(error <= allowed, "{name}: {found} instead of {expected}, sigma {}", variance.sqrt());
     };
     for (row, &unknown) in covariance.shared_unknowns.iter().enumerate() {
-        let value = |state: &State| match unknown.checked_sub(layout.theta(0)) {
-            None => state.interiors[unknown / 12][unknown % 12],
-            Some(t) => state.theta[t],
+        let value = |state: &State| match layout.camera_parameter(unknown) {
+            Some((c, k)) => state.interiors[c][k],
+            None => state.theta[unknown - layout.theta(0)],
         };
         compare(problem.unknown_name(unknown), value(&solution.state), value(truth), covariance.shared[(row, row)]);
     }
@@ -74,7 +75,7 @@ fn fixed_subsets_stay_to_the_last_bit() {
 #[test]
 fn nothing_of_the_camera_free() {
     let (truth, mut problem) = problem();
-    problem.camera_free[0] = [false; 12];
+    problem.camera_free[0] = [false; PARAMETER_COUNT];
     disturb(&mut problem, 4);
     let solution = solve(&problem).unwrap();
     assert_eq!(solution.state.interiors, truth.interiors);
@@ -84,7 +85,7 @@ fn nothing_of_the_camera_free() {
 #[test]
 fn poses_held_leave_an_intersection() {
     let (truth, mut problem) = problem();
-    problem.camera_free[0] = [false; 12];
+    problem.camera_free[0] = [false; PARAMETER_COUNT];
     problem.pose_free = vec![[false; 6]; IMAGES];
     disturb(&mut problem, 5);
     let solution = solve(&problem).unwrap();
@@ -106,12 +107,12 @@ fn one_angle_held() {
 #[test]
 fn centre_of_distortion_tied_to_the_principal_point() {
     let mut interior = INTERIOR;
-    (interior[3], interior[4]) = (interior[1], interior[2]);
+    camera::tie_centre(&mut interior);
     let (truth, mut problem) = problem_with(interior);
     tie_centre(&mut problem);
     disturb(&mut problem, 6);
     let solution = solve(&problem).unwrap();
     let found = solution.state.interiors[0];
-    assert_eq!((found[3], found[4]), (found[1], found[2]));
+    assert_eq!((found[DCX], found[DCY]), (found[PPX], found[PPY]));
     assert_recovered(&problem, &truth, &solution, RECOVERED_SIGMAS);
 }
