@@ -22,6 +22,7 @@ std::size_t Adjustment::ThetaIndex(std::size_t slot, const misclosure_context& c
 Chain Adjustment::MakeChain(const misclosure_context& context, std::initializer_list<Stage> stages) {
   Chain chain;
   chain.context = context;
+  chain.context.surveyed_kind = std::nan("");  // known at the frame stage alone: PositionCost
   std::vector<int> local(theta_blocks_.size(), -1);
   for (std::size_t e = 0; e < view_.effects.size; ++e) {
     const misclosure_effect* effect = view_.effects[e];
@@ -57,12 +58,12 @@ void Adjustment::AddResiduals() {
   for (std::size_t i = 0; i < view_.images(); ++i) {
     image_chains_.push_back(
         MakeChain(view_.contexts[i], {Stage::kExposure, Stage::kRay, Stage::kInterior, Stage::kImage}));
-    position_chains_.push_back(MakeChain(view_.contexts[i], {Stage::kPosition}));
+    position_chains_.push_back(MakeChain(view_.contexts[i], {Stage::kPosition, Stage::kFrame}));
     const double unknown = std::nan("");
     image_chains_.back().context.column_px = position_chains_.back().context.column_px = unknown;
     image_chains_.back().context.row_px = position_chains_.back().context.row_px = unknown;
   }
-  control_chain_ = MakeChain(view_.control_context, {Stage::kControl});
+  control_chain_ = MakeChain(view_.control_context, {Stage::kControl, Stage::kFrame});
 
   for (std::size_t j = 0; j < view_.point_count(); ++j) {
     for (std::size_t o = view_.point_start[j]; o < view_.point_start[j + 1]; ++o) {

@@ -2,7 +2,7 @@
 //
 //   (r, C) --exposure--> (r', C');  P --ray--> P';  v = R' (P' - C')
 //   (interior, r) --interior--> interior';  (x, y) = Fraser(interior', v) --image--> (x', y')
-//   antenna: (r, C) --position--> A;  surveyed: P --control--> S
+//   antenna: (r, C) --position--> A --frame--> A';  surveyed: P --control--> S --frame--> S'
 //
 // Ray effects get what the exposure stage made of the pose. Interior effects get the image's own r, not the row's r': an image has one
 // interior orientation.
@@ -35,7 +35,7 @@ struct ChainUnknown {
 
 struct Chain {
   misclosure_context context = {};
-  std::vector<Link> stages[6];
+  std::vector<Link> stages[static_cast<int>(Stage::kFrame) + 1];
   std::vector<double> values;  // raw; those of unknowns are replaced by the blocks'
   std::vector<ChainUnknown> unknowns;
   std::vector<double*> blocks;
@@ -58,8 +58,8 @@ struct Chain {
 class ChainRun {
  public:
   // `blocks` are the parameter blocks of the effects.
-  ChainRun(const Chain& chain, const misclosure_context& context, const double* const* blocks, int residuals, bool derive)
-      : chain_(chain), context_(context), derive_(derive), residuals_(residuals) {
+  ChainRun(const Chain& chain, const double* const* blocks, int residuals, bool derive)
+      : chain_(chain), derive_(derive), residuals_(residuals) {
     const std::size_t count = chain.values.size();
     Buffer().resize(count * (1 + residuals) + chain.derivatives);
     values_ = Buffer().data();
@@ -71,12 +71,12 @@ class ChainRun {
     }
   }
 
-  // out = effect(in); remembers the effect for the reason of a failure.
-  bool Forward(const Link& link, const double* in, double* out) {
+  // out = effect(in); remembers the effect for the reason of a failure. `in` and `out` must not overlap.
+  bool Forward(const Link& link, const misclosure_context& context, const double* in, double* out) {
     last_ = link.effect;
     double* d_in = derive_ ? derivatives_ + link.d_in : nullptr;
     double* d_theta = derive_ && link.effect->parameter_count > 0 ? derivatives_ + link.d_theta : nullptr;
-    return link.effect->eval(link.effect->self, &context_, in, values_ + link.values, out, d_in, d_theta) != 0;
+    return link.effect->eval(link.effect->self, &context, in, values_ + link.values, out, d_in, d_theta) != 0;
   }
 
   const char* LastEffect() const { return last_->id; }
@@ -117,7 +117,6 @@ class ChainRun {
   }
 
   const Chain& chain_;
-  const misclosure_context& context_;
   bool derive_;
   int residuals_;
   const misclosure_effect* last_ = nullptr;

@@ -73,7 +73,7 @@ void CheckEffects(const ProblemView& view) {
         effect->context_size != sizeof(misclosure_context)) {
       Fail("effects", place + " was made for another version of the contract");
     }
-    if (effect->stage > static_cast<uint32_t>(Stage::kControl)) Fail("effects", place + " has an unknown stage");
+    if (effect->stage > static_cast<uint32_t>(Stage::kFrame)) Fail("effects", place + " has an unknown stage");
     const std::size_t count = start[e + 1] - start[e];
     if (count != effect->parameter_count) {
       Fail("slot_start", place + " has " + std::to_string(count) + " parameters, effect " + effect->id + " has " +
@@ -90,7 +90,8 @@ void CheckEffects(const ProblemView& view) {
         case Scope::kImage: instances = view.images(); break;
         default: Fail("slot_scope", "entry " + std::to_string(s) + " is not a scope");
       }
-      if (effect->stage == static_cast<uint32_t>(Stage::kControl) && view.slot_scope[s] != 0) {
+      // Control and frame are the last two stages.
+      if (effect->stage >= static_cast<uint32_t>(Stage::kControl) && view.slot_scope[s] != 0) {
         Fail("slot_scope", "entry " + std::to_string(s) + ": effect " + effect->id +
                                " acts on surveyed points and must be global");
       }

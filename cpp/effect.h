@@ -23,6 +23,11 @@
 //
 // Two laws: at the nominal values of its parameters an effect is exactly the identity, and it has no state, throws nothing and
 // may be called from several threads at once.
+//
+// A frame effect is called for two kinds of coordinates: of control and check points, after the control stage, and of
+// antennas, after the position stage. `surveyed_kind` of the context says which of the two is at hand; at all other stages it
+// is NaN. Control points belong to no image: control and frame effects have global parameters alone and read nothing of one.
+// What a map does may reach one kind alone; cpp/surveyed.h has the given parameter `in` for that choice.
 
 #ifndef MISCLOSURE_EFFECT_H_
 #define MISCLOSURE_EFFECT_H_
@@ -32,7 +37,7 @@
 // ---------------------------------------------------------------------------------------------------------------- C ABI
 
 // Raised by one whenever a struct below changes.
-#define MISCLOSURE_ABI_VERSION 1u
+#define MISCLOSURE_ABI_VERSION 2u
 
 #ifdef __cplusplus
 extern "C" {
@@ -55,7 +60,9 @@ typedef struct misclosure_context {
   double angular_velocity[3];                        // rad/s, camera axes
   double exposure_s, focus_m;
   double block_centre[3];                            // mean of the projection centres' start values, m
-  double survey_mean[3];                             // mean of the control points, m
+  double survey_mean[3];                             // mean of the control points in the datum; without any, of the
+                                                     // observed antennas, m
+  double surveyed_kind;                              // of a frame effect: 0 control or check point, 1 antenna; else NaN
 } misclosure_context;
 
 // A name for a value of a given parameter: `against=order` is 1.
@@ -128,15 +135,16 @@ enum class Stage : uint32_t {
   kImage = 3,     // x, y, interior 12 -> x, y
   kPosition = 4,  // r 3, C 3 -> antenna 3
   kControl = 5,   // P 3 -> surveyed 3
+  kFrame = 6,     // surveyed 3 -> surveyed 3, of points and of antennas
 };
 
 constexpr int Inputs(Stage stage) {
-  constexpr int inputs[] = {6, 9, 15, 14, 6, 3};
+  constexpr int inputs[] = {6, 9, 15, 14, 6, 3, 3};
   return inputs[static_cast<uint32_t>(stage)];
 }
 
 constexpr int Outputs(Stage stage) {
-  constexpr int outputs[] = {6, 3, 12, 2, 3, 3};
+  constexpr int outputs[] = {6, 3, 12, 2, 3, 3, 3};
   return outputs[static_cast<uint32_t>(stage)];
 }
 

@@ -83,6 +83,7 @@ inline Place Draw(const misclosure_effect& effect, std::mt19937_64& random) {
   c.flight_span_s = 200.0;
   c.temperature_c = place.history[2 * c.image + 1];
   c.mean_temperature_c = sum / 40.0;
+  c.surveyed_kind = kUnknown;
   c.exposure_s = 1e-3;
   c.focus_m = 50.0;
   for (int k = 0; k < 3; ++k) {
@@ -114,6 +115,10 @@ inline Place Draw(const misclosure_effect& effect, std::mt19937_64& random) {
     case Stage::kInterior: add(interior, 12), add(r, 3); break;
     case Stage::kImage: add(image, 2), add(interior, 12); break;
     case Stage::kControl: add(point, 3); break;
+    case Stage::kFrame:
+      c.surveyed_kind = between(0.0, 1.0) < 0.5 ? 0.0 : 1.0;
+      add(c.surveyed_kind == 0.0 ? point : centre, 3);
+      break;
   }
   for (uint32_t k = 0; k < effect.parameter_count; ++k) {
     const Parameter& p = effect.parameters[k];
@@ -206,7 +211,8 @@ inline void CheckDerivatives(const misclosure_effect& effect, const Place& place
     double step;
     if (variable < n) {
       const bool interior = stage == Stage::kInterior, image = stage == Stage::kImage;
-      const bool rotation = interior ? variable >= 12 : !image && stage != Stage::kControl && variable < 3;
+      const bool posed = stage == Stage::kExposure || stage == Stage::kRay || stage == Stage::kPosition;
+      const bool rotation = interior ? variable >= 12 : posed && variable < 3;
       step = rotation ? 1e-3 : 1e-1;
       // k1 to b2 are far smaller, and no effect looks at them.
       if ((interior && variable >= 5 && variable < 12) || (image && variable >= 7)) continue;
@@ -277,6 +283,28 @@ inline void CheckNeeds(const misclosure_effect& effect, const Place& place) {
   }
 }
 
+// Surveyed points belong to no image: what acts on them has global parameters, and the same values where all of an image is
+// unknown.
+inline void CheckSurveyed(const misclosure_effect& effect, const Place& place) {
+  const Stage stage = static_cast<Stage>(effect.stage);
+  if (stage != Stage::kControl && stage != Stage::kFrame) return;
+  const std::string id = effect.id;
+  for (uint32_t k = 0; k < effect.parameter_count; ++k) {
+    const bool global = effect.parameters[k].scope == static_cast<uint32_t>(Scope::kGlobal);
+    Expect(global, id + ": a parameter of surveyed points that is not global");
+  }
+  Place bare = place;
+  Context& c = bare.context;
+  c.image = c.flight = c.camera = std::numeric_limits<uint32_t>::max();
+  for (double* of_image : {&c.width_px, &c.height_px, &c.column_px, &c.row_px, &c.time_s, &c.tau, &c.tau_order,
+                           &c.flight_time_s, &c.flight_span_s, &c.temperature_c, &c.exposure_s, &c.focus_m}) {
+    *of_image = kUnknown;
+  }
+  for (int k = 0; k < 3; ++k) c.velocity[k] = c.angular_velocity[k] = kUnknown;
+  const Result with = Evaluate(effect, place, false), without = Evaluate(effect, bare, false);
+  Expect(with.ok && without.ok && with.out == without.out, id + ": reads something of an image");
+}
+
 // Null law, derivatives, and that a missing observation is noticed, at many random places.
 inline void CheckLaws(const misclosure_effect& effect) {
   std::mt19937_64 random(7);
@@ -285,6 +313,7 @@ inline void CheckLaws(const misclosure_effect& effect) {
     CheckNull(effect, place);
     CheckDerivatives(effect, place);
     CheckNeeds(effect, place);
+    CheckSurveyed(effect, place);
   }
 }
 

@@ -66,7 +66,7 @@ double* Normal::Block(std::size_t a, std::size_t b) {
     block_pairs_.emplace_back(a, b);
     blocks_.resize(blocks_.size() + SideSize(a) * SideSize(b), 0.0);
   }
-  return &blocks_[found->second];
+  return blocks_.data() + found->second;  // one past the end for a block without entries, of an image that is held
 }
 
 // The part of a row that has nothing to do with points.
@@ -192,7 +192,7 @@ Normal::Sparse Normal::SideMatrix(const Eigen::VectorXd& scale) const {
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(blocks_.size());
   for (const auto& [a, b] : block_pairs_) {
-    const double* block = &blocks_[block_index_.at(static_cast<uint64_t>(a) << 32 | b)];
+    const double* block = blocks_.data() + block_index_.at(static_cast<uint64_t>(a) << 32 | b);
     for (std::size_t i = side_start_[a]; i < side_start_[a + 1]; ++i) {
       for (std::size_t j = side_start_[b]; j < side_start_[b + 1]; ++j, ++block) {
         if (i >= j) entries.emplace_back(static_cast<int>(i), static_cast<int>(j), *block * scale[i] * scale[j]);

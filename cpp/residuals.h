@@ -12,6 +12,7 @@
 
 #include "chain.h"
 #include "stages.h"
+#include "surveyed.h"
 
 namespace misclosure {
 
@@ -72,7 +73,7 @@ class ImageCost final : public ceres::CostFunction {
       context.column_px = xy_[0];
       context.row_px = xy_[1];
     }
-    ChainRun run(chain_, context, x + 4, 2, derive);
+    ChainRun run(chain_, x + 4, 2, derive);
     const auto outside = [&] {
       if (reason != nullptr) *reason = std::string("outside the domain of effect ") + run.LastEffect();
       return false;
@@ -94,7 +95,7 @@ class ImageCost final : public ceres::CostFunction {
       for (const Link& link : exposure) {
         std::copy_n(r, 3, in);
         std::copy_n(c, 3, in + 3);
-        if (!run.Forward(link, in, out)) return outside();
+        if (!run.Forward(link, context, in, out)) return outside();
         std::copy_n(out, 3, r);
         std::copy_n(out + 3, 3, c);
       }
@@ -104,13 +105,13 @@ class ImageCost final : public ceres::CostFunction {
       std::copy_n(r, 3, in);
       std::copy_n(c, 3, in + 3);
       std::copy_n(p, 3, in + 6);
-      if (!run.Forward(link, in, p)) return outside();
+      if (!run.Forward(link, context, in, p)) return outside();
     }
     camera_.Unpack(x[0], interior);
     for (const Link& link : interior_effects) {
       std::copy_n(interior, 12, in);
       std::copy_n(image_r, 3, in + 12);
-      if (!run.Forward(link, in, interior)) return outside();
+      if (!run.Forward(link, context, in, interior)) return outside();
     }
 
     // Into the camera and onto the sensor.
@@ -134,7 +135,7 @@ class ImageCost final : public ceres::CostFunction {
     for (const Link& link : image) {
       std::copy_n(xy, 2, in);
       std::copy_n(interior, 12, in + 2);
-      if (!run.Forward(link, in, xy)) return outside();
+      if (!run.Forward(link, context, in, xy)) return outside();
     }
     residuals[0] = weight_ * (xy_[0] - xy[0]);
     residuals[1] = weight_ * (xy_[1] - xy[1]);
@@ -208,8 +209,9 @@ class ImageCost final : public ceres::CostFunction {
   double weight_;
 };
 
-// An observed position: of a surveyed point (blocks: point, effects), of an antenna (blocks: centre, effects), or of an antenna
-// that an effect of the position stage moves (blocks: centre, quaternion, effects).
+// An observed position: of a surveyed point (blocks: point, effects), of an antenna (blocks: centre, effects), or of an
+// antenna that an effect of the position stage moves (blocks: centre, quaternion, effects). `stage` is kControl or kPosition;
+// the frame's effects follow it.
 class PositionCost final : public ceres::CostFunction {
  public:
   PositionCost(const Chain& chain, Stage stage, const double* position, const double* sigma) : chain_(chain), stage_(stage) {
@@ -232,17 +234,27 @@ class PositionCost final : public ceres::CostFunction {
   bool Compute(double const* const* x, double* residuals, double** jacobians, std::string* reason) const {
     const bool derive = jacobians != nullptr;
     const auto& links = chain_.stage(stage_);
-    const int first = turned_ ? 3 : 0;  // place of the position in an effect's input
-    ChainRun run(chain_, chain_.context, x + (turned_ ? 2 : 1), 3, derive);
+    const auto& frame = chain_.stage(Stage::kFrame);
+    const int first = turned_ ? 3 : 0;  // place of the position in the input of an effect before the frame
+    ChainRun run(chain_, x + (turned_ ? 2 : 1), 3, derive);
+    const auto outside = [&] {
+      if (reason != nullptr) *reason = std::string("outside the domain of effect ") + run.LastEffect();
+      return false;
+    };
     double in[6], position[3];
     RowMajor<3, 4> r_q;
     if (turned_) RotationVector(x[1], derive, in, &r_q);
     std::copy_n(x[0], 3, position);
     for (const Link& link : links) {
       std::copy_n(position, 3, in + first);
-      if (!run.Forward(link, in, position)) {
-        if (reason != nullptr) *reason = std::string("outside the domain of effect ") + run.LastEffect();
-        return false;
+      if (!run.Forward(link, chain_.context, in, position)) return outside();
+    }
+    if (!frame.empty()) {
+      misclosure_context surveyed = chain_.context;
+      surveyed.surveyed_kind = stage_ == Stage::kControl ? kControlKind : kAntennaKind;
+      for (const Link& link : frame) {
+        std::copy_n(position, 3, in);
+        if (!run.Forward(link, surveyed, in, position)) return outside();
       }
     }
     for (int k = 0; k < 3; ++k) residuals[k] = weight_[k] * (position_[k] - position[k]);
@@ -250,15 +262,20 @@ class PositionCost final : public ceres::CostFunction {
 
     RowMajor<3, 3> by_position = RowMajor<3, 3>::Identity();
     RowMajor<3, 3> by_r = RowMajor<3, 3>::Zero();
+    const auto back = [&](const Link& link) {
+      run.Backward(link, by_position.data());
+      by_position = (by_position * ConstMap<3, 3>(run.DIn(link))).eval();
+    };
+    for (auto link = frame.rbegin(); link != frame.rend(); ++link) back(*link);
     for (auto link = links.rbegin(); link != links.rend(); ++link) {
-      run.Backward(*link, by_position.data());
-      if (turned_) {
-        const ConstMap<3, 6> d_in(run.DIn(*link));
-        by_r += by_position * d_in.leftCols<3>();
-        by_position = (by_position * d_in.rightCols<3>()).eval();
-      } else {
-        by_position = (by_position * ConstMap<3, 3>(run.DIn(*link))).eval();
+      if (!turned_) {
+        back(*link);
+        continue;
       }
+      const ConstMap<3, 6> d_in(run.DIn(*link));
+      run.Backward(*link, by_position.data());
+      by_r += by_position * d_in.leftCols<3>();
+      by_position = (by_position * d_in.rightCols<3>()).eval();
     }
     const double factor[3] = {-weight_[0], -weight_[1], -weight_[2]};
     const auto scale = Eigen::Map<const Eigen::Vector3d>(factor).asDiagonal();

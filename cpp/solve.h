@@ -54,7 +54,7 @@ struct ProblemView {
   Span<uint32_t> slot_base;
   // Images.
   Span<misclosure_context> contexts;
-  misclosure_context control_context = {};  // what control-stage effects see
+  misclosure_context control_context = {};  // what control effects, and frame effects of control points, see
   Span<double> rotations;                   // 4 each: w, x, y, z, world to camera
   Span<double> centres;                     // 3 each
   Span<uint8_t> pose_free;                  // 6 each

@@ -296,9 +296,6 @@ void Rays() {
   // H = 100, |d| = 50: kappa H (1 + tan^2 z) = 1e-6 * 125.
   ExpectOut<Refraction>(c, {0, 0, 0, 10, 20, 130, 40, 60, 30}, {1e-6}, {40 + 30 * 125e-6, 60 + 40 * 125e-6, 30});
   ExpectOutside<Refraction>(c, {0, 0, 0, 10, 20, 30, 40, 60, 31}, {1e-6}, "a point above the camera");
-  // 600 m east and 800 m north of the centre: 1e6 / 12742000 m.
-  c.block_centre[0] = 100, c.block_centre[1] = 200, c.block_centre[2] = 50;
-  ExpectOut<EarthCurvature>(c, {0, 0, 0, 0, 0, 0, 700, 1000, 5}, {2}, {700, 1000, 5 - 2e6 / 12742000.0});
 }
 
 // Of the ray from the lens at the angle a, the distance from the axis at the depth z, behind a plate of thickness d and index n.
@@ -366,8 +363,81 @@ void Positions() {
   ExpectOut<GnssDelay>(c, in, {0.02}, {10.1, 19.96, 30.02});
   ExpectOut<GnssShift>(c, in, {1, 2, -3}, {11, 22, 27});
   ExpectOut<GnssDrift>(c, in, {1, 2, -3, 1e-3, -2e-3, 5e-3}, {11.2, 21.6, 28});
-  c.survey_mean[0] = 100, c.survey_mean[1] = 200, c.survey_mean[2] = 300;
-  ExpectOut<MapScale>(c, {1100, 2200, 50}, {4e-4}, {1100.4, 2200.8, 50});
+}
+
+// A point of the sphere's tangent system as a map shows it, without approximation: the length of the arc and the height.
+Values OnSphere(double x, double y, double h, double radius) {
+  const double distance = std::hypot(x, y);
+  const double arc = radius * std::atan2(distance, radius + h);
+  return {x * arc / distance, y * arc / distance, std::hypot(distance, radius + h) - radius};
+}
+
+void Frame() {
+  Context c = Camera();
+  c.survey_mean[0] = 100, c.survey_mean[1] = 200, c.survey_mean[2] = 50;
+  c.surveyed_kind = 0;
+  ExpectNames<EarthCurvature>({"q", "in"});
+  ExpectNames<MapScale>({"m", "in"});
+  // q = 0.6371 bends as an earth of 1e7 m does. 600 m east, 800 m north, 500 m above the centre: -600 500 / 1e7 = -0.03,
+  // -800 500 / 1e7 = -0.04, (360000 + 640000) / 2e7 = 0.05.
+  const Values point = {700, 1000, 550}, bent = {699.97, 999.96, 550.05};
+  ExpectOut<EarthCurvature>(c, point, {0.6371, 0}, bent);
+  // 300 m west, 400 m south, 20 m below the centre, twice the earth: 2 * -(-300 * -20) / 6371000 = -12000 / 6371000,
+  // 2 * -(-400 * -20) / 6371000 = -16000 / 6371000, 2 * 250000 / 12742000 = 250000 / 6371000.
+  ExpectOut<EarthCurvature>(c, {-200, -200, 30}, {2, 0},
+                            {-200 - 12000 / 6371000.0, -200 - 16000 / 6371000.0, 30 + 250000 / 6371000.0});
+  // 1000 m east and 2000 m north, at any height: 0.4 and 0.8 m.
+  const Values far = {1100, 2200, 5}, stretched = {1100.4, 2200.8, 5};
+  ExpectOut<MapScale>(c, far, {4e-4, 0}, stretched);
+
+  // in = control (1) and gnss (2), for a control point and for an antenna.
+  for (const double kind : {0.0, 1.0}) {
+    c.surveyed_kind = kind;
+    for (const double in : {0.0, 1.0, 2.0}) {
+      const bool acts = in == 0.0 || in == kind + 1.0;
+      ExpectOut<EarthCurvature>(c, point, {0.6371, in}, acts ? bent : point);
+      ExpectOut<MapScale>(c, far, {4e-4, in}, acts ? stretched : far);
+    }
+    ExpectOutside<EarthCurvature>(c, point, {1, 3}, "for a choice that there is not");
+    ExpectOutside<MapScale>(c, point, {1, 0.5}, "for a choice that there is not");
+  }
+  // A coordinate of unknown kind is bent where all are, else refused.
+  c.surveyed_kind = kUnknown;
+  ExpectOut<EarthCurvature>(c, point, {0.6371, 0}, bent);
+  ExpectOutside<EarthCurvature>(c, point, {1, 1}, "a coordinate of unknown kind");
+  ExpectOutside<MapScale>(c, point, {1, 2}, "a coordinate of unknown kind");
+  for (const misclosure_effect* effect : {&EffectOf<EarthCurvature>(), &EffectOf<MapScale>()}) {
+    const Parameter& in = effect->parameters[1];
+    const char* names[] = {"both", "control", "gnss"};
+    Expect(in.role == static_cast<uint32_t>(Role::kGiven) && in.nominal == 0.0 && in.name_count == 3, "`in` and its default");
+    for (uint32_t k = 0; k < in.name_count; ++k) {
+      Expect(std::string(in.names[k].name) == names[k] && in.names[k].value == k, std::string("in=") + names[k]);
+    }
+  }
+
+  // Without a survey there is no centre: no answer.
+  for (double& mean : c.survey_mean) mean = kUnknown;
+  ExpectOutside<EarthCurvature>(c, point, {1, 0}, "without a survey");
+  ExpectOutside<MapScale>(c, point, {1, 0}, "without a survey");
+}
+
+// q = 1 is the earth: what the formula leaves of an exact sphere is of third order in distance and height.
+void Sphere() {
+  Context c = Camera();
+  c.survey_mean[0] = 5000, c.survey_mean[1] = -3000, c.survey_mean[2] = 200;
+  const double x = 6000, y = -8000, h = 3000;
+  double error[2];
+  for (int k = 0; k < 2; ++k) {
+    const double s = k == 0 ? 1.0 : 0.5;
+    const Values exact = OnSphere(s * x, s * y, s * h, 6371000.0);
+    const Values in = {5000 + s * x, -3000 + s * y, 200 + s * h};
+    const Values out = At<EarthCurvature>(c, in, {1, 0}).out;
+    error[k] = 0.0;
+    for (int i = 0; i < 3; ++i) error[k] = std::max(error[k], std::abs(out[i] - c.survey_mean[i] - exact[i]));
+  }
+  // At 10 km and 3 km above, of 4.7 m aside and 7.8 m upwards some millimetres are left, an eighth at half the way.
+  Expect(error[0] < 0.01, "earth-curvature: against a sphere: " + std::to_string(error[0]) + " m");
+  ExpectNear(error[1], error[0] / 8, 1e-3 * error[0], "earth-curvature: the rest is not of third order");
 }
 
 }  // namespace
@@ -383,5 +453,7 @@ int main() {
   Rays();
   Port();
   Positions();
+  Frame();
+  Sphere();
   return Finish();
 }
