@@ -32,7 +32,7 @@
 // ---------------------------------------------------------------------------------------------------------------- C ABI
 
 // Raised by one whenever a struct below changes.
-#define MISCLOSURE_ABI_VERSION 1u
+#define MISCLOSURE_ABI_VERSION 2u
 
 #ifdef __cplusplus
 extern "C" {
@@ -55,7 +55,8 @@ typedef struct misclosure_context {
   double angular_velocity[3];                        // rad/s, camera axes
   double exposure_s, focus_m;
   double block_centre[3];                            // mean of the projection centres' start values, m
-  double survey_mean[3];                             // mean of the control points, m
+  double survey_mean[3];                             // survey's centre: mean of the control points in the datum, else of the antennas, m
+  double surveyed_kind;                              // at the frame stage: 0 control or check point, 1 antenna
 } misclosure_context;
 
 // A name for a value of a given parameter: `against=order` is 1.
@@ -128,15 +129,16 @@ enum class Stage : uint32_t {
   kImage = 3,     // x, y, interior 12 -> x, y
   kPosition = 4,  // r 3, C 3 -> antenna 3
   kControl = 5,   // P 3 -> surveyed 3
+  kFrame = 6,     // surveyed coordinate or antenna 3 -> the same in the survey's system 3
 };
 
 constexpr int Inputs(Stage stage) {
-  constexpr int inputs[] = {6, 9, 15, 14, 6, 3};
+  constexpr int inputs[] = {6, 9, 15, 14, 6, 3, 3};
   return inputs[static_cast<uint32_t>(stage)];
 }
 
 constexpr int Outputs(Stage stage) {
-  constexpr int outputs[] = {6, 3, 12, 2, 3, 3};
+  constexpr int outputs[] = {6, 3, 12, 2, 3, 3, 3};
   return outputs[static_cast<uint32_t>(stage)];
 }
 
