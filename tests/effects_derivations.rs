@@ -3,7 +3,7 @@
 
 use misclosure::adjust::ceres::{cpp_descriptors, cpp_eval};
 use misclosure::effects::laws::{SAMPLES, Sample};
-use misclosure::effects::{Context, Descriptor, Effect, catalogue};
+use misclosure::effects::{Context, Descriptor, Effect, Parameter, catalogue};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -55,8 +55,7 @@ fn values_and_derivatives_agree() {
         let (mut rust, mut cpp) = ([Vec::new(), Vec::new(), Vec::new()], [Vec::new(), Vec::new(), Vec::new()]);
         for _ in 0..SAMPLES {
             let sample = Sample::draw(descriptor, &mut random);
-            let [column_px, row_px] = sample.observed;
-            let context = Context { block: &sample.block, image: &sample.image, column_px, row_px };
+            let context = sample.context();
             let (value, d_input, d_theta) = evaluate(*effect, &context, &sample);
             let other = cpp_eval(&descriptor.id, &context, &sample.input, &sample.theta)
                 .unwrap_or_else(|error| panic!("{}: {error}", descriptor.id));
@@ -81,10 +80,11 @@ fn values_and_derivatives_agree() {
     assert!(failed.is_empty(), "{}", failed.join("\n"));
 }
 
-/// What solvers, tests and scans rely on; the texts of the two may differ.
+/// What solvers, tests and scans rely on; the texts of the two may differ, and only Rust knows what is plausible.
 fn contract(descriptor: &Descriptor) -> String {
     let Descriptor { id, stage, kind, parameters, needs, summary: _, formula: _, confused_with: _, source: _ } =
         descriptor;
+    let parameters: Vec<Parameter> = parameters.iter().map(|p| Parameter { plausible: None, ..p.clone() }).collect();
     format!("{id}: {stage:?}, {kind:?}, needs {needs:?}, {parameters:?}")
 }
 

@@ -124,13 +124,14 @@ fn needs_that_are_missing_or_idle_are_noticed() {
 
 #[test]
 fn a_descriptor_that_is_not_complete_is_noticed() {
-    let spoilt: [fn(&mut Descriptor); 6] = [
+    let spoilt: [fn(&mut Descriptor); 7] = [
         |d| d.source = "".into(),
         |d| d.id = "Focal Time".into(),
         |d| d.parameters[0].typical = 0.0,
         |d| d.parameters[0].name = "against".into(),
         |d| d.parameters[1].nominal = 2.0,
         |d| d.parameters[0].unit = "".into(),
+        |d| d.parameters[0].plausible.as_mut().unwrap().max = 1.0,
     ];
     for spoil in spoilt {
         let mut effect = faulty("focal-time", |_, _, _, _| {});

@@ -9,7 +9,9 @@ mod beside;
 
 use misclosure::block::{Block, Image, ImageId, Measurement};
 use misclosure::camera::fraser;
-use misclosure::effects::{BlockContext, Context, Effect, ImageContext, Parameter, Role, Scope, Stage, find};
+use misclosure::effects::{
+    BlockContext, Context, Effect, ImageContext, Parameter, Role, Scope, Stage, SurveyedKind, find,
+};
 use misclosure::io::block::read_block;
 use misclosure::math::rotation::{exp, log};
 use nalgebra::Vector3;
@@ -22,6 +24,9 @@ const IMAGE_TOLERANCE_PX: f64 = 1e-9;
 const POSITION_TOLERANCE_M: f64 = 1e-12;
 /// What `case.json` states is measured on exact values.
 const CHANGE_TOLERANCE: f64 = 0.01;
+
+/// `in=control` of the effects of the frame stage.
+const IN_CONTROL: f64 = 1.0;
 
 /// An effect and one set of parameter values per image.
 struct Term {
@@ -83,7 +88,7 @@ fn constants(block: &Block) -> BlockContext {
     history.sort_by(|a, b| a[0].total_cmp(&b[0]));
     BlockContext {
         centre: mean(block.images.iter().map(|image| image.pose.centre)),
-        survey_mean: mean(block.surveyed.iter().map(|point| point.position)),
+        survey_centre: mean(block.surveyed.iter().map(|point| point.position)),
         counts: [block.images.len(), block.flights.len(), block.cameras.len()].map(|count| count as u32),
         mean_temperature_c: history.iter().map(|row| row[1]).sum::<f64>() / history.len() as f64,
         temperature_history: history,
@@ -133,7 +138,9 @@ impl Case {
             let optional = matches!(parameter.role, Role::Given(_)) || first_flight;
             assert!(found.is_some() || optional, "no value of {key}");
             used.insert(key);
-            found.unwrap_or(parameter.nominal)
+            // The other program's map has the survey alone.
+            let default = if *name == "in" { IN_CONTROL } else { parameter.nominal };
+            found.unwrap_or(default)
         };
         let parameters = &effect.descriptor().parameters;
         let images = self.block.images.iter();
@@ -145,11 +152,25 @@ impl Case {
 
     /// One stage of the chain: the effect if it acts there, else the identity.
     fn stage(&self, term: Option<&Term>, stage: Stage, image: usize, observed: [f64; 2], input: &[f64]) -> Vec<f64> {
+        self.stage_of(term, stage, None, image, observed, input)
+    }
+
+    /// The same; at the frame stage of a kind of surveyed coordinate.
+    fn stage_of(
+        &self,
+        term: Option<&Term>,
+        stage: Stage,
+        surveyed: Option<SurveyedKind>,
+        image: usize,
+        observed: [f64; 2],
+        input: &[f64],
+    ) -> Vec<f64> {
         let offset = stage.identity_offset();
         let mut out = input[offset..offset + stage.outputs()].to_vec();
         if let Some(term) = term.filter(|term| term.effect.descriptor().stage == stage) {
             let [column_px, row_px] = observed;
-            let context = Context { block: &self.constants, image: &self.contexts[image], column_px, row_px };
+            let (block, image_context) = (&self.constants, &self.contexts[image]);
+            let context = Context { block, image: image_context, column_px, row_px, surveyed };
             term.effect.eval(&context, input, &term.theta[image], &mut out, None, None).expect("inside the domain");
         }
         out
@@ -185,11 +206,15 @@ impl Case {
         }
         let none = [f64::NAN; 2];
         for (index, image) in self.block.images.iter().enumerate() {
-            let antenna = Vector3::from_vec(self.stage(term, Stage::Position, index, none, &self.poses[index]));
+            let antenna = self.stage(term, Stage::Position, index, none, &self.poses[index]);
+            let kind = Some(SurveyedKind::Antenna);
+            let antenna = Vector3::from_vec(self.stage_of(term, Stage::Frame, kind, index, none, &antenna));
             note(1, (antenna - image.gnss.expect("a position").position).as_slice());
         }
         for (point, truth) in self.block.surveyed.iter().zip(&self.surveyed) {
-            let surveyed = Vector3::from_vec(self.stage(term, Stage::Control, 0, none, truth.as_slice()));
+            let surveyed = self.stage(term, Stage::Control, 0, none, truth.as_slice());
+            let kind = Some(SurveyedKind::Point);
+            let surveyed = Vector3::from_vec(self.stage_of(term, Stage::Frame, kind, 0, none, &surveyed));
             note(2, (surveyed - point.position).as_slice());
         }
         largest

@@ -36,6 +36,7 @@ fn effect(id: &str) -> Option<EffectRef> {
         nominal: 0.0,
         typical: 1.0,
         role,
+        plausible: None,
     };
     let parameters = match id {
         "drift" => {

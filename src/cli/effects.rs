@@ -5,6 +5,7 @@ use super::{Answer, Usage};
 use crate::effects::{self, Descriptor, Domain, Kind, Need, Parameter, Role, Scope};
 use crate::report::tables::Table;
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 
 /// Lists the effects that a model can have, or describes one of them
 #[derive(Debug, clap::Args)]
@@ -61,13 +62,29 @@ fn page(d: &Descriptor) -> String {
     let mut table = (Table::new("").text("parameter", "").text("unit", "").text("values", ""))
         .number("nominal", "")
         .number("typical", "")
+        .text("possible", "")
         .text("how it gets its value", "");
     for p in &d.parameters {
         let (nominal, typical) = (p.nominal.to_string(), p.typical.to_string());
-        table.row([p.name.to_string(), p.unit.to_string(), scope(p).into(), nominal, typical, role(&p.role)]);
+        table.row([
+            p.name.to_string(),
+            p.unit.to_string(),
+            scope(p).into(),
+            nominal,
+            typical,
+            possible(p),
+            role(&p.role),
+        ]);
     }
     text += "\n";
     text += &table.to_text();
+    // Several parameters often share a range and its source.
+    let ranges = d.parameters.iter().filter_map(|p| p.plausible.as_ref());
+    let sources: BTreeSet<&str> = ranges.map(|range| range.source.as_ref()).collect();
+    for source in sources {
+        text += "\n";
+        text += &paragraph("Possible", INDENT, source);
+    }
     text += &format!("\nIn a model: misclosure adjust BLOCK -o RUN --add {}\n", d.id);
     text
 }
@@ -104,7 +121,7 @@ fn need(need: &Need) -> &'static str {
         Need::Velocity => "velocity (or time_s)",
         Need::Gnss => "GNSS in the datum",
         Need::Control => "control in the datum",
-        Need::Vertical => "a datum that is not free",
+        Need::Vertical => "control or GNSS in the datum",
     }
 }
 
@@ -117,6 +134,11 @@ fn scope(parameter: &Parameter) -> &'static str {
         (_, Scope::FlightButFirst) => "one per flight, first nominal",
         (_, Scope::Image) => "one per image",
     }
+}
+
+/// Range of possible values.
+fn possible(p: &Parameter) -> String {
+    p.plausible.as_ref().map_or("-".into(), |range| format!("{} to {}", range.min, range.max))
 }
 
 fn role(role: &Role) -> String {
@@ -143,7 +165,8 @@ fn range(domain: &Domain) -> String {
 fn as_json(d: &Descriptor) -> Value {
     let parameter = |p: &Parameter| {
         json!({ "name": p.name, "unit": p.unit, "values": scope(p), "nominal": p.nominal, "typical": p.typical,
-                "role": role(&p.role) })
+                "role": role(&p.role),
+                "plausible": p.plausible.as_ref().map(|r| json!({ "min": r.min, "max": r.max, "source": r.source })) })
     };
     json!({ "id": d.id, "stage": d.stage.name(), "kind": kind(d.kind), "summary": d.summary, "formula": d.formula,
             "parameters": d.parameters.iter().map(parameter).collect::<Vec<_>>(),

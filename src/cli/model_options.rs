@@ -278,6 +278,7 @@ mod tests {
             nominal: 0.0,
             typical: 1.0,
             role,
+            plausible: None,
         };
         let given = Role::Given((&[("time", 0.0), ("order", 1.0)]).into());
         let descriptor = Descriptor {

@@ -65,6 +65,7 @@ pub(super) fn in_domain(base: &Base<'_>, candidate: &Candidate) -> bool {
                 image: &problem.image_contexts[image],
                 column_px: observation.x,
                 row_px: observation.y,
+                surveyed: None,
             };
             let mut input = [0.0; 9];
             input[..3].copy_from_slice(vectors[image].as_slice());

@@ -220,6 +220,7 @@ impl<'a> Moves<'a> {
             image: &search.problem.image_contexts[measured.observation.image as usize],
             column_px: measured.observation.x,
             row_px: measured.observation.y,
+            surveyed: None,
         };
         let mut input = [0.0; 14];
         input[..2].copy_from_slice(&measured.predicted);

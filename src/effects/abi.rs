@@ -7,9 +7,9 @@ use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// `MISCLOSURE_ABI_VERSION`.
-pub const ABI_VERSION: u32 = 1;
+pub const ABI_VERSION: u32 = 2;
 
-/// Position of the image in the context of a control-stage effect, which belongs to none.
+/// Position of the image in the context of a control or check point, which belongs to none.
 pub const NO_IMAGE: u32 = u32::MAX;
 
 /// `misclosure_context`: [`Context`], flat.
@@ -42,12 +42,13 @@ pub struct RawContext {
     pub focus_m: f64,
     pub block_centre: [f64; 3],
     pub survey_mean: [f64; 3],
+    pub surveyed_kind: f64,
 }
 
 impl RawContext {
     /// Flattens; points into `context.block`, which must outlive every use of the result by C++.
     pub fn new(context: &Context<'_>) -> Self {
-        let Context { block, image, column_px, row_px } = *context;
+        let Context { block, image, column_px, row_px, surveyed } = *context;
         let [image_count, flight_count, camera_count] = block.counts;
         Self {
             image: image.image,
@@ -74,14 +75,16 @@ impl RawContext {
             exposure_s: image.exposure_s,
             focus_m: image.focus_m,
             block_centre: block.centre.into(),
-            survey_mean: block.survey_mean.into(),
+            survey_mean: block.survey_centre.into(),
+            surveyed_kind: surveyed.map_or(f64::NAN, |kind| f64::from(kind as u32)),
         }
     }
 
-    /// What a control-stage effect sees: the block, no image.
+    /// What effects on a control or check point see: the block, no image.
     pub fn of_control(block: &BlockContext) -> Self {
         let image = ImageContext { image: NO_IMAGE, ..ImageContext::default() };
-        Self::new(&Context { block, image: &image, column_px: f64::NAN, row_px: f64::NAN })
+        let (column_px, row_px) = (f64::NAN, f64::NAN);
+        Self::new(&Context { block, image: &image, column_px, row_px, surveyed: Some(SurveyedKind::Point) })
     }
 }
 
@@ -235,6 +238,7 @@ unsafe fn parameter(raw: &RawParameter) -> Result<Parameter, AbiError> {
             nominal,
             typical,
             role,
+            plausible: None,
         })
     }
 }
@@ -430,7 +434,10 @@ unsafe extern "C" fn call_rust(
             let raw = &*context;
             let none = ImageContext::default();
             let image = target.images.get(raw.image as usize).unwrap_or(&none);
-            let context = Context { block: target.block, image, column_px: raw.column_px, row_px: raw.row_px };
+            let kinds = [SurveyedKind::Point, SurveyedKind::Antenna];
+            let surveyed = kinds.into_iter().find(|kind| f64::from(*kind as u32) == raw.surveyed_kind);
+            let (column_px, row_px) = (raw.column_px, raw.row_px);
+            let context = Context { block: target.block, image, column_px, row_px, surveyed };
             let descriptor = target.effect.descriptor();
             let (n, m, p) = (descriptor.stage.inputs(), descriptor.stage.outputs(), descriptor.parameters.len());
             let matrix =

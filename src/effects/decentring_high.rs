@@ -28,7 +28,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     kind: Kind::Physical,
     summary: "Decentring distortion of the next order: lens elements off their axis.".into(),
     formula: "(x, y) += r^2 (q1 (r^2+2dx^2) + 2 q2 dx dy, q2 (r^2+2dy^2) + 2 q1 dx dy)".into(),
-    parameters: ["q1", "q2"].map(|name| estimated(name, "px^-3", Scope::Global, 1e-15)).to_vec(),
+    parameters: ["q1", "q2"]
+        .map(|name| {
+            estimated(name, "px^-3", Scope::Global, 1e-15)
+                .up_to(1e-13, "10 px at 3200 px from the centre: all of a simple lens' decentring (Brown 1966)")
+        })
+        .to_vec(),
     needs: vec![],
     confused_with:
         "unflatness (nearly the same columns over flat ground), a wrong p1, p2 or centre of distortion that the \

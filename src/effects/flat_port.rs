@@ -39,7 +39,10 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     kind: Kind::Physical,
     summary: "A plane window before the lens, square to the optical axis, shifts rays sideways.".into(),
     formula: "P += D sin a (1 - cos a/(n cos b)) e, sin a = n sin b, e square to the ray, away from the axis".into(),
-    parameters: vec![estimated("D", "m", Scope::Global, 0.005), given("n", "1", 1.33, &[])],
+    parameters: vec![
+        estimated("D", "m", Scope::Global, 0.005).within(0.0, 0.2, "windows of aircraft and of deep housings"),
+        given("n", "1", 1.33, &[]),
+    ],
     needs: vec![],
     confused_with: "radial distortion (all of it at one object distance: a close and a distant object tell)".into(),
     source: "Plane-parallel plate, Born and Wolf".into(),

@@ -22,7 +22,11 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     kind: Kind::Physical,
     summary: "The focal length scatters from image to image: the autofocus hunts.".into(),
     formula: "f += a_i, a_i ~ N(0, s^2)".into(),
-    parameters: vec![random("a", "px", 1.0, "s")],
+    parameters: vec![random("a", "px", 1.0, "s").within(
+        0.0,
+        20.0,
+        "depth of focus at f/8 and a pixel's blur: 2 N pixels, 16 px",
+    )],
     needs: vec![],
     confused_with: "focal-time, focal-flight and focal-spline (ordered in time, where this one scatters), pp-image"
         .into(),

@@ -29,19 +29,21 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct FocalTemperature;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "focal-temperature".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
     summary: "The focal length follows the temperature of the lens, which may lag behind that of the camera.".into(),
     formula: "f += a (T - mean T); with a lag T is the lens's, T_lens' = (T - T_lens)/lag".into(),
     parameters: vec![
-        estimated("a", "px/K", Scope::Global, 0.5),
+        estimated("a", "px/K", Scope::Global, 0.5).up_to(3.0, "an aluminium barrel has 23e-6 / K, 0.13 px/K at 5500 px; plastic and glass many times that (Daakir et al. 2019)"),
         searched("lag", "s", 0.0, 100.0, Domain::Range(0.0, 600.0)),
     ],
     needs: vec![Need::Temperature],
     confused_with: "focal-time (when temperature follows time: it does not in a second flight), focal-flight".into(),
     source: "Daakir et al. 2019".into(),
+}
 });
 
 impl Effect for FocalTemperature {
@@ -119,7 +121,7 @@ mod tests {
     fn focal(block: &BlockContext, image: &ImageContext, theta: [f64; 2]) -> f64 {
         let mut input = [0.0; Stage::Interior.inputs()];
         input[F] = 5000.0;
-        let context = Context { block, image, column_px: 0.0, row_px: 0.0 };
+        let context = Context { block, image, column_px: 0.0, row_px: 0.0, surveyed: None };
         let mut out = [0.0; PARAMETER_COUNT];
         FocalTemperature.eval(&context, &input, &theta, &mut out, None, None).unwrap();
         out[F]

@@ -27,7 +27,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     summary: "The focal length drifts linearly with time over the whole block.".into(),
     formula: "f += a tau (against=order: a tau_order)".into(),
     parameters: vec![
-        estimated("a", "px", Scope::Global, 5.0),
+        estimated("a", "px", Scope::Global, 5.0).up_to(100.0, "30 K of warming at 3 px/K (Daakir et al. 2019)"),
         given("against", "1", 0.0, &[("time", 0.0), ("order", 1.0)]),
     ],
     needs: vec![Need::Time],

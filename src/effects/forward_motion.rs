@@ -26,7 +26,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     stamp."
         .into(),
     formula: "C += v t_e / 2".into(),
-    parameters: vec![estimated("t_e", "s", Scope::Global, 0.004)],
+    parameters: vec![estimated("t_e", "s", Scope::Global, 0.004).within(0.0, 0.1, "exposures from a moving platform")],
     needs: vec![Need::Velocity],
     confused_with: "gnss-delay: always (the same columns up to sign, unless control fixes the images)".into(),
     source: "Catalogue: centroid of the motion blur".into(),

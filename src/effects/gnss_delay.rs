@@ -21,7 +21,10 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     kind: Kind::Physical,
     summary: "The antenna position is that of a moment before or after the exposure.".into(),
     formula: "antenna = C + v dt".into(),
-    parameters: vec![estimated("dt", "s", Scope::Global, 0.02)],
+    parameters: vec![
+        estimated("dt", "s", Scope::Global, 0.02)
+            .up_to(2.0, "a camera's clock or trigger; beyond, whole seconds are counted wrongly"),
+    ],
     needs: vec![Need::Velocity, Need::Gnss],
     confused_with:
         "gnss-lever-arm along the track (when the heading follows the flight and the speed is constant), forward- \

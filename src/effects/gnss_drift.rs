@@ -14,6 +14,10 @@ use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage
 use nalgebra::Matrix3;
 use std::sync::LazyLock;
 
+/// How large they can be, m and m/s, and why.
+const SHIFT: (f64, &str) = (110.0, "the geoid is at most 106 m from the ellipsoid (EGM2008)");
+const RATE: (f64, &str) = (0.02, "float ambiguities: decimetres over a strip of some ten seconds (Ackermann 1994)");
+
 /// See the [module](self).
 pub struct GnssDrift;
 
@@ -25,14 +29,14 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
         .into(),
     formula: "antenna = C + a_k + b_k t_flight".into(),
     parameters: [
-        ("ax", "m", 0.05),
-        ("ay", "m", 0.05),
-        ("az", "m", 0.05),
-        ("bx", "m/s", 2e-4),
-        ("by", "m/s", 2e-4),
-        ("bz", "m/s", 2e-4),
+        ("ax", "m", 0.05, SHIFT),
+        ("ay", "m", 0.05, SHIFT),
+        ("az", "m", 0.05, SHIFT),
+        ("bx", "m/s", 2e-4, RATE),
+        ("by", "m/s", 2e-4, RATE),
+        ("bz", "m/s", 2e-4, RATE),
     ]
-    .map(|(name, unit, typical)| estimated(name, unit, Scope::Flight, typical))
+    .map(|(name, unit, typical, (limit, source))| estimated(name, unit, Scope::Flight, typical).up_to(limit, source))
     .to_vec(),
     needs: vec![Need::Time, Need::Gnss],
     confused_with:

@@ -23,7 +23,11 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     kind: Kind::Physical,
     summary: "The antenna stands at a fixed place in the camera frame, not in the projection centre.".into(),
     formula: "antenna = C + R^T l".into(),
-    parameters: ["lx", "ly", "lz"].map(|name| estimated(name, "m", Scope::Global, 0.1)).to_vec(),
+    parameters: ["lx", "ly", "lz"]
+        .map(|name| {
+            estimated(name, "m", Scope::Global, 0.1).up_to(3.0, "from the camera to any place on a small aircraft")
+        })
+        .to_vec(),
     needs: vec![Need::Gnss],
     confused_with:
         "gnss-delay (when the heading follows the flight: crossing or opposite headings with the camera turned \

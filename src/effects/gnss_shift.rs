@@ -25,7 +25,14 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     kind: Kind::Physical,
     summary: "All GNSS positions are off by the same vector: datum, geoid, antenna height or base station.".into(),
     formula: "antenna = C + t".into(),
-    parameters: ["tx", "ty", "tz"].map(|name| estimated(name, "m", Scope::Global, 0.05)).to_vec(),
+    parameters: ["tx", "ty", "tz"]
+        .map(|name| {
+            estimated(name, "m", Scope::Global, 0.05).up_to(
+                110.0,
+                "the geoid is at most 106 m from the ellipsoid (EGM2008); datums and antenna heights differ by less",
+            )
+        })
+        .to_vec(),
     needs: vec![Need::Gnss],
     confused_with:
         "gnss-lever-arm (when every image has the same attitude); without control a shift moves the whole block \

@@ -34,7 +34,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
         .into(),
     formula: "(ppx, ppy) and (dcx, dcy) += S R (0, 0, -1)".into(),
     parameters: ["sx_x", "sx_y", "sx_z", "sy_x", "sy_y", "sy_z"]
-        .map(|name| estimated(name, "px", Scope::Global, 2.0))
+        .map(|name| estimated(name, "px", Scope::Global, 2.0).up_to(50.0, "play of a lens mount, 0.2 mm at 4 um"))
         .to_vec(),
     needs: vec![],
     confused_with:

@@ -30,7 +30,8 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
         .into(),
     formula: "(x, y) += lambda exp(-s^2/sigma^2) q/s, q = (x, y) - centre, s = |q| (smooth=on: q/sigma)".into(),
     parameters: vec![
-        estimated("lambda", "px", Scope::Global, 1.0),
+        estimated("lambda", "px", Scope::Global, 1.0)
+            .up_to(50.0, "five times the study's; more is seen in the picture"),
         searched("centre_x", "px", 0.0, 1000.0, Domain::SensorX),
         searched("centre_y", "px", 0.0, 1000.0, Domain::SensorY),
         searched("sigma", "px", 200.0, 200.0, Domain::SensorFraction(0.03, 0.5)),

@@ -1,19 +1,20 @@
-//! `map-scale`: the survey's horizontal coordinates carry the scale of a map projection (or of reductions to sea
-//! level), heights do not.
+//! `map-scale`: horizontal coordinates carry the scale of a map projection (or of reductions to sea level), heights do not.
 //!
 //! ```text
-//! S_h = P_h + m (P_h - M_h)        S_z = P_z        M mean of the surveyed coordinates, control and check points alike
+//! (x, y) = P from the survey's centre        S = P + m (x, y, 0)
 //! ```
 //!
-//! `m` without unit, -4e-4 for UTM on its central meridian. `P` is the true point, `S` what the
-//! survey says; M is a constant of the block.
+//! `m` without unit: the projection's point scale less one (-4e-4 for UTM on its central meridian), and `-h / Re` of coordinates
+//! taken at the height `h` and drawn at sea level. `P` is Cartesian, of a point or an antenna, and `S` what the map says of it.
+//! `in` says which coordinates are of the map: `both` (default), `control` or `gnss`. Where all are, heights alone
+//! tell `m` from the scale of the block.
 //!
 //! Source: Ressl (2002), influence of map projections on direct georeferencing.
 //!
-//! Worked numbers, M = (10, 20, 3), m = 4e-4: P = (110, -80, 5) is surveyed as (110.04, -80.04, 5); P = (10, 20, 0) as
-//! itself.
+//! Worked numbers, survey's centre (10, 20, 3), m = 4e-4: P = (110, -80, 5) is surveyed as (110.04, -80.04, 5); P = (10, 20, 0)
+//! as itself.
 
-use super::common::{estimated, hand_on, known};
+use super::common::{acting_in, acts, estimated, hand_on, known_vector, vector};
 use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
 use std::sync::LazyLock;
 
@@ -22,13 +23,19 @@ pub struct MapScale;
 
 static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "map-scale".into(),
-    stage: Stage::Control,
+    stage: Stage::Frame,
     kind: Kind::Physical,
-    summary: "The survey's horizontal coordinates carry the scale of a map projection.".into(),
-    formula: "S = P + m (P_h - mean P_h), horizontal part".into(),
-    parameters: vec![estimated("m", "1", Scope::Global, 4e-4)],
-    needs: vec![Need::Control, Need::Gnss],
-    confused_with: "the scale of the block (when GNSS says nothing about it), gnss-shift".into(),
+    summary: "Horizontal coordinates carry the scale of a map projection, heights do not.".into(),
+    formula: "S = P + m (x, y, 0), P from the survey's centre".into(),
+    parameters: vec![
+        estimated("m", "1", Scope::Global, 4e-4)
+            .up_to(3e-3, "UTM within its zone -4e-4 to 1e-3; sea level seen from 10 km -1.6e-3 (Ressl 2002)"),
+        acting_in(),
+    ],
+    needs: vec![Need::Vertical],
+    confused_with:
+        "the scale of the block (where neither heights nor other coordinates fix that), earth-curvature, gnss-shift"
+            .into(),
     source: "Ressl 2002".into(),
 });
 
@@ -46,20 +53,24 @@ impl Effect for MapScale {
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        let mean = context.block.survey_mean;
-        let d = [known(input[0] - mean.x)?, known(input[1] - mean.y)?];
-        hand_on(Stage::Control, input, out);
+        let p = known_vector(&(vector(input, 0) - context.block.survey_centre))?;
+        let acts = acts(context, theta[1])?;
+        let m = if acts { theta[0] } else { 0.0 };
+        hand_on(Stage::Frame, input, out);
         for axis in 0..2 {
-            out[axis] += theta[0] * d[axis];
+            out[axis] += m * p[axis];
         }
         if let Some(matrix) = d_input {
-            fill_identity(Stage::Control, matrix);
+            fill_identity(Stage::Frame, matrix);
             for axis in 0..2 {
-                matrix[axis * 3 + axis] += theta[0];
+                matrix[axis * 3 + axis] += m;
             }
         }
         if let Some(matrix) = d_theta {
-            matrix.copy_from_slice(&[d[0], d[1], 0.0]);
+            matrix.fill(0.0);
+            if acts {
+                (matrix[0], matrix[2]) = (p.x, p.y);
+            }
         }
         Ok(())
     }
@@ -67,21 +78,22 @@ impl Effect for MapScale {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{BlockContext, ImageContext};
+    use super::super::SurveyedKind::{Antenna, Point};
     use super::*;
+    use crate::effects::common::surveyed_coordinate;
     use approx::assert_relative_eq;
-    use nalgebra::Vector3;
 
     #[test]
     fn worked_numbers() {
-        let block = BlockContext { survey_mean: Vector3::new(10.0, 20.0, 3.0), ..Default::default() };
-        let image = ImageContext::default();
-        let context = Context { block: &block, image: &image, column_px: f64::NAN, row_px: f64::NAN };
-        for (point, surveyed) in [([110.0, -80.0, 5.0], [110.04, -80.04, 5.0]), ([10.0, 20.0, 0.0], [10.0, 20.0, 0.0])]
+        let centre = [10.0, 20.0, 3.0];
+        for (point, expected) in [([110.0, -80.0, 5.0], [110.04, -80.04, 5.0]), ([10.0, 20.0, 0.0], [10.0, 20.0, 0.0])]
         {
-            let mut out = [0.0; 3];
-            MapScale.eval(&context, &point, &[4e-4], &mut out, None, None).unwrap();
-            assert_relative_eq!(out[..], surveyed, epsilon = 1e-13);
+            for (kind, other) in [(Point, 2.0), (Antenna, 1.0)] {
+                let at = |acting_in| surveyed_coordinate(&MapScale, centre, kind, point, &[4e-4, acting_in]).unwrap();
+                assert_relative_eq!(at(0.0)[..], expected, epsilon = 1e-13);
+                assert_relative_eq!(at(3.0 - other)[..], expected, epsilon = 1e-13);
+                assert_eq!(at(other), point);
+            }
         }
     }
 }

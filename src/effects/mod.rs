@@ -5,7 +5,7 @@
 //! ```text
 //! (r, C) --exposure--> (r', C');   P --ray--> P';   (X, Y, Z) = R' (P' - C')
 //! interior --interior--> interior';   (x, y) = fraser(interior', X, Y, Z) --image--> (x', y')
-//! antenna: (r, C) --position--> A;    surveyed coordinates: P --control--> S
+//! antenna: (r, C) --position--> A --frame--> A';   control and check points: P --control--> S --frame--> S'
 //! ```
 //!
 //! Several effects of one stage act one after the other, in the order of the model. Ray effects get the pose that the exposure stage made;
@@ -19,7 +19,7 @@ pub mod plugin;
 mod registry;
 mod spline;
 
-// One file per effect; their order is the registry's.
+// One file per effect, by name; the order of the catalogue is that of `registry.rs`.
 pub mod decentring_high;
 pub mod earth_curvature;
 pub mod flat_port;
@@ -69,14 +69,17 @@ pub enum Stage {
     Image = 3,
     /// `[r 3, C 3]` -> antenna 3 (the identity is `C`).
     Position = 4,
-    /// `[P 3]` -> surveyed coordinates 3.
+    /// `[P 3]` -> surveyed coordinates 3, of control and check points.
     Control = 5,
+    /// `[coordinate 3]` -> the same 3 in the system of the survey: of control and check points after the control stage, of antennas
+    /// after the position stage. [`Context::surveyed`] says which of them.
+    Frame = 6,
 }
 
 impl Stage {
     /// Every stage, in chain order.
-    pub const ALL: [Stage; 6] =
-        [Stage::Exposure, Stage::Ray, Stage::Interior, Stage::Image, Stage::Position, Stage::Control];
+    pub const ALL: [Stage; 7] =
+        [Stage::Exposure, Stage::Ray, Stage::Interior, Stage::Image, Stage::Position, Stage::Control, Stage::Frame];
 
     /// Number of input values.
     pub const fn inputs(self) -> usize {
@@ -85,7 +88,7 @@ impl Stage {
             Stage::Ray => 9,
             Stage::Interior => PARAMETER_COUNT + 3,
             Stage::Image => IMAGE_INTERIOR + PARAMETER_COUNT,
-            Stage::Control => 3,
+            Stage::Control | Stage::Frame => 3,
         }
     }
 
@@ -93,7 +96,7 @@ impl Stage {
     pub const fn outputs(self) -> usize {
         match self {
             Stage::Exposure => 6,
-            Stage::Ray | Stage::Position | Stage::Control => 3,
+            Stage::Ray | Stage::Position | Stage::Control | Stage::Frame => 3,
             Stage::Interior => PARAMETER_COUNT,
             Stage::Image => 2,
         }
@@ -102,7 +105,7 @@ impl Stage {
     /// Position in the input of the values that the identity hands on: output `k` is input `identity_offset() + k`.
     pub const fn identity_offset(self) -> usize {
         match self {
-            Stage::Exposure | Stage::Interior | Stage::Image | Stage::Control => 0,
+            Stage::Exposure | Stage::Interior | Stage::Image | Stage::Control | Stage::Frame => 0,
             Stage::Ray => 6,
             Stage::Position => 3,
         }
@@ -117,6 +120,7 @@ impl Stage {
             Stage::Image => "image",
             Stage::Position => "position",
             Stage::Control => "control",
+            Stage::Frame => "frame",
         }
     }
 }
@@ -151,8 +155,7 @@ pub enum Scope {
 pub enum Role {
     /// Estimated from its start value; a score test needs no other.
     Estimated,
-    /// Estimated, but the effect is nonlinear in it: a score test scans `min..=max` (in the parameter's unit).
-    /// The domain's fractions of image width/height are stated by the unit `"w"`/`"h"`-free px values in [`Domain`].
+    /// Estimated, but the effect is nonlinear in it: a score test scans the domain before it estimates.
     Searched(Domain),
     /// Given by the user, never estimated; some values have names (`against=order` is 1).
     Given(Cow<'static, [(&'static str, f64)]>),
@@ -174,6 +177,17 @@ pub enum Domain {
     Range(f64, f64),
 }
 
+/// What a parameter can be if the cause that its effect names is at work. What is estimated beyond looks like that cause, and is another.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plausible {
+    /// Least value, in the parameter's unit.
+    pub min: f64,
+    /// Greatest value, in the parameter's unit.
+    pub max: f64,
+    /// Where the limits come from.
+    pub source: Cow<'static, str>,
+}
+
 /// One parameter of an effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
@@ -189,6 +203,9 @@ pub struct Parameter {
     pub typical: f64,
     /// How it gets its value.
     pub role: Role,
+    /// Range of physically possible values; of a random parameter that of its standard deviation. `None` for what is given or
+    /// searched, for coefficients of a mere shape, and for plug-ins, whose table has no place for it.
+    pub plausible: Option<Plausible>,
 }
 
 /// A measured quantity that an effect needs of the block.
@@ -207,7 +224,7 @@ pub enum Need {
     Gnss = 4,
     /// Control points, in a datum that uses them.
     Control = 5,
-    /// Heights against the gravity direction: a datum that is not free.
+    /// Surveyed coordinates, and with them heights against the gravity direction: a datum that is not free.
     Vertical = 6,
 }
 
@@ -239,8 +256,9 @@ pub struct Descriptor {
 pub struct BlockContext {
     /// Mean of the projection centres' start values, m.
     pub centre: Vector3<f64>,
-    /// Mean of the control points, m; check points take part in no estimation.
-    pub survey_mean: Vector3<f64>,
+    /// Mean of the surveyed coordinates of the control points in the datum; without any, of the antenna positions in the datum; m.
+    /// Check points are never in it: they take part in no estimation.
+    pub survey_centre: Vector3<f64>,
     /// Number of images, flights, cameras.
     pub counts: [u32; 3],
     /// Mean temperature over the images that have one, degrees Celsius; NaN when none has.
@@ -307,6 +325,16 @@ impl Default for ImageContext {
     }
 }
 
+/// Which kind of surveyed coordinate an effect of the frame stage is asked about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum SurveyedKind {
+    /// A control or check point.
+    Point = 0,
+    /// An antenna.
+    Antenna = 1,
+}
+
 /// Observed constants of one measurement.
 #[derive(Debug, Clone, Copy)]
 pub struct Context<'a> {
@@ -318,6 +346,8 @@ pub struct Context<'a> {
     pub column_px: f64,
     /// Observed row (y) of the image measurement, px; NaN where the stage has none.
     pub row_px: f64,
+    /// What the coordinate at the frame stage belongs to; `None` at the other stages.
+    pub surveyed: Option<SurveyedKind>,
 }
 
 /// The effect cannot be evaluated there (outside its domain).

@@ -90,7 +90,7 @@ impl Plugin {
             Stage::Ray => [angles, position, position].concat(),
             Stage::Interior => [&interior[..], &angles].concat(),
             Stage::Image => [&image[..], &interior].concat(),
-            Stage::Control => position.to_vec(),
+            Stage::Control | Stage::Frame => position.to_vec(),
         }
     }
 }
@@ -216,9 +216,12 @@ mod tests {
         let plugin = load(&compile(folder.path(), &source, "c++", &["-std=c++17", "-DMISCLOSURE_PLUGIN"])).unwrap();
         let own = find("gnss-lever-arm").unwrap();
         assert!(plugin.c_abi().is_some());
-        assert_eq!(plugin.descriptor().parameters, own.descriptor().parameters);
+        let without_ranges = |d: &Descriptor| -> Vec<Parameter> {
+            d.parameters.iter().map(|p| Parameter { plausible: None, ..p.clone() }).collect()
+        };
+        assert_eq!(plugin.descriptor().parameters, without_ranges(own.descriptor()));
         let (block, image) = (BlockContext::default(), ImageContext::default());
-        let context = Context { block: &block, image: &image, column_px: f64::NAN, row_px: f64::NAN };
+        let context = Context { block: &block, image: &image, column_px: f64::NAN, row_px: f64::NAN, surveyed: None };
         let input = [3.0, 0.2, -0.1, 500.0, 600.0, 70.0];
         let theta = [0.1, -0.2, 0.3];
         let run = |effect: &dyn Effect| {
@@ -257,11 +260,11 @@ mod tests {
     fn another_version_another_size_and_empty_tables_are_refused() {
         let sizes = "sizeof(misclosure_effect), sizeof(misclosure_parameter), sizeof(misclosure_name)";
         let cases = [
-            ("2".to_string(), "made for version 2 of effect.h, this program has version 1: compile it again"),
-            ("1, 8".to_string(), "struct misclosure_effect has 8 bytes"),
-            (format!("1, {sizes}, 16"), "struct misclosure_context has 16 bytes"),
-            (format!("1, {sizes}, sizeof(misclosure_context), 0, 0, 1"), "has no valid parameters"),
-            (format!("1, {sizes}, sizeof(misclosure_context)"), "has no valid id"),
+            ("1".to_string(), "made for version 1 of effect.h, this program has version 2: compile it again"),
+            ("2, 8".to_string(), "struct misclosure_effect has 8 bytes"),
+            (format!("2, {sizes}, 16"), "struct misclosure_context has 16 bytes"),
+            (format!("2, {sizes}, sizeof(misclosure_context), 0, 0, 1"), "has no valid parameters"),
+            (format!("2, {sizes}, sizeof(misclosure_context)"), "has no valid id"),
         ];
         for (fields, expected) in cases {
             let folder = tempfile::tempdir().unwrap();

@@ -22,7 +22,11 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     kind: Kind::Physical,
     summary: "Principal point and centre of distortion differ from flight to flight: the lens was refitted.".into(),
     formula: "(ppx, ppy) and (dcx, dcy) += (ax, ay)_k, first flight 0".into(),
-    parameters: ["ax", "ay"].map(|name| estimated(name, "px", Scope::FlightButFirst, 3.0)).to_vec(),
+    parameters: ["ax", "ay"]
+        .map(|name| {
+            estimated(name, "px", Scope::FlightButFirst, 3.0).up_to(50.0, "play of a lens mount, 0.2 mm at 4 um")
+        })
+        .to_vec(),
     needs: vec![Need::Flights],
     confused_with: "pp-time (a slope within the flights instead of a step between them)".into(),
     source: "Catalogue: lens refitted between flights".into(),

@@ -26,7 +26,11 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     lens."
         .into(),
     formula: "(ppx, ppy) and (dcx, dcy) += e_i, e_i ~ N(0, s^2)".into(),
-    parameters: ["ax", "ay"].map(|name| random(name, "px", 1.0, "s")).to_vec(),
+    parameters: ["ax", "ay"]
+        .map(|name| {
+            random(name, "px", 1.0, "s").within(0.0, 100.0, "travel of a sensor-shift stabiliser, 0.4 mm at 4 um")
+        })
+        .to_vec(),
     needs: vec![],
     confused_with:
         "the rotation of the image, which takes up nearly all of a shift where the ground is flat: relief or \

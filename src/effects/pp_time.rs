@@ -26,7 +26,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     kind: Kind::Physical,
     summary: "Principal point and centre of distortion drift linearly with time over the whole block.".into(),
     formula: "(ppx, ppy) and (dcx, dcy) += (ax, ay) tau".into(),
-    parameters: ["ax", "ay"].map(|name| estimated(name, "px", Scope::Global, 3.0)).to_vec(),
+    parameters: ["ax", "ay"]
+        .map(|name| {
+            estimated(name, "px", Scope::Global, 3.0)
+                .up_to(30.0, "three times what cameras showed in warming up (Smith, Cope 2010)")
+        })
+        .to_vec(),
     needs: vec![Need::Time],
     confused_with: "pp-flight (a step between flights instead of a slope within them)".into(),
     source: "Smith, Cope 2010, effects of temperature variation on single-lens-reflex digital cameras".into(),

@@ -25,7 +25,10 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     kind: Kind::Physical,
     summary: "Radial distortion beyond the camera's third term.".into(),
     formula: "(x, y) += k4 r^8 d".into(),
-    parameters: vec![estimated("k4", "px^-8", Scope::Global, 1e-31)],
+    parameters: vec![
+        estimated("k4", "px^-8", Scope::Global, 1e-31)
+            .up_to(3e-30, "100 px at 3200 px from the centre: a fisheye beside the camera's three terms"),
+    ],
     needs: vec![],
     confused_with: "unflatness, image-grid and image-fourier; most of it goes into k1, k2, k3 where these are free"
         .into(),

@@ -27,7 +27,11 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     kind: Kind::Physical,
     summary: "Atmospheric refraction: rays are bent, points are seen farther from the nadir.".into(),
     formula: "P_h += kappa H (1 + tan^2 z) (P_h - C_h), H = C_z - P_z".into(),
-    parameters: vec![estimated("kappa", "1/m", Scope::Global, 1.3e-8)],
+    parameters: vec![estimated("kappa", "1/m", Scope::Global, 1.3e-8).within(
+        0.0,
+        5e-8,
+        "1.3e-8 in the standard atmosphere at sea level; four times that in no weather (Saastamoinen 1972)",
+    )],
     needs: vec![],
     confused_with:
         "radial distortion in nadir images (the same columns at one height: flights at two heights or oblique \

@@ -51,6 +51,18 @@ mod tests {
     }
 
     #[test]
+    fn every_size_of_a_cause_has_a_plausible_range() {
+        for descriptor in catalogue().iter().map(|effect| effect.descriptor()) {
+            for parameter in &descriptor.parameters {
+                let size = matches!(parameter.role, Role::Estimated | Role::Random(_));
+                let expected = size && descriptor.kind == Kind::Physical;
+                // That the range is sound is a law of its own.
+                assert_eq!(parameter.plausible.is_some(), expected, "{} {}", descriptor.id, parameter.name);
+            }
+        }
+    }
+
+    #[test]
     fn ids_are_unique_and_found() {
         laws::unique_ids(catalogue()).unwrap();
         for effect in catalogue() {

@@ -35,7 +35,10 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     angular velocity is measured)."
         .into(),
     formula: "C += v t (y/h - 1/2), R <- exp(-[omega t (y/h - 1/2)]x) R".into(),
-    parameters: vec![estimated("t", "s", Scope::Global, 0.02)],
+    parameters: vec![
+        estimated("t", "s", Scope::Global, 0.02)
+            .up_to(0.2, "the slowest sensors take 0.1 s to read (Vautherin et al. 2016)"),
+    ],
     needs: vec![Need::Velocity],
     confused_with:
         "forward-motion (the same shift in every row), an error of f or of the affinity when all images fly in \

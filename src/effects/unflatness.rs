@@ -34,7 +34,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     radially."
         .into(),
     formula: "(x, y) += ((x, y) - pp)/f sum c_jk P_j(2x/w-1) P_k(2y/h-1), Legendre, 2 <= j+k <= 4".into(),
-    parameters: ORDERS.map(|(j, k)| estimated(format!("c_{j}{k}"), "px", Scope::Global, 0.5)).to_vec(),
+    parameters: ORDERS
+        .map(|(j, k)| {
+            estimated(format!("c_{j}{k}"), "px", Scope::Global, 0.5)
+                .up_to(20.0, "bow of a chip, 80 um at 4 um (Fraser 1997)")
+        })
+        .to_vec(),
     needs: vec![],
     confused_with:
         "decentring-high and radial-high (similar columns where the whole sensor is flown with flat ground), \

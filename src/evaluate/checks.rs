@@ -125,7 +125,7 @@ pub struct Comparison {
 
 /// Intersects the surveyed points of `block` with the images of `model`, aligns and compares them.
 ///
-/// Effects of the control stage act before the similarity: the compared coordinates are `alignment(model.surveyed(P))`.
+/// Effects of the stages control and frame act before the similarity: the compared coordinates are `alignment(model.surveyed(P))`.
 ///
 /// # Errors
 /// [`SimilarityError`] when a similarity from control points is asked for and they do not determine one.

@@ -32,7 +32,7 @@ pub trait ImageModel: Sync {
     /// sensor (its row's exposure time) take it from there.
     fn project(&self, image: ImageId, observed: [f64; 2], point: &Vector3<f64>) -> Option<ProjectedPoint>;
 
-    /// Coordinates (m) that the survey would give of a point: the control-stage effects, else the point itself.
+    /// Coordinates (m) that the survey would give of a point: the effects of control and frame, else the point itself.
     fn surveyed(&self, point: &Vector3<f64>) -> Vector3<f64>;
 
     /// Projection centre (m).

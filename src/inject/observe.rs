@@ -1,7 +1,7 @@
 //! How a measurement comes about: the chain from a world point to the pixel on which it falls.
 //!
 //! ```text
-//! P --scene--> where the point really is --medium--> where the arriving ray points to (air, window)
+//! P --medium--> where the arriving ray points to (air, window)
 //! instant: rows of a rolling shutter are exposed one after the other; an open shutter averages
 //! pose at that instant (trajectory, vibration) --interior of that image--> lens --sensor--> pixel
 //! ```
@@ -32,10 +32,6 @@ pub trait Action: Send + Sync {
     }
     /// The camera's pose `dt` seconds after the image's time, beyond the trajectory.
     fn motion(&self, _image: usize, _dt: f64, _pose: &mut Pose) {}
-    /// Where a point of the truth's coordinates really lies.
-    fn scene(&self, point: Vector3<f64>) -> Vector3<f64> {
-        point
-    }
     /// A point on the straight line along which the light of `point` arrives; `None` if none does.
     fn medium(&self, _pose: &Pose, point: Vector3<f64>) -> Option<Vector3<f64>> {
         Some(point)
@@ -173,9 +169,8 @@ impl<'a> Observer<'a> {
         }
     }
 
-    /// Where a point of the truth's coordinates is read in an image.
+    /// Where a point is read in an image.
     fn image_point(&self, image: usize, point: Vector3<f64>) -> Result<[f64; 2], Loss> {
-        let point = self.actions.iter().fold(point, |point, action| action.scene(point));
         let exposure = self.exposures[image];
         if exposure == 0.0 {
             return self.row_by_row(image, &point, 0.0);

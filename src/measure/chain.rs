@@ -124,6 +124,7 @@ fn predict_with_effects(
         image: &problem.image_contexts[observation.image as usize],
         column_px: observation.x,
         row_px: observation.y,
+        surveyed: None,
     };
     let n = stages.local_len;
     let own = |e: usize| (stages.local_offset[e], problem.effects[e].slots.len());

@@ -15,7 +15,7 @@ const INPUTS: usize = Stage::Interior.inputs();
 #[derive(Debug, Clone)]
 pub struct Stages {
     /// Positions of effects in the problem, by stage.
-    by_stage: [Vec<usize>; 6],
+    by_stage: [Vec<usize>; Stage::ALL.len()],
     /// Per effect: position of its first parameter in the local list.
     pub local_offset: Vec<usize>,
     /// Length of the local list: all parameters of all effects.
@@ -29,7 +29,7 @@ pub struct Stages {
 impl Stages {
     /// Sorts the problem's effects by stage.
     pub fn new(problem: &Problem) -> Self {
-        let mut by_stage: [Vec<usize>; 6] = Default::default();
+        let mut by_stage: [Vec<usize>; Stage::ALL.len()] = Default::default();
         let mut local_offset = Vec::new();
         let mut local_len = 0;
         for (e, instance) in problem.effects.iter().enumerate() {
@@ -141,6 +141,7 @@ impl Frame {
             image: &problem.image_contexts[image],
             column_px: f64::NAN,
             row_px: f64::NAN,
+            surveyed: None,
         };
         let mut d_interior = SMatrix::<f64, COUNT, COUNT>::identity();
         let mut d_rotation = SMatrix::<f64, COUNT, 3>::zeros();

@@ -1,7 +1,7 @@
 //! Observed positions: antennas (GNSS) and control coordinates, through their effects.
 
 use super::frame::{Frame, Stages};
-use crate::effects::{Context, ImageContext, Stage};
+use crate::effects::{Context, ImageContext, Stage, SurveyedKind};
 use crate::problem::Problem;
 use nalgebra::{SMatrix, Vector3};
 
@@ -44,6 +44,7 @@ pub fn predict_antenna(problem: &Problem, stages: &Stages, frame: &Frame, image:
         image: &problem.image_contexts[image],
         column_px: f64::NAN,
         row_px: f64::NAN,
+        surveyed: None,
     };
     let mut prediction = PositionPrediction::identity(frame.centre, stages.local_len);
     for &e in stages.of(Stage::Position) {
@@ -67,10 +68,13 @@ pub fn predict_antenna(problem: &Problem, stages: &Stages, frame: &Frame, image:
         }
         prediction.position = Vector3::from(next);
     }
+    let context = Context { surveyed: Some(SurveyedKind::Antenna), ..context };
+    let own = |e: usize| frame.theta[stages.local_offset[e]..][..problem.effects[e].slots.len()].to_vec();
+    move_coordinate(problem, stages, Stage::Frame, &context, own, &mut prediction)?;
     Some(prediction)
 }
 
-/// Surveyed coordinates of a point, moved by the control effects one after the other.
+/// Surveyed coordinates of a point, moved by the control effects and then by those of the frame, one after the other.
 pub fn predict_surveyed(
     problem: &Problem,
     stages: &Stages,
@@ -78,19 +82,38 @@ pub fn predict_surveyed(
     point: &Vector3<f64>,
 ) -> Option<PositionPrediction> {
     let image = ImageContext::default();
-    let context = Context { block: &problem.block_context, image: &image, column_px: f64::NAN, row_px: f64::NAN };
+    let (block, column_px, row_px) = (&problem.block_context, f64::NAN, f64::NAN);
+    let context = Context { block, image: &image, column_px, row_px, surveyed: None };
     let mut prediction = PositionPrediction::identity(*point, stages.local_len);
-    for &e in stages.of(Stage::Control) {
+    let own = |e: usize| {
+        let instance = &problem.effects[e];
+        (0..instance.slots.len()).map(|p| theta[instance.theta_index(p, &image)]).collect()
+    };
+    move_coordinate(problem, stages, Stage::Control, &context, own, &mut prediction)?;
+    let context = Context { surveyed: Some(SurveyedKind::Point), ..context };
+    move_coordinate(problem, stages, Stage::Frame, &context, own, &mut prediction)?;
+    Some(prediction)
+}
+
+/// Chains the effects of a stage whose only input is a coordinate; `own` gives an effect's parameters.
+fn move_coordinate(
+    problem: &Problem,
+    stages: &Stages,
+    stage: Stage,
+    context: &Context<'_>,
+    own: impl Fn(usize) -> Vec<f64>,
+    prediction: &mut PositionPrediction,
+) -> Option<()> {
+    for &e in stages.of(stage) {
         let instance = &problem.effects[e];
         let (offset, count) = (stages.local_offset[e], instance.slots.len());
-        let own: Vec<f64> = (0..count).map(|p| theta[instance.theta_index(p, &image)]).collect();
         let input = prediction.position;
         let mut next = [0.0; 3];
         let mut d_in = [0.0; 9];
         let mut d_own = vec![0.0; 3 * count];
-        instance.effect.eval(&context, input.as_slice(), &own, &mut next, Some(&mut d_in), Some(&mut d_own)).ok()?;
+        instance.effect.eval(context, input.as_slice(), &own(e), &mut next, Some(&mut d_in), Some(&mut d_own)).ok()?;
         prediction.chain(&SMatrix::<f64, 3, 3>::from_row_slice(&d_in), &d_own, offset, count);
         prediction.position = Vector3::from(next);
     }
-    Some(prediction)
+    Some(())
 }

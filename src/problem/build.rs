@@ -1,7 +1,7 @@
 //! From a block and a model to the problem.
 
 use super::cameras::{camera_priors, cameras};
-use super::context::{block_context, image_contexts};
+use super::context::{block_context, image_contexts, survey_centre};
 use super::datum::datum_parts;
 use super::intersection::start_position;
 use super::observations::{collect_points, control_observations, gnss_observations, point_name};
@@ -65,6 +65,7 @@ impl Problem {
         if uses_gnss {
             problem.gnss = gnss_observations(block, &problem.pose_free, model.sigma_factors.gnss);
         }
+        problem.block_context.survey_centre = survey_centre(&problem.control, &problem.gnss);
         if uses_control || uses_gnss {
             let pairs = problem.observed_pairs(block);
             problem.align_start(&pairs);

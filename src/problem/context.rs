@@ -1,6 +1,7 @@
 //! Observed constants of the block and of its images, as effects see them.
 
-use crate::block::{Block, Image, Role};
+use super::PositionObservation;
+use crate::block::{Block, Image};
 use crate::effects::{BlockContext, ImageContext};
 use nalgebra::Vector3;
 
@@ -14,17 +15,20 @@ fn mean_point<'a>(points: impl Iterator<Item = &'a Vector3<f64>>) -> Vector3<f64
     if n == 0 { Vector3::zeros() } else { sum / n as f64 }
 }
 
-/// Constants of the block.
+/// Mean of the control points that take part; without any, of the antennas that do; zero without either, where no effect needs it.
+pub fn survey_centre(control: &[PositionObservation], gnss: &[PositionObservation]) -> Vector3<f64> {
+    let observed = if control.is_empty() { gnss } else { control };
+    mean_point(observed.iter().map(|observation| &observation.position))
+}
+
+/// Constants of the block. The survey's centre is zero until the datum is known: [`survey_centre`].
 pub fn block_context(block: &Block) -> BlockContext {
     let mut history: Vec<[f64; 2]> =
         block.images.iter().filter_map(|image| Some([image.time_s?, image.temperature_c?])).collect();
     history.sort_by(|a, b| a[0].total_cmp(&b[0]));
     BlockContext {
         centre: mean_point(block.images.iter().map(|image| &image.pose.centre)),
-        // Of control points alone: a check point takes part in no estimation, not even as the centre of an effect.
-        survey_mean: mean_point(
-            block.surveyed.iter().filter(|point| point.role == Role::Control).map(|point| &point.position),
-        ),
+        survey_centre: Vector3::zeros(),
         counts: [block.images.len() as u32, block.flights.len() as u32, block.cameras.len() as u32],
         mean_temperature_c: mean(block.images.iter().filter_map(|image| image.temperature_c)),
         temperature_history: history,

@@ -56,7 +56,8 @@ fn there_are_recipes_of_every_kind() {
         .filter_map(|named| effects::find(&named.recipe.truth.effects[0].id))
         .map(|effect| effect.descriptor().stage)
         .collect();
-    assert_eq!(stages.len(), Stage::ALL.len(), "{stages:?}");
+    let of_catalogue: BTreeSet<Stage> = effects::catalogue().iter().map(|effect| effect.descriptor().stage).collect();
+    assert_eq!(stages, of_catalogue);
 }
 
 #[test]
@@ -80,6 +81,13 @@ fn expectations_are_consistent() {
             }
             let effect = effects::find(&expected.id).unwrap_or_else(|| panic!("{name}: no effect `{}`", expected.id));
             assert_eq!(effect.descriptor().kind, effects::Kind::Physical, "{name}");
+            for (size, value) in &expected.sizes {
+                let of_size = |parameter: &&effects::Parameter| size.split('[').next() == Some(&*parameter.name);
+                let parameter = effect.descriptor().parameters.iter().find(of_size);
+                let range = parameter.and_then(|parameter| parameter.plausible.as_ref());
+                let possible = range.is_none_or(|range| (range.min..=range.max).contains(value));
+                assert!(possible, "{name}: no {} has {size} = {value}", expected.id);
+            }
         }
     }
 }

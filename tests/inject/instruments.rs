@@ -81,6 +81,54 @@ fn map_scale_about_the_centre_of_the_survey() {
     let mean = |block: &Block| block.surveyed.iter().map(|point| point.position).sum::<Vector3<f64>>() / 12.0;
     assert!((mean(&block) - mean(&truth)).norm() < 1e-12);
     assert_eq!(block.marks, truth.marks);
+    let antennas = |block: &Block| block.images.iter().map(|image| image.gnss.unwrap().position).collect::<Vec<_>>();
+    let (drawn, placed) = (antennas(&block), antennas(&truth));
+    for (i, j) in [(0, 5), (3, 17)] {
+        let ratio = (drawn[i] - drawn[j]).xy().norm() / (placed[i] - placed[j]).xy().norm();
+        assert!((ratio - 1.0004).abs() < 1e-12 && drawn[i].z == placed[i].z, "{ratio}");
+    }
+    let survey = inject(&truth, &["map-scale:m=4e-4,in=control"]).block;
+    assert!(survey.surveyed == block.surveyed && antennas(&survey) == placed);
+    let receiver = inject(&truth, &["map-scale:m=4e-4,in=gnss"]).block;
+    assert!(receiver.surveyed == truth.surveyed && antennas(&receiver) == drawn);
+}
+
+/// The map the other way round: on a sphere of the radius `RADIUS` about a point below the survey, the drawn arc and height lead back
+/// to the place.
+#[test]
+fn a_map_of_a_sphere_leads_back_to_the_world() {
+    // A small Earth, so that it is seen.
+    const RADIUS: f64 = 20_000.0;
+    let truth = truth();
+    let block = inject(&truth, &["earth-curvature:radius=20000,height=2"]).block;
+    let same = inject(&truth, &["earth-curvature:radius=10000,q=0.5,height=2"]).block;
+    assert_eq!(block.surveyed, same.surveyed);
+    let mut foot = truth.surveyed.iter().map(|point| point.position).sum::<Vector3<f64>>() / 12.0;
+    foot.z = 2.0;
+    let world = |drawn: Vector3<f64>| {
+        let on_map = (drawn - foot).xy();
+        let (angle, height) = (on_map.norm() / RADIUS, drawn.z - foot.z);
+        let out = on_map.normalize() * ((RADIUS + height) * angle.sin());
+        foot + Vector3::new(out.x, out.y, (RADIUS + height) * angle.cos() - RADIUS)
+    };
+    let mut largest = 0.0_f64;
+    for (drawn, placed) in block.surveyed.iter().zip(&truth.surveyed) {
+        largest = largest.max(drawn.position.z - placed.position.z);
+        assert!((world(drawn.position) - placed.position).norm() < 1e-10, "{}", placed.name);
+    }
+    assert!(largest > 0.04, "the ground falls away from the plane: {largest}");
+    for (drawn, placed) in block.images.iter().zip(&truth.images) {
+        let (drawn, placed) = (drawn.gnss.unwrap().position, placed.gnss.unwrap().position);
+        assert!((world(drawn) - placed).norm() < 1e-10);
+        // What stands 60 m high is drawn at its foot.
+        let shrunk = (drawn - foot).xy().norm() / (placed - foot).xy().norm();
+        assert!((shrunk - 1.0 / (1.0 + (placed.z - 2.0) / RADIUS)).abs() < 1e-4, "{shrunk}");
+    }
+    assert_eq!((block.ties.clone(), block.marks.clone()), (truth.ties.clone(), truth.marks.clone()));
+    let survey = inject(&truth, &["earth-curvature:radius=20000,height=2,in=control"]).block;
+    assert!(survey.surveyed == block.surveyed && survey.images == truth.images);
+    let receiver = inject(&truth, &["earth-curvature:radius=20000,height=2,in=gnss"]).block;
+    assert!(receiver.surveyed == truth.surveyed && receiver.images == block.images);
 }
 
 #[test]

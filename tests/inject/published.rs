@@ -57,7 +57,7 @@ fn causes_give_what_another_program_computed() {
         ),
         ("gnss-lever-arm", "gnss-lever-arm:x=0.05,y=-0.03,z=0.1".into()),
         ("gnss-shift", "gnss-shift:x=0.04,y=-0.02,z=0.06".into()),
-        ("map-scale", "map-scale:m=0.0004".into()),
+        ("map-scale", "map-scale:m=0.0004,in=control".into()),
     ];
     for (id, error) in exact {
         let [px, antenna, surveyed, change] = differences(id, &none, &error);

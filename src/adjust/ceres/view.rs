@@ -86,7 +86,8 @@ impl<'a> Arrays<'a> {
         }
         let theta_priors = || problem.theta.iter().enumerate().filter_map(|(t, e)| Some((t, e, e.prior_sigma?)));
         let unknown = f64::NAN;
-        let context = |image| Context { block: &problem.block_context, image, column_px: unknown, row_px: unknown };
+        let (block, column_px, row_px) = (&problem.block_context, unknown, unknown);
+        let context = |image| Context { block, image, column_px, row_px, surveyed: None };
         Ok(Self {
             interiors: state.interiors.iter().flatten().copied().collect(),
             camera_scales: problem.camera_scales.iter().flatten().copied().collect(),

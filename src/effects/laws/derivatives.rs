@@ -87,7 +87,7 @@ fn input_size(stage: Stage, variable: usize) -> f64 {
     const LENGTH: f64 = 10.0;
     const PIXELS: f64 = 100.0;
     match (stage, variable) {
-        (Stage::Control, _) => LENGTH,
+        (Stage::Control | Stage::Frame, _) => LENGTH,
         (Stage::Interior, PARAMETER_COUNT..) => ANGLE,
         (Stage::Interior, _) => INTERIOR[variable],
         (Stage::Image, 0..2) => PIXELS,

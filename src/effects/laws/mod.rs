@@ -93,6 +93,14 @@ pub fn description(effect: &dyn Effect) -> Result<(), Violation> {
             }
             _ => {}
         }
+        if let Some(range) = &parameter.plausible {
+            let holds = |value: f64| (range.min..=range.max).contains(&value);
+            if !(holds(parameter.nominal) && holds(parameter.typical)) || range.source.trim().is_empty() {
+                return fail(format!(
+                    "{name}: the plausible range has its source, and nominal and typical value lie in it"
+                ));
+            }
+        }
     }
     if !d.parameters.iter().any(|parameter| matches!(parameter.role, Role::Estimated | Role::Random(_))) {
         return fail("nothing to estimate".into());
@@ -100,6 +108,7 @@ pub fn description(effect: &dyn Effect) -> Result<(), Violation> {
     let required = match d.stage {
         Stage::Position => Some(Need::Gnss),
         Stage::Control => Some(Need::Control),
+        Stage::Frame => Some(Need::Vertical),
         _ => None,
     };
     if required.is_some_and(|need| !d.needs.contains(&need)) {

@@ -2,6 +2,7 @@
 
 use crate::effects::{
     BlockContext, Context, Descriptor, Domain, Effect, ImageContext, OutsideDomain, Parameter, Role, Stage,
+    SurveyedKind,
 };
 use crate::math::rotation::log;
 use nalgebra::{Matrix3, Vector3};
@@ -19,6 +20,8 @@ pub struct Sample {
     pub image: ImageContext,
     /// Observed image point, px.
     pub observed: [f64; 2],
+    /// Of the frame stage: what the coordinate belongs to.
+    pub surveyed: Option<SurveyedKind>,
     /// Input of the stage.
     pub input: Vec<f64>,
     /// Parameters: estimated and random ones within twice their typical size, searched ones in their domain, given
@@ -41,7 +44,7 @@ impl Sample {
         let mean = temperature_history.iter().map(|row| row[1]).sum::<f64>() / 40.0;
         let block = BlockContext {
             centre: Vector3::new(between(-5.0, 5.0), between(-5.0, 5.0), between(40.0, 60.0)),
-            survey_mean: Vector3::new(between(-5.0, 5.0), between(-5.0, 5.0), between(0.0, 2.0)),
+            survey_centre: Vector3::new(between(-5.0, 5.0), between(-5.0, 5.0), between(0.0, 2.0)),
             counts: [40, 3, 1],
             mean_temperature_c: mean,
             temperature_history: temperature_history.clone(),
@@ -92,19 +95,24 @@ impl Sample {
             between(-1e-3, 1e-3),
             between(-1e-3, 1e-3),
         ];
+        let surveyed = (descriptor.stage == Stage::Frame)
+            .then(|| if between(0.0, 2.0) < 1.0 { SurveyedKind::Point } else { SurveyedKind::Antenna });
         let input = match descriptor.stage {
             Stage::Exposure | Stage::Position => [r.as_slice(), centre.as_slice()].concat(),
             Stage::Ray => [r.as_slice(), centre.as_slice(), point.as_slice()].concat(),
             Stage::Interior => [&interior, r.as_slice()].concat(),
             Stage::Image => [&observed.map(|value| value + between(-2.0, 2.0)), &interior[..]].concat(),
-            Stage::Control => point.as_slice().to_vec(),
+            Stage::Frame if surveyed == Some(SurveyedKind::Antenna) => centre.as_slice().to_vec(),
+            Stage::Control | Stage::Frame => point.as_slice().to_vec(),
         };
         let theta = draw_theta(descriptor, |parameter, u| parameter.typical * (4.0 * u - 2.0), random);
-        Self { block, image, observed, input, theta }
+        Self { block, image, observed, surveyed, input, theta }
     }
 
-    fn context(&self) -> Context<'_> {
-        Context { block: &self.block, image: &self.image, column_px: self.observed[0], row_px: self.observed[1] }
+    /// What the effect sees there.
+    pub fn context(&self) -> Context<'_> {
+        let Self { block, image, observed: [column_px, row_px], surveyed, .. } = self;
+        Context { block, image, column_px: *column_px, row_px: *row_px, surveyed: *surveyed }
     }
 }
 
@@ -167,6 +175,7 @@ pub fn value(effect: &dyn Effect, image: &ImageContext, input: &[f64], theta: &[
         block: BlockContext::default(),
         image: *image,
         observed,
+        surveyed: None,
         input: input.to_vec(),
         theta: theta.to_vec(),
     };

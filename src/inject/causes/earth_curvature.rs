@@ -1,58 +1,84 @@
-//! Coordinates of a map used as if they were Cartesian: the ground really lies on a sphere.
+//! Coordinates of a map used as if they were Cartesian.
 //!
-//! A point at map distance `s` and height `h` above the reference height lies on the radius that leaves the sphere at the
-//! arc `s`: at `((R + h) sin(s/R), (R + h) cos(s/R) - R)` in the plane tangent at the block's centre. Cameras stay where they are.
+//! The world is Cartesian and stays so; the survey, the receiver or both give its places in a map of a sphere. The sphere touches the
+//! plane `z = height` in the middle of the surveyed points (of the antennas, without any). A place is drawn at the arc from there to
+//! its foot on the sphere, in true azimuth (azimuthal equidistant), with its height above the sphere. Every good map of a block is that
+//! one up to `s^3 / R^2`: 2 mm at 4 km.
 
+use super::map_frame::{COORDINATES, Coordinates, middle};
 use super::*;
 use nalgebra::Vector3;
 
 pub(super) static CAUSE: Cause = Cause {
     id: "earth-curvature",
-    summary: "points given in map coordinates lie on the curved Earth; cameras and GNSS are Cartesian",
+    summary: "surveyed and GNSS coordinates are those of a map of a sphere: arcs along it and heights above it",
     parameters: &[
         parameter("q", "1", DefaultValue::Number(1.0), "curvature in units of the Earth's"),
         parameter("radius", "m", DefaultValue::Number(6_371_000.0), "radius of the Earth"),
+        parameter(
+            "height",
+            "m",
+            DefaultValue::Optional("the mean height of the ground"),
+            "height at which the map is true to scale",
+        ),
+        COORDINATES,
     ],
     prepare,
 };
 
 struct EarthCurvature {
-    /// Of the curvature that acts.
+    coordinates: Coordinates,
+    sphere: Sphere,
+}
+
+/// A sphere and the point where it is drawn true.
+struct Sphere {
     radius: f64,
-    centre: Vector3<f64>,
+    touching: Vector3<f64>,
 }
 
 fn prepare(setting: &mut Setting) -> Prepared {
     let (q, radius) = (setting.values.size("q")?, setting.values.positive("radius")?);
+    if q == 0.0 {
+        return Ok(None);
+    }
+    let coordinates = Coordinates::of(setting)?;
     let world = setting.world;
-    let mut centre = mean(world.images.iter().map(|image| image.pose.centre));
-    let points = world.tie_points.iter().copied().chain(world.surveyed.iter().map(|point| point.position));
-    // Heights count from the mean ground, so that the projection keeps the scale there.
-    centre.z = mean(points).z;
-    unless(q == 0.0, EarthCurvature { radius: radius / q, centre })
+    let ground: Vec<f64> = world
+        .tie_points
+        .iter()
+        .map(|point| point.z)
+        .chain(world.surveyed.iter().map(|point| point.position.z))
+        .collect();
+    let mean_ground = ground.iter().sum::<f64>() / (ground.len() as f64).max(1.0);
+    let mut touching = middle(world);
+    touching.z = setting.values.optional("height").unwrap_or(mean_ground);
+    Ok(Some(Box::new(EarthCurvature { coordinates, sphere: Sphere { radius: radius / q, touching } })))
 }
 
-fn mean(points: impl Iterator<Item = Vector3<f64>>) -> Vector3<f64> {
-    let (sum, count) = points.fold((Vector3::zeros(), 0.0), |(sum, count), point| (sum + point, count + 1.0));
-    if count == 0.0 { sum } else { sum / count }
+impl Sphere {
+    /// Where a place of the world stands in the map.
+    fn drawn(&self, place: Vector3<f64>) -> Vector3<f64> {
+        let from_touching = place - self.touching;
+        let distance = from_touching.xy().norm();
+        if distance == 0.0 {
+            return place;
+        }
+        let from_centre = (self.radius + from_touching.z).hypot(distance);
+        let arc = self.radius * distance.atan2(self.radius + from_touching.z);
+        // Distance from the sphere's centre less its radius, without the loss of digits.
+        let rise = distance * distance + from_touching.z * (2.0 * self.radius + from_touching.z);
+        let stretch = arc / distance;
+        Vector3::new(
+            self.touching.x + from_touching.x * stretch,
+            self.touching.y + from_touching.y * stretch,
+            self.touching.z + rise / (from_centre + self.radius),
+        )
+    }
 }
 
 impl Action for EarthCurvature {
-    fn scene(&self, point: Vector3<f64>) -> Vector3<f64> {
-        let from_centre = point - self.centre;
-        let distance = from_centre.xy().norm();
-        if distance == 0.0 {
-            return point;
-        }
-        let (sin, cos) = (distance / self.radius).sin_cos();
-        // cos - 1, without the loss of digits.
-        let versine = sin * sin / (1.0 + cos);
-        let height = from_centre.z;
-        let stretch = (self.radius + height) * sin / distance;
-        Vector3::new(
-            self.centre.x + from_centre.x * stretch,
-            self.centre.y + from_centre.y * stretch,
-            self.centre.z + height * cos - self.radius * versine,
-        )
+    fn measured(&mut self, _world: &World, observations: &mut Observations) {
+        self.coordinates.draw(observations, |place| self.sphere.drawn(place));
     }
 }

@@ -22,6 +22,7 @@ mod gnss_shift;
 mod homothety;
 mod lens_sag;
 mod local_flaw;
+mod map_frame;
 mod map_scale;
 mod noise;
 mod outliers;
@@ -43,7 +44,6 @@ pub(super) static REGISTRY: &[&Cause] = &[
     &calibration::CAUSE,
     &start::CAUSE,
     // Between the object and the lens.
-    &earth_curvature::CAUSE,
     &refraction::CAUSE,
     &flat_port::CAUSE,
     // While the image is taken.
@@ -71,6 +71,7 @@ pub(super) static REGISTRY: &[&Cause] = &[
     &gnss_lever_arm::CAUSE,
     &gnss_shift::CAUSE,
     &gnss_drift::CAUSE,
+    &earth_curvature::CAUSE,
     &map_scale::CAUSE,
     &control_blunder::CAUSE,
     // The measurements themselves, noise last.
