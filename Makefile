@@ -2,7 +2,7 @@
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
 
-.PHONY: help setup build demo test test-hidden bench clean
+.PHONY: help setup build demo test test-hidden test-cases test-fresh bench clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -28,6 +28,12 @@ test: setup ## everything CI runs: format, lints, documentation, Rust and C++ te
 
 test-hidden: setup ## judge every block with a hidden effect (make test: a part of them)
 	MISCLOSURE_HIDDEN=all cargo test --release --test hidden
+
+test-cases: setup ## judge the labelled blocks of ../shared/cases (make test: six of them)
+	MISCLOSURE_CASES=all cargo test --release --test cases -- --nocapture
+
+test-fresh: setup ## judge blocks drawn at random: SEEDS=1..40 (make test: four of them)
+	MISCLOSURE_FRESH=$(SEEDS) cargo test --release --test fresh -- --nocapture
 
 bench: setup ## both solvers side by side (time and peak memory, on two blocks); testing the catalogue beside refitting it; testing for structure
 	cargo bench --bench solvers

@@ -1,0 +1,70 @@
+//! The judge: `improve` on a block of every seed, held against what was put in.
+
+use crate::draw::Fresh;
+use crate::judging::program::improve;
+use crate::judging::rule::Truth;
+use crate::judging::tally::{Judged, in_turn, judged, score};
+use crate::measure::Measured;
+use misclosure::io::block::write_block;
+
+/// Seeds to judge, `1..40` say, both included.
+const SEEDS: &str = "MISCLOSURE_FRESH";
+/// Those that `make test` judges.
+const SOME: &str = "1..4";
+/// Part that must be right.
+const RIGHT: f64 = 0.95;
+
+#[test]
+fn improve_finds_what_nobody_chose() {
+    let seeds = seeds();
+    let all = in_turn(&seeds, |seed| judge(*seed));
+    let score = score(&all);
+    let right = all.iter().filter(|judged| judged.right()).count() as f64;
+    assert!(right >= RIGHT * all.len() as f64, "{score}");
+    assert!(all.iter().all(|judged| !judged.clean || judged.right()), "a block without any cause is wrong: {score}");
+}
+
+fn seeds() -> Vec<u64> {
+    let text = std::env::var(SEEDS).ok().filter(|text| !text.is_empty()).unwrap_or(SOME.into());
+    let seeds = text.split_once("..").and_then(|(from, to)| Some((from.parse().ok()?, to.parse().ok()?)));
+    let Some((from, to)): Option<(u64, u64)> = seeds else { panic!("{SEEDS}={text} is not of the form 1..40") };
+    assert!(from <= to, "{SEEDS}={text}: no seed");
+    (from..=to).collect()
+}
+
+/// Prints what the seeds put into their blocks, without any diagnosis; an effect that does not describe its cause fails.
+/// `MISCLOSURE_FRESH=1..40 cargo test --release --test fresh -- --ignored --nocapture`.
+#[test]
+#[ignore = "looks at the instrument, not at the program"]
+fn every_cause_is_described_by_its_effect() {
+    for seed in seeds() {
+        let measured = Measured::new(Fresh::draw(seed));
+        let block = measured.block();
+        let hidden: Vec<String> =
+            measured.hidden(&[]).iter().map(|hidden| format!("{} {:.0}", hidden.name, hidden.noncentrality)).collect();
+        println!(
+            "{seed} {:?}: {} images, {} tie measurements, {}",
+            measured.fresh.scene.kind,
+            block.images.len(),
+            block.ties.len(),
+            hidden.join(" + ")
+        );
+    }
+}
+
+fn judge(seed: u64) -> Judged {
+    let measured = Measured::new(Fresh::draw(seed));
+    let scratch = tempfile::tempdir().expect("a temporary folder");
+    write_block(&measured.block(), scratch.path()).expect("written");
+    let found = improve(scratch.path());
+    let candidates = found.as_ref().map_or(&[][..], |found| &found.recommended);
+    let truth = Truth { hidden: measured.hidden(candidates), correlated_noise: false, check_mm: measured.check_mm() };
+    let name = format!("{seed} {:?}", measured.fresh.scene.kind);
+    judged(&name, &truth, found)
+}
+
+#[test]
+fn a_seed_is_a_block() {
+    let block = |seed| Measured::new(Fresh::draw(seed)).block();
+    assert!(block(1) == block(1) && block(1) != block(2));
+}
