@@ -1,13 +1,13 @@
-//! Intersection of a point: linear, from rays in space ([`intersect_rays`]), and from there iterated, from image points of whatever projection
-//! ([`intersect_in_images`]).
+//! Intersection of a point: linear, from rays in space ([`intersect_rays`]), and from there iterated, from image points
+//! of whatever projection ([`intersect_in_images`]).
 
 use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
 
-/// Gauss-Newton has converged at a step below this, in standard deviations of the point. Convergence is fast (the rays start
-/// it within a few sigma), so the step after would be smaller by orders of magnitude still.
+/// Gauss-Newton has converged at a step below this, in standard deviations of the point. Convergence is fast (the rays
+/// start it within a few sigma), so the step after would be smaller by orders of magnitude still.
 const CONVERGED_SIGMA: f64 = 1e-7;
-/// A step of this many roundings of the coordinates cannot be improved on, whatever the precision asks for; image coordinates are as
-/// inexact.
+/// A step of this many roundings of the coordinates cannot be improved on, whatever the precision asks for; image
+/// coordinates are as inexact.
 const ROUNDINGS: f64 = 8.0;
 /// Iterations; three to five are needed.
 const MAX_ITERATIONS: usize = 50;
@@ -81,8 +81,9 @@ pub enum NoIntersection {
     Diverged,
 }
 
-/// The point (m) with the least `sum |(observed - projected) / sigma|^2`, by Gauss-Newton from `start`. `project(i, point)` is the image
-/// point (px) of `measured[i]` for a trial point, and its derivative by the point (px/m); `None` where the image does not see it.
+/// The point (m) with the least `sum |(observed - projected) / sigma|^2`, by Gauss-Newton from `start`.
+/// `project(i, point)` is the image point (px) of `measured[i]` for a trial point, and its derivative by the point
+/// (px/m); `None` where the image does not see it.
 ///
 /// # Errors
 /// [`NoIntersection`].

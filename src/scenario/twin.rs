@@ -121,7 +121,8 @@ fn intersect(block: &Block, rays: &[Measurement]) -> Option<Vector3<f64>> {
     intersect_rays(&origins, &directions)
 }
 
-/// Least squares of the reprojection, every ray of the same weight; `None` when it does not converge or leaves the front.
+/// Least squares of the reprojection, every ray of the same weight; `None` when it does not converge or leaves the
+/// front.
 fn refine(block: &Block, rays: &[Measurement], start: Vector3<f64>) -> Option<Vector3<f64>> {
     let measured: Vec<ImagePoint> = rays.iter().map(|ray| ImagePoint { xy: [ray.x, ray.y], sigma: 1.0 }).collect();
     let project = |i: usize, point: &Vector3<f64>| {

@@ -175,7 +175,8 @@ fn start_values_behind_the_camera_are_named() {
     }
 }
 
-/// Adds the sum of its parameters, times a bend of its input that no camera has, to its first output, where `domain` allows it.
+/// Adds the sum of its parameters, times a bend of its input that no camera has, to its first output, where `domain`
+/// allows it.
 struct Narrow {
     descriptor: Descriptor,
     domain: Domain,
@@ -230,8 +231,8 @@ fn narrow(stage: Stage, parameters: &[&'static str], domain: Domain) -> EffectTe
     EffectTerm { effect, values: BTreeMap::new(), held: Vec::new() }
 }
 
-/// A domain that no step can enter: every step fails, whatever the damping. Where two parameters do the same that is not "no step reduces the
-/// cost" but a null direction, and it has their names.
+/// A domain that no step can enter: every step fails, whatever the damping. Where two parameters do the same that is
+/// not "no step reduces the cost" but a null direction, and it has their names.
 #[test]
 fn a_null_direction_is_named_where_no_step_can_be_taken() {
     let block = dike(&[("k1", 1.5e-9)], 0.3);

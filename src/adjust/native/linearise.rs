@@ -12,8 +12,8 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Reduced system at a prepared state, the points damped by `damping` times their own diagonal. Errors: an observation that cannot be
-/// computed; a point that its rays do not fix.
+/// Reduced system at a prepared state, the points damped by `damping` times their own diagonal. Errors: an observation
+/// that cannot be computed; a point that its rays do not fix.
 pub fn linearise(at: &Prepared<'_>, damping: f64) -> Result<System, AdjustError> {
     match at.structure.dim {
         6 => linearise_with::<6>(at, damping),

@@ -296,7 +296,8 @@ impl<const D: usize> PointRows<D> {
         }
     }
 
-    /// `sum rho` of point `j` moved to `object`, at the state and images `next`. Errors: an observation of it that cannot be computed.
+    /// `sum rho` of point `j` moved to `object`, at the state and images `next`. Errors: an observation of it that
+    /// cannot be computed.
     pub fn chi_square_moved(
         &mut self,
         at: &Prepared<'_>,
