@@ -180,13 +180,13 @@ pub enum AdjustError {
         /// Why it stopped.
         reason: String,
     },
-    /// The start values cannot be projected.
-    #[error("at the start values point `{point}` cannot be projected into image `{image}`: {reason}")]
+    /// An observation cannot be computed at the start values.
+    #[error("at the start values {} cannot be computed: {reason}", observation(.image, .point))]
     BadStart {
-        /// Name.
-        image: String,
-        /// Name.
-        point: String,
+        /// Name; `None` for surveyed coordinates.
+        image: Option<String>,
+        /// Name; `None` for an antenna position and for an image of which nothing can be computed.
+        point: Option<String>,
         /// Behind the camera, outside an effect's domain.
         reason: String,
     },
@@ -207,6 +207,16 @@ pub enum AdjustError {
     /// The C++ side reported an error.
     #[error("ceres: {0}")]
     Bridge(String),
+}
+
+/// What an observation is of, for people.
+fn observation(image: &Option<String>, point: &Option<String>) -> String {
+    match (image, point) {
+        (Some(image), Some(point)) => format!("point `{point}` in image `{image}`"),
+        (Some(image), None) => format!("image `{image}`"),
+        (None, Some(point)) => format!("the surveyed coordinates of point `{point}`"),
+        (None, None) => "an observation".into(),
+    }
 }
 
 /// A solver of [`Problem`].

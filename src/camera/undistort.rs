@@ -82,7 +82,8 @@ pub fn undistort(interior: &Interior, xy: [f64; 2]) -> Option<[f64; 2]> {
     is_inside(interior, &ideal).then(|| ideal.into())
 }
 
-/// Viewing ray of a measured image point (px): a unit vector in the camera frame. `None` where [`undistort`] finds no ideal point.
+/// Viewing ray of a measured image point (px): a unit vector in the camera frame. `None` where [`undistort`] finds no
+/// ideal point.
 pub fn viewing_ray(interior: &Interior, xy: [f64; 2]) -> Option<Vector3<f64>> {
     let [u, v] = undistort(interior, xy)?;
     Some(Vector3::new((u - interior[PPX]) / interior[F], (v - interior[PPY]) / interior[F], 1.0).normalize())

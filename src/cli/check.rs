@@ -90,7 +90,8 @@ fn as_json(block: &Block, inventory: &Inventory, set_aside: &SetAside) -> Value 
                 "span_s": flight.span_s, "gsd_m": flight.gsd_m })
     });
     let cameras = block.cameras.iter().map(|camera| {
-        json!({ "camera": camera.id, "width_px": camera.width_px, "height_px": camera.height_px, "f": camera.interior[F] })
+        let (width, height) = (camera.width_px, camera.height_px);
+        json!({ "camera": camera.id, "width_px": width, "height_px": height, "f": camera.interior[F] })
     });
     let columns: serde_json::Map<String, Value> =
         inventory.columns.iter().map(|(name, images)| (name.to_string(), json!(images))).collect();

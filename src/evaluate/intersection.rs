@@ -1,25 +1,14 @@
 //! Object points from their image measurements, the images held: space intersection.
 //!
-//! [`Method::Image`] minimises `sum |(observed - projected) / sigma|^2` by Gauss-Newton from the intersection of the rays.
+//! [`Method::Image`] minimises `sum |(observed - projected) / sigma|^2` from the intersection of the rays.
 //! [`Method::Rays`] minimises the sum of squared distances to the rays in space, as the control-point tools of MicMac do: it
 //! gives far images more weight than their precision deserves, and is here to follow published figures.
 
 use super::ImageModel;
 use crate::block::{Block, ImageId, Measurement, PointId};
-use crate::math::intersect::intersect_rays;
+use crate::math::intersect::{ImagePoint, Intersected, NoIntersection, intersect_in_images, intersect_rays};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
-
-/// Gauss-Newton has converged at a step below this, in standard deviations of the point. Convergence is fast (the rays start
-/// it within a few sigma), so the step after would be smaller by orders of magnitude still.
-const CONVERGED_SIGMA: f64 = 1e-7;
-/// A step of this many roundings of the coordinates cannot be improved on, whatever the precision asks for; image coordinates are as
-/// inexact.
-const ROUNDINGS: f64 = 8.0;
-/// Iterations; three to five are needed.
-const MAX_ITERATIONS: usize = 50;
-/// Times that a step which does not lower the cost is halved.
-const MAX_HALVINGS: usize = 20;
 
 /// What is minimised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -79,6 +68,16 @@ pub enum Failure {
     Diverged,
 }
 
+impl From<NoIntersection> for Failure {
+    fn from(reason: NoIntersection) -> Self {
+        match reason {
+            NoIntersection::Unseen => Failure::Behind,
+            NoIntersection::Parallel => Failure::Parallel,
+            NoIntersection::Diverged => Failure::Diverged,
+        }
+    }
+}
+
 /// A point without intersection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FailedIntersection {
@@ -96,9 +95,6 @@ pub struct Intersections {
     /// Not intersected, in the order of the points.
     pub failed: Vec<FailedIntersection>,
 }
-
-/// Coordinates, covariance, residuals and iterations of one point.
-type Solved = (Vector3<f64>, Matrix3<f64>, Vec<Vector2<f64>>, usize);
 
 /// Intersects every surveyed point of the block from its marks.
 pub fn intersect_surveyed(model: &impl ImageModel, block: &Block, method: Method) -> Intersections {
@@ -136,7 +132,7 @@ pub fn intersect_all(
                 .collect();
             let point = PointId::from(point);
             match intersect_point(model, &observations, method) {
-                Ok((position, covariance, residuals, iterations)) => {
+                Ok(Intersected { position, covariance, residuals, iterations }) => {
                     Ok(Intersection { point, position, covariance, measurements: indices, residuals, iterations })
                 }
                 Err(reason) => Err(FailedIntersection { point, reason }),
@@ -161,7 +157,7 @@ pub fn intersect_point(
     model: &impl ImageModel,
     observations: &[Observation],
     method: Method,
-) -> Result<Solved, Failure> {
+) -> Result<Intersected, Failure> {
     if observations.len() < 2 {
         return Err(Failure::TooFewMarks(observations.len()));
     }
@@ -175,85 +171,22 @@ pub fn intersect_point(
     let (centres, directions): (Vec<_>, Vec<_>) = usable.into_iter().unzip();
     let start = intersect_rays(&centres, &directions).ok_or(Failure::Parallel)?;
     match method {
-        Method::Image => minimise_in_images(model, observations, start),
+        Method::Image => {
+            let measured: Vec<ImagePoint> =
+                observations.iter().map(|o| ImagePoint { xy: o.xy, sigma: o.sigma }).collect();
+            let project = |i: usize, point: &Vector3<f64>| model.project(observations[i].image, measured[i].xy, point);
+            Ok(intersect_in_images(&measured, start, project)?)
+        }
         Method::Rays => {
             let covariance = covariance_of_rays(model, observations, &start, &directions)?;
-            Ok((start, covariance, Normal::at(model, observations, &start).ok_or(Failure::Behind)?.residuals, 0))
+            let residual = |o: &Observation| {
+                let (projected, _) = model.project(o.image, o.xy, &start).ok_or(Failure::Behind)?;
+                Ok(Vector2::from(o.xy) - Vector2::from(projected))
+            };
+            let residuals = observations.iter().map(residual).collect::<Result<_, Failure>>()?;
+            Ok(Intersected { position: start, covariance, residuals, iterations: 0 })
         }
     }
-}
-
-/// Normal equations of the image residuals at a point.
-struct Normal {
-    matrix: Matrix3<f64>,
-    right: Vector3<f64>,
-    cost: f64,
-    /// What rounding may change of the cost: a residual is a difference of image coordinates of thousands of px.
-    cost_rounding: f64,
-    residuals: Vec<Vector2<f64>>,
-}
-
-impl Normal {
-    /// `None` when an image does not see the point.
-    fn at(model: &impl ImageModel, observations: &[Observation], point: &Vector3<f64>) -> Option<Self> {
-        let mut normal = Normal {
-            matrix: Matrix3::zeros(),
-            right: Vector3::zeros(),
-            cost: 0.0,
-            cost_rounding: 0.0,
-            residuals: Vec::with_capacity(observations.len()),
-        };
-        for o in observations {
-            let (projected, jacobian) = model.project(o.image, o.xy, point)?;
-            let residual = Vector2::from(o.xy) - Vector2::from(projected);
-            let weight = 1.0 / (o.sigma * o.sigma);
-            normal.matrix += jacobian.transpose() * jacobian * weight;
-            normal.right += jacobian.transpose() * residual * weight;
-            normal.cost += residual.norm_squared() * weight;
-            let rounding = ROUNDINGS * f64::EPSILON * Vector2::from(o.xy).norm();
-            normal.cost_rounding += (2.0 * residual.norm() + rounding) * rounding * weight;
-            normal.residuals.push(residual);
-        }
-        normal.cost.is_finite().then_some(normal)
-    }
-}
-
-fn minimise_in_images(
-    model: &impl ImageModel,
-    observations: &[Observation],
-    start: Vector3<f64>,
-) -> Result<Solved, Failure> {
-    let mut position = start;
-    let mut normal = Normal::at(model, observations, &position).ok_or(Failure::Behind)?;
-    for iteration in 1..=MAX_ITERATIONS {
-        let factor = normal.matrix.cholesky().ok_or(Failure::Parallel)?;
-        let mut step = factor.solve(&normal.right);
-        let size_in_sigma = step.dot(&normal.right).max(0.0).sqrt();
-        let converged = size_in_sigma < CONVERGED_SIGMA || step.amax() <= ROUNDINGS * f64::EPSILON * position.amax();
-        let allowed = normal.cost + normal.cost_rounding;
-        let mut next = None;
-        for _ in 0..=MAX_HALVINGS {
-            next = Normal::at(model, observations, &(position + step)).filter(|trial| trial.cost <= allowed);
-            if next.is_some() {
-                break;
-            }
-            step *= 0.5;
-        }
-        match next {
-            Some(better) => {
-                position += step;
-                normal = better;
-            }
-            // At the minimum rounding alone may make every step look worse.
-            None if converged => {}
-            None => return Err(Failure::Diverged),
-        }
-        if converged {
-            let covariance = normal.matrix.cholesky().ok_or(Failure::Parallel)?.inverse();
-            return Ok((position, covariance, normal.residuals, iteration));
-        }
-    }
-    Err(Failure::Diverged)
 }
 
 /// Law of propagation for the intersection of rays: an image error `e` shifts a ray at the point by `J^+ e` across itself

@@ -49,7 +49,8 @@ fn exact_measurements_meet_in_the_point() {
     for point in [Vector3::new(0.0, 0.0, 0.0), Vector3::new(5.0, -8.0, 3.0), Vector3::new(-6.0, 4.0, -2.0)] {
         let observations = observations(&model, &point);
         for method in [Method::Image, Method::Rays] {
-            let (found, _, residuals, _) = intersect_point(&model, &observations, method).unwrap();
+            let Intersected { position: found, residuals, .. } =
+                intersect_point(&model, &observations, method).unwrap();
             // 1e-11 px of the inverse distortion at 0.01 m/px, some roundings of 50 m.
             assert_relative_eq!(found, point, epsilon = 1e-11);
             assert!(residuals.iter().all(|v| v.norm() < 1e-8));
@@ -68,7 +69,7 @@ fn precision_of_the_normal_case_of_stereo() {
     let mut observations = observations(&model, &Vector3::zeros());
     observations.iter_mut().for_each(|o| o.sigma = sigma);
     for method in [Method::Image, Method::Rays] {
-        let (_, covariance, _, _) = intersect_point(&model, &observations, method).unwrap();
+        let Intersected { covariance, .. } = intersect_point(&model, &observations, method).unwrap();
         assert_relative_eq!(covariance[(2, 2)].sqrt(), h * h / (b * 5000.0) * 2f64.sqrt() * sigma, max_relative = 1e-9);
         assert_relative_eq!(covariance[(0, 0)].sqrt(), h / 5000.0 * sigma / 2f64.sqrt(), max_relative = 1e-9);
         assert_relative_eq!(covariance[(1, 1)].sqrt(), h / 5000.0 * sigma / 2f64.sqrt(), max_relative = 1e-9);
@@ -83,7 +84,7 @@ fn covariance_matches_monte_carlo() {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let trials = 3000;
     for method in [Method::Image, Method::Rays] {
-        let (_, covariance, _, _) = intersect_point(&model, &exact, method).unwrap();
+        let Intersected { covariance, .. } = intersect_point(&model, &exact, method).unwrap();
         let mut found = Matrix3::zeros();
         for _ in 0..trials {
             let mut noisy = exact.clone();
@@ -91,7 +92,7 @@ fn covariance_matches_monte_carlo() {
                 let sigma = o.sigma;
                 o.xy = o.xy.map(|x| x + sigma * rng.sample::<f64, _>(StandardNormal));
             }
-            let error = intersect_point(&model, &noisy, method).unwrap().0 - point;
+            let error = intersect_point(&model, &noisy, method).unwrap().position - point;
             found += error * error.transpose() / f64::from(trials);
         }
         let tolerance = 4.0 * (2.0 / f64::from(trials)).sqrt();
@@ -118,8 +119,8 @@ fn image_method_is_the_minimum_of_the_weighted_residuals() {
         };
         noisy.iter().map(of).sum()
     };
-    let (found, _, residuals, _) = intersect_point(&model, &noisy, Method::Image).unwrap();
-    let rays = intersect_point(&model, &noisy, Method::Rays).unwrap().0;
+    let Intersected { position: found, residuals, .. } = intersect_point(&model, &noisy, Method::Image).unwrap();
+    let rays = intersect_point(&model, &noisy, Method::Rays).unwrap().position;
     assert!(cost(&found) < cost(&rays));
     let sum: f64 = residuals.iter().zip(&noisy).map(|(v, o)| v.norm_squared() / (o.sigma * o.sigma)).sum();
     assert_relative_eq!(sum, cost(&found), max_relative = 1e-12);
@@ -144,7 +145,7 @@ fn rounding_of_the_cost_is_no_divergence() {
         for o in &mut noisy {
             (o.xy, o.sigma) = (o.xy.map(|x| x + 0.5 * (rng.random::<f64>() - 0.5)), 0.5);
         }
-        let (.., iterations) = intersect_point(&model, &noisy, Method::Image).unwrap();
+        let Intersected { iterations, .. } = intersect_point(&model, &noisy, Method::Image).unwrap();
         assert!(iterations <= 5, "{iterations} iterations");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{ImageModel, ProjectedPoint};
 use crate::block::{Block, CameraId, ImageId, Pose};
-use crate::camera::{Interior, fraser, undistort::undistort};
+use crate::camera::{Interior, fraser, undistort::viewing_ray};
 use nalgebra::{Matrix2x3, Vector3};
 
 /// Fraser cameras and poses.
@@ -49,9 +49,6 @@ impl ImageModel for PlainModel {
     }
 
     fn ray(&self, image: ImageId, observed: [f64; 2]) -> Option<Vector3<f64>> {
-        let interior = self.interior(image);
-        let [u, v] = undistort(interior, observed)?;
-        let in_camera = Vector3::new((u - interior[1]) / interior[0], (v - interior[2]) / interior[0], 1.0);
-        Some(self.poses[image.index()].rotation.inverse() * in_camera.normalize())
+        Some(self.poses[image.index()].rotation.inverse() * viewing_ray(self.interior(image), observed)?)
     }
 }

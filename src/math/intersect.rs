@@ -1,6 +1,18 @@
-//! Intersection of rays in space.
+//! Intersection of a point: linear, from rays in space ([`intersect_rays`]), and from there iterated, from image points
+//! of whatever projection ([`intersect_in_images`]).
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
+
+/// Gauss-Newton has converged at a step below this, in standard deviations of the point. Convergence is fast (the rays
+/// start it within a few sigma), so the step after would be smaller by orders of magnitude still.
+const CONVERGED_SIGMA: f64 = 1e-7;
+/// A step of this many roundings of the coordinates cannot be improved on, whatever the precision asks for; image
+/// coordinates are as inexact.
+const ROUNDINGS: f64 = 8.0;
+/// Iterations; three to five are needed.
+const MAX_ITERATIONS: usize = 50;
+/// Times that a step which does not lower the cost is halved.
+const MAX_HALVINGS: usize = 20;
 
 /// Smallest root mean square angle (rad) between the rays and their best common direction: below it they count as parallel.
 /// Two rays that meet at 2e-5 rad turn an error of 0.1 px (f = 5000 px) into the whole distance, so nothing real is lost.
@@ -34,6 +46,122 @@ pub fn intersect_rays(origins: &[Vector3<f64>], directions: &[Vector3<f64>]) -> 
         return None;
     }
     Some(mean + normal.cholesky()?.solve(&right))
+}
+
+/// A measured image point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ImagePoint {
+    /// Measured, px.
+    pub xy: [f64; 2],
+    /// Standard deviation of each coordinate, px.
+    pub sigma: f64,
+}
+
+/// A point intersected in images.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Intersected {
+    /// Its coordinates, m.
+    pub position: Vector3<f64>,
+    /// Covariance (m^2) from the sigma of the measurements alone, the images taken as free of error.
+    pub covariance: Matrix3<f64>,
+    /// Observed minus projected, px.
+    pub residuals: Vec<Vector2<f64>>,
+    /// Gauss-Newton iterations.
+    pub iterations: usize,
+}
+
+/// Why image points have no intersection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoIntersection {
+    /// The point lies where an image cannot see it.
+    Unseen,
+    /// The images do not fix the point.
+    Parallel,
+    /// No minimum was found.
+    Diverged,
+}
+
+/// The point (m) with the least `sum |(observed - projected) / sigma|^2`, by Gauss-Newton from `start`.
+/// `project(i, point)` is the image point (px) of `measured[i]` for a trial point, and its derivative by the point
+/// (px/m); `None` where the image does not see it.
+///
+/// # Errors
+/// [`NoIntersection`].
+pub fn intersect_in_images(
+    measured: &[ImagePoint],
+    start: Vector3<f64>,
+    project: impl Fn(usize, &Vector3<f64>) -> Option<([f64; 2], Matrix2x3<f64>)>,
+) -> Result<Intersected, NoIntersection> {
+    let mut position = start;
+    let mut normal = Normal::at(measured, &position, &project).ok_or(NoIntersection::Unseen)?;
+    for iterations in 1..=MAX_ITERATIONS {
+        let factor = normal.matrix.cholesky().ok_or(NoIntersection::Parallel)?;
+        let mut step = factor.solve(&normal.right);
+        let size_in_sigma = step.dot(&normal.right).max(0.0).sqrt();
+        let converged = size_in_sigma < CONVERGED_SIGMA || step.amax() <= ROUNDINGS * f64::EPSILON * position.amax();
+        let allowed = normal.cost + normal.cost_rounding;
+        let mut next = None;
+        for _ in 0..=MAX_HALVINGS {
+            next = Normal::at(measured, &(position + step), &project).filter(|trial| trial.cost <= allowed);
+            if next.is_some() {
+                break;
+            }
+            step *= 0.5;
+        }
+        match next {
+            Some(better) => {
+                position += step;
+                normal = better;
+            }
+            // At the minimum rounding alone may make every step look worse.
+            None if converged => {}
+            None => return Err(NoIntersection::Diverged),
+        }
+        if converged {
+            let covariance = normal.matrix.cholesky().ok_or(NoIntersection::Parallel)?.inverse();
+            return Ok(Intersected { position, covariance, residuals: normal.residuals, iterations });
+        }
+    }
+    Err(NoIntersection::Diverged)
+}
+
+/// Normal equations of the image residuals at a point.
+struct Normal {
+    matrix: Matrix3<f64>,
+    right: Vector3<f64>,
+    cost: f64,
+    /// What rounding may change of the cost: a residual is a difference of image coordinates of thousands of px.
+    cost_rounding: f64,
+    residuals: Vec<Vector2<f64>>,
+}
+
+impl Normal {
+    /// `None` when an image does not see the point.
+    fn at(
+        measured: &[ImagePoint],
+        point: &Vector3<f64>,
+        project: impl Fn(usize, &Vector3<f64>) -> Option<([f64; 2], Matrix2x3<f64>)>,
+    ) -> Option<Self> {
+        let mut normal = Normal {
+            matrix: Matrix3::zeros(),
+            right: Vector3::zeros(),
+            cost: 0.0,
+            cost_rounding: 0.0,
+            residuals: Vec::with_capacity(measured.len()),
+        };
+        for (i, ImagePoint { xy, sigma }) in measured.iter().enumerate() {
+            let (projected, jacobian) = project(i, point)?;
+            let residual = Vector2::from(*xy) - Vector2::from(projected);
+            let weight = 1.0 / (sigma * sigma);
+            normal.matrix += jacobian.transpose() * jacobian * weight;
+            normal.right += jacobian.transpose() * residual * weight;
+            normal.cost += residual.norm_squared() * weight;
+            let rounding = ROUNDINGS * f64::EPSILON * Vector2::from(*xy).norm();
+            normal.cost_rounding += (2.0 * residual.norm() + rounding) * rounding * weight;
+            normal.residuals.push(residual);
+        }
+        normal.cost.is_finite().then_some(normal)
+    }
 }
 
 #[cfg(test)]
@@ -73,5 +201,29 @@ mod tests {
         let tilted = |angle: f64| Vector3::new(angle.sin(), 0.0, angle.cos());
         assert!(intersect_rays(&[o, Vector3::x()], &[d, tilted(1.9 * PARALLEL_LIMIT_RAD)]).is_none());
         assert!(intersect_rays(&[o, Vector3::x()], &[d, tilted(2.1 * PARALLEL_LIMIT_RAD)]).is_some());
+    }
+
+    /// Image point of a camera at `origin` that looks along z, f = 1000 px.
+    fn pinhole(origin: &Vector3<f64>, point: &Vector3<f64>) -> Option<([f64; 2], Matrix2x3<f64>)> {
+        let d = point - origin;
+        let (u, v, s) = (1000.0 * d.x / d.z, 1000.0 * d.y / d.z, 1000.0 / d.z);
+        (d.z > 0.0).then(|| ([u, v], Matrix2x3::new(s, 0.0, -u / d.z, 0.0, s, -v / d.z)))
+    }
+
+    #[test]
+    fn image_points_meet_in_their_point() {
+        let point = Vector3::new(3.0, -2.0, 40.0);
+        let origins = [Vector3::zeros(), Vector3::x() * 10.0, Vector3::y() * 8.0];
+        let measured = origins.map(|origin| ImagePoint { xy: pinhole(&origin, &point).unwrap().0, sigma: 0.5 });
+        let project = |i: usize, trial: &Vector3<f64>| pinhole(&origins[i], trial);
+        let found = intersect_in_images(&measured, point + Vector3::new(1.0, -1.0, 7.0), project).unwrap();
+        assert_relative_eq!(found.position, point, epsilon = 1e-12);
+        assert!(found.residuals.iter().all(|residual| residual.norm() < 1e-10));
+        // Straight ahead of one image the depth moves nothing.
+        let ahead = [ImagePoint { xy: [0.0; 2], sigma: 0.5 }; 3];
+        let alone = |_: usize, trial: &Vector3<f64>| pinhole(&origins[0], trial);
+        assert_eq!(intersect_in_images(&ahead, Vector3::z() * 40.0, alone), Err(NoIntersection::Parallel));
+        let behind = Vector3::new(0.0, 0.0, -1.0);
+        assert_eq!(intersect_in_images(&measured, behind, project), Err(NoIntersection::Unseen));
     }
 }

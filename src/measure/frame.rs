@@ -179,6 +179,7 @@ impl Frame {
 
 /// Prepares every image. Errors: the first image (in order) that cannot be prepared.
 pub fn frames(problem: &Problem, stages: &Stages, state: &State) -> Result<Vec<Frame>, MeasureError> {
-    let outside = |image: usize| MeasureError::Image { image: problem.image_names[image].clone() };
-    (0..state.poses.len()).map(|image| Frame::new(problem, stages, state, image).map_err(|_| outside(image))).collect()
+    let frame =
+        |image: usize| Frame::new(problem, stages, state, image).map_err(|_| MeasureError::interior(problem, image));
+    (0..state.poses.len()).map(frame).collect()
 }

@@ -1,7 +1,7 @@
 //! The forward model: a measurement predicted through the chain of effects (CONVENTIONS.md), with derivatives by hand.
 //!
-//! It is part of no solver: the native one linearises with it, and whoever looks at a fitted state predicts with [`Predictor`]. Ceres has its
-//! own, from the forward formulas, so that the two can disagree.
+//! It is part of no solver: the native one linearises with it, and whoever looks at a fitted state predicts with
+//! [`Predictor`]. Ceres has its own, from the forward formulas, so that the two can disagree.
 
 mod chain;
 mod error;

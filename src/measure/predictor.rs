@@ -3,7 +3,7 @@
 use super::chain::{self, Prediction};
 use super::frame::{self, Frame, Stages};
 use super::{MeasureError, position};
-use crate::camera::undistort::undistort;
+use crate::camera::undistort::viewing_ray;
 use crate::problem::{ImageObservation, MeasurementKind, Problem, State};
 use nalgebra::{Matrix2x3, Vector3};
 
@@ -61,9 +61,6 @@ impl<'a> Predictor<'a> {
     /// Approximate direction (world, unit length) of an image point: the camera's, effects of exposure, ray and image left out. For start values.
     pub fn ray(&self, image: usize, observed: [f64; 2]) -> Option<Vector3<f64>> {
         let frame = &self.frames[image];
-        let interior = &frame.interior;
-        let [u, v] = undistort(interior, observed)?;
-        let ray = Vector3::new((u - interior[1]) / interior[0], (v - interior[2]) / interior[0], 1.0);
-        Some(frame.rotation.transpose() * ray.normalize())
+        Some(frame.rotation.transpose() * viewing_ray(&frame.interior, observed)?)
     }
 }

@@ -3,7 +3,7 @@
 use super::observations::{PointRows, point_name};
 use super::{ImageObservation, PointSource, ProblemError};
 use crate::block::Block;
-use crate::camera::{Interior, undistort::undistort};
+use crate::camera::{Interior, undistort::viewing_ray};
 use crate::math::intersect::intersect_rays;
 use nalgebra::Vector3;
 
@@ -33,11 +33,9 @@ pub(super) fn intersect(
     let mut directions = Vec::with_capacity(observations.len());
     for observation in observations {
         let image = &block.images[observation.image as usize];
-        let interior = &interiors[image.camera.index()];
-        let [u, v] = undistort(interior, [observation.x, observation.y])?;
-        let ray = Vector3::new((u - interior[1]) / interior[0], (v - interior[2]) / interior[0], 1.0);
+        let ray = viewing_ray(&interiors[image.camera.index()], [observation.x, observation.y])?;
         origins.push(image.pose.centre);
-        directions.push(image.pose.rotation.inverse() * ray.normalize());
+        directions.push(image.pose.rotation.inverse() * ray);
     }
     let point = intersect_rays(&origins, &directions)?;
     let in_front = |o: &ImageObservation| block.images[o.image as usize].pose.cam_from_world(&point).z > 0.0;

@@ -1,7 +1,8 @@
 //! Block + model -> flat arrays: the one description of the least-squares problem that both solvers read.
 //!
-//! Unknowns are numbered ([`Layout`]): cameras (twelve each), effect parameters (`theta`), poses (6 each: rotation `w` as in
-//! [`crate::math::rotation`], rad, then projection centre, m), points (3 each, m; tie points, then control points).
+//! Unknowns are numbered ([`Layout`]): cameras (twelve each), effect parameters (`theta`), poses (6 each: rotation `w`
+//! as in [`crate::math::rotation`], rad, then projection centre, m), points (3 each, m; tie points, then control
+//! points).
 //!
 //! Residuals are `(observed - computed) / sigma`, in this order: image observations (x, y each), control coordinates (3 each), GNSS
 //! positions (3 each), priors of `theta` (1 each, in order of `theta`), priors of camera parameters (1 each).

@@ -7,16 +7,10 @@ use super::visibility::Lens;
 use super::{Result, ScenarioError, Simulation};
 use crate::block::{Block, Gnss, Measurement, PointId, SurveyedPoint, TiePoint};
 use crate::camera::fraser::project_with_derivatives;
-use crate::camera::undistort::undistort;
-use crate::math::intersect::intersect_rays;
-use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
+use crate::camera::undistort::viewing_ray;
+use crate::math::intersect::{ImagePoint, intersect_in_images, intersect_rays};
+use nalgebra::{Matrix2x3, Vector3};
 use rayon::prelude::*;
-
-/// Gauss-Newton steps of the reprojection: from the intersected rays three or four are enough.
-const MAX_STEPS: usize = 20;
-/// A step below this part of the distance to the first camera ends the iteration. What is left only moves the twin's point,
-/// never its exactness.
-const CONVERGED: f64 = 1e-10;
 
 /// Makes the error-free twin of a real block: cameras and poses are taken as true; tie points, control and check points
 /// are intersected from their measurements and reprojected into the same images. Antenna positions, where there are any, become the
@@ -121,37 +115,22 @@ fn intersect(block: &Block, rays: &[Measurement]) -> Option<Vector3<f64>> {
     let mut directions = Vec::with_capacity(rays.len());
     for ray in rays {
         let pose = &block.images[ray.image.index()].pose;
-        let interior = &block.camera_of(ray.image).interior;
-        let [u, v] = undistort(interior, [ray.x, ray.y])?;
-        let direction = Vector3::new((u - interior[1]) / interior[0], (v - interior[2]) / interior[0], 1.0);
         origins.push(pose.centre);
-        directions.push(pose.rotation.inverse() * direction);
+        directions.push(pose.rotation.inverse() * viewing_ray(&block.camera_of(ray.image).interior, [ray.x, ray.y])?);
     }
     intersect_rays(&origins, &directions)
 }
 
-/// Least squares of the reprojection, by Gauss-Newton; `None` when it does not converge or leaves the front.
+/// Least squares of the reprojection, every ray of the same weight; `None` when it does not converge or leaves the
+/// front.
 fn refine(block: &Block, rays: &[Measurement], start: Vector3<f64>) -> Option<Vector3<f64>> {
-    let mut position = start;
-    let distance = (block.images[rays.first()?.image.index()].pose.centre - start).norm();
-    for _ in 0..MAX_STEPS {
-        let mut normal = Matrix3::zeros();
-        let mut right = Vector3::zeros();
-        for ray in rays {
-            let pose = &block.images[ray.image.index()].pose;
-            let interior = &block.camera_of(ray.image).interior;
-            let projection = project_with_derivatives(interior, pose.cam_from_world(&position).into())?;
-            let d = projection.d_camera_point;
-            let by_camera_point = Matrix2x3::new(d[0][0], d[0][1], d[0][2], d[1][0], d[1][1], d[1][2]);
-            let by_point = by_camera_point * pose.rotation.to_rotation_matrix().into_inner();
-            normal += by_point.transpose() * by_point;
-            right += by_point.transpose() * (Vector2::new(ray.x, ray.y) - Vector2::from(projection.point));
-        }
-        let step = normal.cholesky()?.solve(&right);
-        position += step;
-        if step.norm() < CONVERGED * distance {
-            return Some(position);
-        }
-    }
-    None
+    let measured: Vec<ImagePoint> = rays.iter().map(|ray| ImagePoint { xy: [ray.x, ray.y], sigma: 1.0 }).collect();
+    let project = |i: usize, point: &Vector3<f64>| {
+        let pose = &block.images[rays[i].image.index()].pose;
+        let interior = &block.camera_of(rays[i].image).interior;
+        let projection = project_with_derivatives(interior, pose.cam_from_world(point).into())?;
+        let by_camera_point = Matrix2x3::from_fn(|i, j| projection.d_camera_point[i][j]);
+        Some((projection.point, by_camera_point * pose.rotation.to_rotation_matrix().into_inner()))
+    };
+    intersect_in_images(&measured, start, project).ok().map(|found| found.position)
 }

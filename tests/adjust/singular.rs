@@ -1,12 +1,17 @@
 //! What the measurements do not determine is named by every solver; nothing crashes and nothing is made up.
 
 use crate::common::{SOLVERS, errors_of_both, preset, solve_both};
-use misclosure::adjust::AdjustError;
+use misclosure::adjust::native::Native;
+use misclosure::adjust::{AdjustError, Options, Solver};
 use misclosure::block::{Block, Role};
 use misclosure::camera::parameter_indices;
-use misclosure::model::{Datum, Model};
+use misclosure::effects::{self, Context, Descriptor, Effect, OutsideDomain, Stage};
+use misclosure::model::{Datum, EffectRef, EffectTerm, Model};
+use misclosure::problem::Problem;
 use misclosure::scenario::{Scenario, add_noise, simulate};
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// A dike taken with a camera of the given distortion coefficients (all others zero).
 fn dike(distortion: &[(&str, f64)], noise_px: f64) -> Block {
@@ -166,6 +171,107 @@ fn start_values_behind_the_camera_are_named() {
     block.tie_points[7].position = Some(far);
     for error in errors_of_both(&block, &holding(&["dc"])) {
         let AdjustError::BadStart { point, .. } = &error else { panic!("{error}") };
-        assert_eq!(point, &block.tie_points[7].name);
+        assert_eq!(point.as_ref(), Some(&block.tie_points[7].name));
+    }
+}
+
+/// Adds the sum of its parameters, times a bend of its input that no camera has, to its first output, where `domain`
+/// allows it.
+struct Narrow {
+    descriptor: Descriptor,
+    domain: Domain,
+}
+
+/// Of input and parameters.
+type Domain = Box<dyn Fn(&[f64], &[f64]) -> bool + Send + Sync>;
+
+impl Effect for Narrow {
+    fn descriptor(&self) -> &Descriptor {
+        &self.descriptor
+    }
+    fn eval(
+        &self,
+        _: &Context<'_>,
+        input: &[f64],
+        theta: &[f64],
+        out: &mut [f64],
+        d_input: Option<&mut [f64]>,
+        d_theta: Option<&mut [f64]>,
+    ) -> Result<(), OutsideDomain> {
+        if !(self.domain)(input, theta) {
+            return Err(OutsideDomain);
+        }
+        let stage = self.descriptor.stage;
+        let bend = (1e-3 * input[0]).sin() * (2e-3 * input[1]).sin();
+        out.copy_from_slice(&input[..stage.outputs()]);
+        out[0] += theta.iter().sum::<f64>() * bend;
+        if let Some(matrix) = d_input {
+            // At the nominal values, where alone these tests differentiate.
+            effects::fill_identity(stage, matrix);
+        }
+        if let Some(matrix) = d_theta {
+            matrix.fill(0.0);
+            matrix[..theta.len()].fill(bend);
+        }
+        Ok(())
+    }
+}
+
+fn narrow(stage: Stage, parameters: &[&'static str], domain: Domain) -> EffectTerm {
+    let mut descriptor = effects::find("radial-high").expect("an effect").descriptor().clone();
+    let parameter = descriptor.parameters[0].clone();
+    descriptor.id = "narrow".into();
+    descriptor.stage = stage;
+    descriptor.needs.clear();
+    descriptor.parameters = parameters
+        .iter()
+        .map(|name| effects::Parameter { name: (*name).into(), typical: 1.0, ..parameter.clone() })
+        .collect();
+    let effect = EffectRef::Plugin(Arc::new(Narrow { descriptor, domain }));
+    EffectTerm { effect, values: BTreeMap::new(), held: Vec::new() }
+}
+
+/// A domain that no step can enter: every step fails, whatever the damping. Where two parameters do the same that is
+/// not "no step reduces the cost" but a null direction, and it has their names.
+#[test]
+fn a_null_direction_is_named_where_no_step_can_be_taken() {
+    let block = dike(&[("k1", 1.5e-9)], 0.3);
+    let error = |parameters: &[&'static str]| {
+        let effect = narrow(Stage::Image, parameters, Box::new(|_, theta| theta.iter().all(|value| *value == 0.0)));
+        let model = Model { effects: vec![effect], ..holding(&["dc"]) };
+        let problem = Problem::new(&block, &model).expect("a problem");
+        Native.solve(&problem, &Options::default(), &mut |_| ControlFlow::Continue(())).expect_err("no step")
+    };
+    match error(&["a", "b"]) {
+        AdjustError::Singular { directions, .. } => {
+            assert_eq!(directions.len(), 1, "{directions:?}");
+            let mut names: Vec<&str> = directions[0].components.iter().map(|(name, _)| name.as_str()).collect();
+            names.sort_unstable();
+            assert_eq!(names, ["narrow.a", "narrow.b"]);
+        }
+        other => panic!("not a null space: {other}"),
+    }
+    // One alone is determined: there it is the domain.
+    let alone = error(&["a"]);
+    assert!(matches!(alone, AdjustError::NotConverged { .. }), "{alone}");
+}
+
+/// Surveyed coordinates belong to a point and to no image.
+#[test]
+fn a_control_effect_outside_its_domain_names_the_control_point() {
+    let block = dike(&[("k1", 1.5e-9)], 0.3);
+    let point = block.surveyed.iter().filter(|point| point.role == Role::Control).nth(2).expect("control");
+    let outside = point.position;
+    let effect = narrow(Stage::Control, &["a"], Box::new(move |input, _| input != outside.as_slice()));
+    let model = Model { effects: vec![effect], datum: Datum::Control, ..holding(&["dc"]) };
+    let problem = Problem::new(&block, &model).expect("a problem");
+    for solver in SOLVERS {
+        let solved = solver.solve(&problem, &Options::default(), &mut |_| ControlFlow::Continue(())).map(|_| ());
+        let evaluated = solver.evaluate(&problem, &problem.start).map(|_| ());
+        for result in [solved, evaluated] {
+            let error = result.expect_err("outside the domain");
+            let AdjustError::BadStart { image, point: found, .. } = &error else { panic!("{error}") };
+            assert_eq!((image, found.as_ref()), (&None, Some(&point.name)), "{error}");
+        }
     }
 }

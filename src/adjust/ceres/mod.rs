@@ -32,9 +32,8 @@ fn bridge_error(exception: cxx::Exception) -> AdjustError {
 
 /// What the report of a call says that is not success.
 fn failure(problem: &Problem, report: &ffi::Report, iterations: usize) -> Option<AdjustError> {
-    let named = |names: &[String], index: u64, none: &str| {
-        usize::try_from(index).ok().and_then(|index| names.get(index)).cloned().unwrap_or_else(|| none.to_owned())
-    };
+    // What an observation does not have (an antenna no point) comes as an index beyond all.
+    let named = |names: &[String], index: u64| usize::try_from(index).ok().and_then(|index| names.get(index)).cloned();
     Some(match report.status {
         ffi::Status::Converged => return None,
         ffi::Status::Cancelled => AdjustError::Cancelled { solver: NAME },
@@ -42,8 +41,8 @@ fn failure(problem: &Problem, report: &ffi::Report, iterations: usize) -> Option
             AdjustError::NotConverged { solver: NAME, iterations, reason: report.reason.clone() }
         }
         ffi::Status::CannotProject => AdjustError::BadStart {
-            image: named(&problem.image_names, report.image, "(surveyed coordinates)"),
-            point: named(&problem.point_names, report.point, "(antenna)"),
+            image: named(&problem.image_names, report.image),
+            point: named(&problem.point_names, report.point),
             reason: report.reason.clone(),
         },
         ffi::Status::Singular => {

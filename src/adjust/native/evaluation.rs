@@ -1,12 +1,12 @@
 //! Residuals, Jacobian and reduced normal equations at a state, in the layout that the other solver reports too.
 
+use super::frames;
 use super::structure::Structure;
 use super::system::System;
-use super::{frames, lm};
 use crate::adjust::{AdjustError, Evaluation, ReducedSystem};
 use crate::camera::PARAMETER_COUNT;
 use crate::effects::ImageContext;
-use crate::measure::{self, Prediction};
+use crate::measure::{self, MeasureError, Prediction};
 use crate::problem::{Problem, State};
 use nalgebra::DMatrix;
 
@@ -45,9 +45,8 @@ pub fn evaluate(problem: &Problem, structure: &Structure, state: &State) -> Resu
         for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
             let image = observation.image as usize;
             let camera = problem.image_contexts[image].camera as usize;
-            measure::predict(problem, stages, &frames[image], observation, &state.points[j], &mut p).ok_or_else(
-                || lm::name_obstacle(problem, super::linearise::Obstacle::Projection { point: j, image }),
-            )?;
+            measure::predict(problem, stages, &frames[image], observation, &state.points[j], &mut p)
+                .ok_or_else(|| MeasureError::image_point(problem, j, image))?;
             let thetas = stages.theta_indices(problem, image);
             let weight = observation.inverse_sigma;
             for (i, observed) in [observation.x, observation.y].into_iter().enumerate() {
@@ -63,7 +62,7 @@ pub fn evaluate(problem: &Problem, structure: &Structure, state: &State) -> Resu
     for observation in &problem.control {
         let j = observation.index as usize;
         let p = measure::predict_surveyed(problem, stages, &state.theta, &state.points[j])
-            .ok_or_else(|| lm::name_obstacle(problem, super::linearise::Obstacle::Projection { point: j, image: 0 }))?;
+            .ok_or_else(|| MeasureError::surveyed(problem, j))?;
         let thetas: Vec<usize> = problem
             .effects
             .iter()
@@ -84,7 +83,7 @@ pub fn evaluate(problem: &Problem, structure: &Structure, state: &State) -> Resu
     for observation in &problem.gnss {
         let image = observation.index as usize;
         let p = measure::predict_antenna(problem, stages, &frames[image], image)
-            .ok_or_else(|| lm::name_obstacle(problem, super::linearise::Obstacle::Antenna { image }))?;
+            .ok_or_else(|| MeasureError::antenna(problem, image))?;
         let thetas = stages.theta_indices(problem, image);
         for i in 0..3 {
             let weight = 1.0 / observation.sigma[i];

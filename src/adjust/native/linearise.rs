@@ -4,36 +4,17 @@ use super::columns::Columns;
 use super::point::{ControlRows, PointRows, Prepared, inverse_of_damped};
 use super::structure::{FIRST_THETA, Structure};
 use super::system::System;
-use crate::measure;
+use crate::adjust::{AdjustError, NullDirection};
+use crate::measure::{self, MeasureError};
+use crate::problem::Problem;
 use faer::traits::pulp::{Arch, Simd, WithSimd};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Why a state cannot be linearised.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Obstacle {
-    /// Point that cannot be projected into the image.
-    Projection {
-        /// Position of the point.
-        point: usize,
-        /// Position of the image.
-        image: usize,
-    },
-    /// Antenna position that cannot be computed.
-    Antenna {
-        /// Position of the image.
-        image: usize,
-    },
-    /// The rays of a point do not fix it.
-    Point {
-        /// Position of the point.
-        point: usize,
-    },
-}
-
-/// Reduced system at a prepared state, the points damped by `damping` times their own diagonal.
-pub fn linearise(at: &Prepared<'_>, damping: f64) -> Result<System, Obstacle> {
+/// Reduced system at a prepared state, the points damped by `damping` times their own diagonal. Errors: an observation
+/// that cannot be computed; a point that its rays do not fix.
+pub fn linearise(at: &Prepared<'_>, damping: f64) -> Result<System, AdjustError> {
     match at.structure.dim {
         6 => linearise_with::<6>(at, damping),
         7 => linearise_with::<7>(at, damping),
@@ -42,13 +23,13 @@ pub fn linearise(at: &Prepared<'_>, damping: f64) -> Result<System, Obstacle> {
     }
 }
 
-fn linearise_with<const D: usize>(at: &Prepared<'_>, damping: f64) -> Result<System, Obstacle> {
+fn linearise_with<const D: usize>(at: &Prepared<'_>, damping: f64) -> Result<System, AdjustError> {
     let structure = at.structure;
     let mut total = System::zeros(structure, 0..structure.images);
     // Waves of as many chunks as there are threads: a private system each, added in the order of the chunks, so that the sum is the
     // same for every number of threads.
     for wave in structure.chunks.chunks(rayon::current_num_threads().max(1)) {
-        let parts: Vec<Result<System, Obstacle>> =
+        let parts: Vec<Result<System, AdjustError>> =
             wave.par_iter().map(|points| linearise_chunk::<D>(at, points.clone(), damping)).collect();
         for part in parts {
             total.add(structure, &part?);
@@ -70,17 +51,27 @@ fn ranks_of(at: &Prepared<'_>, points: &Range<usize>) -> Range<usize> {
     first..ranks.max().map_or(first, |last| last + 1)
 }
 
-fn linearise_chunk<const D: usize>(at: &Prepared<'_>, points: Range<usize>, damping: f64) -> Result<System, Obstacle> {
+fn linearise_chunk<const D: usize>(
+    at: &Prepared<'_>,
+    points: Range<usize>,
+    damping: f64,
+) -> Result<System, AdjustError> {
     let structure = at.structure;
     let mut system = System::zeros(structure, ranks_of(at, &points));
     let mut rows = PointRows::<D>::new();
     let arch = Arch::new();
     for j in points {
-        rows.linearise(at, j).map_err(|image| Obstacle::Projection { point: j, image })?;
-        let inverse = inverse_of_damped(&rows.v_matrix, damping).ok_or(Obstacle::Point { point: j })?;
+        rows.linearise(at, j)?;
+        let inverse = inverse_of_damped(&rows.v_matrix, damping).ok_or_else(|| rays_do_not_meet(at.problem, j))?;
         arch.dispatch(Eliminate { structure, system: &mut system, rows: &mut rows, inverse: &inverse });
     }
     Ok(system)
+}
+
+/// The rays of point `j` do not fix it.
+fn rays_do_not_meet(problem: &Problem, j: usize) -> AdjustError {
+    let name = format!("{} (its rays do not meet)", problem.point_names[j]);
+    AdjustError::Singular { solver: super::NAME, directions: vec![NullDirection { components: vec![(name, 1.0)] }] }
 }
 
 /// Adds a point's rows and takes the point out: `S += J'J - W V^-1 W'`, `b += J'v - W V^-1 g`.
@@ -194,19 +185,19 @@ pub struct PlainRow {
 }
 
 /// Rows of the GNSS positions and of the priors.
-pub fn position_rows(at: &Prepared<'_>) -> Result<Vec<PlainRow>, Obstacle> {
+pub fn position_rows(at: &Prepared<'_>) -> Result<Vec<PlainRow>, MeasureError> {
     let mut rows = Vec::new();
     gnss_rows(at, &mut rows)?;
     prior_rows(at, &mut rows);
     Ok(rows)
 }
 
-fn gnss_rows(at: &Prepared<'_>, rows: &mut Vec<PlainRow>) -> Result<(), Obstacle> {
+fn gnss_rows(at: &Prepared<'_>, rows: &mut Vec<PlainRow>) -> Result<(), MeasureError> {
     let Prepared { problem, structure, frames, .. } = at;
     for observation in &problem.gnss {
         let image = observation.index as usize;
         let p = measure::predict_antenna(problem, &structure.stages, &frames[image], image)
-            .ok_or(Obstacle::Antenna { image })?;
+            .ok_or_else(|| MeasureError::antenna(problem, image))?;
         let rank = structure.rank[image] as usize;
         for i in 0..3 {
             let weight = 1.0 / observation.sigma[i];
@@ -262,13 +253,13 @@ fn prior_rows(at: &Prepared<'_>, rows: &mut Vec<PlainRow>) {
 }
 
 /// `sum rho` of everything that is not a point's: GNSS and priors.
-pub fn chi_square_beside_points(at: &Prepared<'_>) -> Result<f64, Obstacle> {
+pub fn chi_square_beside_points(at: &Prepared<'_>) -> Result<f64, MeasureError> {
     let Prepared { problem, structure, state, frames } = at;
     let mut sum = 0.0;
     for observation in &problem.gnss {
         let image = observation.index as usize;
         let p = measure::predict_antenna(problem, &structure.stages, &frames[image], image)
-            .ok_or(Obstacle::Antenna { image })?;
+            .ok_or_else(|| MeasureError::antenna(problem, image))?;
         sum += (observation.position - p.position).component_div(&observation.sigma).norm_squared();
     }
     for (t, entry) in problem.theta.iter().enumerate() {

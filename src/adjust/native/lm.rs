@@ -1,8 +1,9 @@
 //! Levenberg-Marquardt on the reduced system.
 
 use super::factor::{Factor, Pattern};
-use super::linearise::{self, Obstacle, chi_square_beside_points};
+use super::linearise::{self, chi_square_beside_points};
 use super::point::{PointRows, Prepared, inverse_of_damped};
+use super::rank::factor_of_full_rank;
 use super::structure::Structure;
 use super::system::System;
 use super::turn::Turn;
@@ -71,8 +72,7 @@ pub fn minimise(
     let mut iterations = 0;
     loop {
         let at = Prepared { problem, structure, state: &state, frames: &frames };
-        let system =
-            pool.install(|| linearise::linearise(&at, damping)).map_err(|obstacle| name_obstacle(problem, obstacle))?;
+        let system = pool.install(|| linearise::linearise(&at, damping))?;
         let report = Iteration {
             number: iterations,
             cost: 0.5 * system.chi_square,
@@ -112,14 +112,12 @@ pub fn minimise(
             damping *= tighten;
             tighten *= 2.0;
             if damping > MOST_DAMPING {
-                let reason = format!("no step reduces the cost {:.6e}", 0.5 * chi_square);
-                return Err(AdjustError::NotConverged { solver, iterations, reason });
+                return Err(stuck(&at, pattern, pool, iterations, 0.5 * chi_square));
             }
         }
         if still {
             let at = Prepared { problem, structure, state: &state, frames: &frames };
-            let system =
-                pool.install(|| linearise::linearise(&at, 0.0)).map_err(|obstacle| name_obstacle(problem, obstacle))?;
+            let system = pool.install(|| linearise::linearise(&at, 0.0))?;
             return Ok(Outcome { state, iterations, system, frames });
         }
     }
@@ -136,27 +134,15 @@ fn unreachable_step(iterations: usize) -> AdjustError {
     AdjustError::NotConverged { solver: super::NAME, iterations, reason: "a step without a state".into() }
 }
 
-fn bad_start(problem: &Problem, point: Option<usize>, image: usize, reason: &str) -> AdjustError {
-    AdjustError::BadStart {
-        image: problem.image_names[image].clone(),
-        point: point.map_or_else(|| "(any)".into(), |j| problem.point_names[j].clone()),
-        reason: reason.into(),
-    }
-}
-
-/// An obstacle as an error with names.
-pub fn name_obstacle(problem: &Problem, obstacle: Obstacle) -> AdjustError {
-    match obstacle {
-        Obstacle::Projection { point, image } => {
-            bad_start(problem, Some(point), image, "behind the camera, or outside an effect's domain")
+/// Why no step reduces the cost: the damping hides directions without information, so that without it they are named.
+fn stuck(at: &Prepared<'_>, pattern: Option<&Pattern>, pool: &ThreadPool, iterations: usize, cost: f64) -> AdjustError {
+    let undamped = pool.install(|| linearise::linearise(at, 0.0));
+    match undamped.and_then(|system| factor_of_full_rank(at.problem, at.structure, &system, pattern)) {
+        Err(error) => error,
+        Ok(_) => {
+            let reason = format!("no step reduces the cost {cost:.6e}");
+            AdjustError::NotConverged { solver: super::NAME, iterations, reason }
         }
-        Obstacle::Antenna { image } => bad_start(problem, None, image, "a position effect is outside its domain"),
-        Obstacle::Point { point } => AdjustError::Singular {
-            solver: super::NAME,
-            directions: vec![crate::adjust::NullDirection {
-                components: vec![(format!("{} (its rays do not meet)", problem.point_names[point]), 1.0)],
-            }],
-        },
     }
 }
 

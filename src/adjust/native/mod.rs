@@ -21,7 +21,7 @@ use crate::measure::{self, Frame, MeasureError};
 use crate::problem::{Loss, Problem, State};
 pub use rank::EFFECT_DOMAIN;
 
-use factor::{Factor, Pattern, ReducedBorder};
+use factor::Pattern;
 use point::Prepared;
 use std::time::Instant;
 use structure::Structure;
@@ -58,12 +58,7 @@ impl Solver for Native {
         let started = Instant::now();
         let outcome = lm::minimise(problem, &structure, pattern.as_ref(), options, &pool, progress)?;
         let seconds = started.elapsed().as_secs_f64();
-        let reduced = ReducedBorder::new(&structure, &outcome.system, pattern.as_ref(), 0.0);
-        let directions = rank::null_space(problem, &structure, &reduced);
-        let factor = match reduced.map(Factor::of) {
-            Ok(Some(factor)) if directions.is_empty() => factor,
-            _ => return Err(AdjustError::Singular { solver: NAME, directions }),
-        };
+        let factor = rank::factor_of_full_rank(problem, &structure, &outcome.system, pattern.as_ref())?;
         let at = Prepared { problem, structure: &structure, state: &outcome.state, frames: &outcome.frames };
         let covariance = pool.install(|| covariance::covariance(&at, &factor, *covariance))?;
         Ok(Solution {
@@ -86,7 +81,7 @@ impl Solver for Native {
         let structure = structure(&plain)?;
         let frames = frames(&plain, &structure, state)?;
         let at = Prepared { problem: &plain, structure: &structure, state, frames: &frames };
-        let system = linearise::linearise(&at, 0.0).map_err(|obstacle| lm::name_obstacle(problem, obstacle))?;
+        let system = linearise::linearise(&at, 0.0)?;
         Ok(evaluation::reduced(&structure, &system))
     }
 }
@@ -106,12 +101,15 @@ fn frames(problem: &Problem, structure: &Structure, state: &State) -> Result<Vec
 
 impl From<MeasureError> for AdjustError {
     fn from(error: MeasureError) -> Self {
-        match error {
-            MeasureError::Image { image } => {
-                let reason = "an effect is outside its domain".into();
-                AdjustError::BadStart { image, point: "(any)".into(), reason }
+        let (image, point, reason) = match error {
+            MeasureError::Interior { image } => (Some(image), None, "an interior effect is outside its domain"),
+            MeasureError::ImagePoint { image, point } => {
+                (Some(image), Some(point), "behind the camera, or outside an effect's domain")
             }
-        }
+            MeasureError::Antenna { image } => (Some(image), None, "a position effect is outside its domain"),
+            MeasureError::Surveyed { point } => (None, Some(point), "a control effect is outside its domain"),
+        };
+        AdjustError::BadStart { image, point, reason: reason.into() }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::columns::Columns;
 use super::structure::{FIRST_THETA, LocalColumn, NONE, Structure};
 use crate::camera::Interior;
-use crate::measure::{self, Frame, Prediction};
+use crate::measure::{self, Frame, MeasureError, Prediction};
 use crate::problem::{LOSS_SCALE, Loss, Problem, State};
 use nalgebra::{Matrix3, Vector3};
 
@@ -151,8 +151,8 @@ impl<const D: usize> PointRows<D> {
         }
     }
 
-    /// Linearises point `j`. Errors: the image in which it cannot be projected.
-    pub fn linearise(&mut self, at: &Prepared<'_>, j: usize) -> Result<(), usize> {
+    /// Linearises point `j`. Errors: an observation of it that cannot be computed.
+    pub fn linearise(&mut self, at: &Prepared<'_>, j: usize) -> Result<(), MeasureError> {
         let Prepared { problem, structure, state, frames } = at;
         let object = &state.points[j];
         self.rows.clear();
@@ -162,7 +162,8 @@ impl<const D: usize> PointRows<D> {
         for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
             let image = observation.image as usize;
             let p = &mut self.prediction;
-            measure::predict(problem, &structure.stages, &frames[image], observation, object, p).ok_or(image)?;
+            measure::predict(problem, &structure.stages, &frames[image], observation, object, p)
+                .ok_or_else(|| MeasureError::image_point(problem, j, image))?;
             let misclosure = [observation.x - p.point[0], observation.y - p.point[1]];
             let normalised = misclosure.map(|m| m * observation.inverse_sigma);
             let s = normalised[0] * normalised[0] + normalised[1] * normalised[1];
@@ -215,14 +216,15 @@ impl<const D: usize> PointRows<D> {
     }
 
     /// Adds the observed coordinates of a control point.
-    fn linearise_control(&mut self, at: &Prepared<'_>, j: usize) -> Result<(), usize> {
+    fn linearise_control(&mut self, at: &Prepared<'_>, j: usize) -> Result<(), MeasureError> {
         let Prepared { problem, structure, state, .. } = at;
         self.control = None;
         let Ok(c) = problem.control.binary_search_by_key(&(j as u32), |observation| observation.index) else {
             return Ok(());
         };
         let observation = &problem.control[c];
-        let p = measure::predict_surveyed(problem, &structure.stages, &state.theta, &state.points[j]).ok_or(0usize)?;
+        let p = measure::predict_surveyed(problem, &structure.stages, &state.theta, &state.points[j])
+            .ok_or_else(|| MeasureError::surveyed(problem, j))?;
         let mut rows = ControlRows::default();
         let weight: [f64; 3] = std::array::from_fn(|i| 1.0 / observation.sigma[i]);
         // Control effects have no image of their own: any image's list of global parameters serves.
@@ -294,7 +296,8 @@ impl<const D: usize> PointRows<D> {
         }
     }
 
-    /// `sum rho` of point `j` moved to `object`, at the state and images `next`. Errors: it cannot be projected.
+    /// `sum rho` of point `j` moved to `object`, at the state and images `next`. Errors: an observation of it that
+    /// cannot be computed.
     pub fn chi_square_moved(
         &mut self,
         at: &Prepared<'_>,
@@ -302,7 +305,7 @@ impl<const D: usize> PointRows<D> {
         next_frames: &[Frame],
         j: usize,
         object: &Vector3<f64>,
-    ) -> Result<f64, usize> {
+    ) -> Result<f64, MeasureError> {
         let Prepared { problem, structure, .. } = at;
         let mut sum = 0.0;
         for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
@@ -315,14 +318,15 @@ impl<const D: usize> PointRows<D> {
                 object,
                 &mut self.prediction,
             )
-            .ok_or(image)?;
+            .ok_or_else(|| MeasureError::image_point(problem, j, image))?;
             let (dx, dy) = (observation.x - point[0], observation.y - point[1]);
             let s = (dx * dx + dy * dy) * observation.inverse_sigma * observation.inverse_sigma;
             sum += rho(problem.loss, s).0;
         }
         if let Ok(c) = problem.control.binary_search_by_key(&(j as u32), |observation| observation.index) {
             let observation = &problem.control[c];
-            let p = measure::predict_surveyed(problem, &structure.stages, &next.theta, object).ok_or(0usize)?;
+            let p = measure::predict_surveyed(problem, &structure.stages, &next.theta, object)
+                .ok_or_else(|| MeasureError::surveyed(problem, j))?;
             sum += (observation.position - p.position).component_div(&observation.sigma).norm_squared();
         }
         Ok(sum)

@@ -1,8 +1,9 @@
-//! Rank at the solution: which directions the measurements do not determine, by name.
+//! Rank of a system: which directions the measurements do not determine, by name.
 
-use super::factor::{Breakdown, ReducedBorder};
+use super::factor::{Breakdown, Factor, Pattern, ReducedBorder};
 use super::structure::Structure;
-use crate::adjust::NullDirection;
+use super::system::System;
+use crate::adjust::{AdjustError, NullDirection};
 use crate::problem::Problem;
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -14,7 +15,7 @@ const NAMED_SHARE: f64 = 0.1;
 
 /// Null directions among the shared unknowns. `information` is their Schur complement in scaled units; scaled again by the domain of
 /// each unknown, an eigenvalue below one says that along its direction a standard deviation (unit weight) exceeds the domain.
-pub fn shared_null_space(
+fn shared_null_space(
     problem: &Problem,
     unknowns: &[usize],
     scales: &[f64],
@@ -22,6 +23,11 @@ pub fn shared_null_space(
 ) -> Vec<NullDirection> {
     if unknowns.is_empty() {
         return Vec::new();
+    }
+    // What is not a number has no eigenvalues: the unknowns that make it so are named.
+    if information.iter().any(|value| !value.is_finite()) {
+        let broken = (0..unknowns.len()).filter(|i| !information[(*i, *i)].is_finite());
+        return broken.map(|i| NullDirection { components: vec![(problem.unknown_name(unknowns[i]), 1.0)] }).collect();
     }
     let domain: Vec<f64> = unknowns.iter().zip(scales).map(|(u, scale)| domain(problem, *u) / scale).collect();
     let scaled = DMatrix::from_fn(unknowns.len(), unknowns.len(), |i, j| information[(i, j)] * domain[i] * domain[j]);
@@ -52,8 +58,23 @@ fn domain(problem: &Problem, unknown: usize) -> f64 {
     }
 }
 
-/// Null directions of the undamped reduced system at the solution; empty when it has full rank.
-pub fn null_space(
+/// Factorises an undamped system. Errors: [`AdjustError::Singular`] with its null directions.
+pub fn factor_of_full_rank(
+    problem: &Problem,
+    structure: &Structure,
+    system: &System,
+    pattern: Option<&Pattern>,
+) -> Result<Factor, AdjustError> {
+    let reduced = ReducedBorder::new(structure, system, pattern, 0.0);
+    let directions = null_space(problem, structure, &reduced);
+    match reduced.map(Factor::of) {
+        Ok(Some(factor)) if directions.is_empty() => Ok(factor),
+        _ => Err(AdjustError::Singular { solver: super::NAME, directions }),
+    }
+}
+
+/// Null directions of an undamped reduced system; empty when it has full rank.
+fn null_space(
     problem: &Problem,
     structure: &Structure,
     reduced: &Result<ReducedBorder, Breakdown>,

@@ -61,8 +61,7 @@ pub fn profile<'a>(
     let frames = frames(problem, &structure, state)?;
     let at = Prepared { problem, structure: &structure, state, frames: &frames };
     let pool = pool(threads)?;
-    let system =
-        pool.install(|| linearise::linearise(&at, 0.0)).map_err(|obstacle| lm::name_obstacle(problem, obstacle))?;
+    let system = pool.install(|| linearise::linearise(&at, 0.0))?;
     let pattern = Pattern::new(&structure, LinearSolver::Auto);
     let singular = |what: String| AdjustError::Singular {
         solver: super::NAME,

@@ -21,7 +21,8 @@ pub const FIRST_THETA: u32 = PARAMETER_COUNT as u32;
 /// One shared unknown that a measurement of an image depends on.
 #[derive(Debug, Clone, Copy)]
 pub struct LocalColumn {
-    /// Derivative to take: camera parameter, or [`FIRST_THETA`] + position in the image's local list of effect parameters.
+    /// Derivative to take: camera parameter, or [`FIRST_THETA`] + position in the image's local list of effect
+    /// parameters.
     pub source: u32,
     /// Column of the border.
     pub column: u32,

@@ -97,7 +97,7 @@ fn point_behind_the_camera_is_named() {
     let error = solve(&problem).unwrap_err();
     match &error {
         AdjustError::BadStart { image, point, reason } => {
-            assert_eq!((image.as_str(), point.as_str()), ("img0", "p7"));
+            assert_eq!((image.as_deref(), point.as_deref()), (Some("img0"), Some("p7")));
             assert!(reason.starts_with("it lies behind the camera"), "{reason}");
         }
         other => panic!("{other:?}"),
