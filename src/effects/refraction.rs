@@ -104,8 +104,13 @@ mod tests {
 
     #[test]
     fn a_point_at_the_height_of_the_camera_is_outside_the_domain() {
-        let context =
-            Context { block: &Default::default(), image: &ImageContext::default(), column_px: 0.0, row_px: 0.0 };
+        let context = Context {
+            block: &Default::default(),
+            image: &ImageContext::default(),
+            column_px: 0.0,
+            row_px: 0.0,
+            surveyed: None,
+        };
         let input = [0.0, 0.0, 0.0, 0.0, 0.0, 100.0, 50.0, 0.0, 100.0];
         assert_eq!(Refraction.eval(&context, &input, &[1e-6], &mut [0.0; 3], None, None), Err(OutsideDomain));
     }

@@ -100,7 +100,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     fn at(row_px: f64, image: &ImageContext, input: [f64; 6], t: f64) -> [f64; 6] {
-        let context = Context { block: &BlockContext::default(), image, column_px: 0.0, row_px };
+        let context = Context { block: &BlockContext::default(), image, column_px: 0.0, row_px, surveyed: None };
         let mut out = [0.0; 6];
         RollingShutter.eval(&context, &input, &[t], &mut out, None, None).unwrap();
         out

@@ -153,7 +153,7 @@ fn with_one_effect_of_every_stage_in_one_chain() {
         values.iter().map(|(id, _)| misclosure::effects::find(id).expect("an effect").descriptor().stage).collect();
     // Control has no effect of the catalogue.
     let of_catalogue: std::collections::BTreeSet<_> =
-        catalogue().iter().map(|effect| effect.descriptor().stage).collect();
+        misclosure::effects::catalogue().iter().map(|effect| effect.descriptor().stage).collect();
     assert_eq!(stages, of_catalogue);
     let effects = values.map(|(id, values)| {
         let mut term = effect(id);

@@ -43,7 +43,7 @@ const SUBSET: [&str; 10] = [
     "closerange-none",
     "closerange-sensor-jitter",
     "dike-none-outliers",
-    "dike-refraction",
+    "high-curvature",
     "mapping-map-scale",
     "received-1",
     "received-2",

@@ -66,13 +66,14 @@ impl Sphere {
         }
         let from_centre = (self.radius + from_touching.z).hypot(distance);
         let arc = self.radius * distance.atan2(self.radius + from_touching.z);
-        // Distance from the sphere's centre less its radius, without the loss of digits.
-        let rise = distance * distance + from_touching.z * (2.0 * self.radius + from_touching.z);
+        // Distance from the sphere's centre less its radius, without the loss of digits: the difference of squares by the sum.
+        let sum = from_centre + self.radius;
+        let rise = distance * (distance / sum) + from_touching.z * ((2.0 * self.radius + from_touching.z) / sum);
         let stretch = arc / distance;
         Vector3::new(
             self.touching.x + from_touching.x * stretch,
             self.touching.y + from_touching.y * stretch,
-            self.touching.z + rise / (from_centre + self.radius),
+            self.touching.z + rise,
         )
     }
 }
