@@ -39,6 +39,19 @@ fn improve_finds_what_the_cases_hide() {
     assert!(!all.iter().any(invented), "{score}");
 }
 
+/// Every case's truth is understood, of those too that `make test` does not judge.
+#[test]
+fn truths_can_be_read() {
+    let Some(folder) = beside::shared("cases") else { return };
+    let names = names(&folder);
+    assert!(SUBSET.iter().all(|chosen| names.iter().any(|name| name == chosen)));
+    for name in names {
+        let truth = truth::read(&folder.join(format!("{name}.truth.json")));
+        assert!(truth.check_mm > 0.0, "{name}");
+        assert!(truth.hidden.iter().all(|hidden| hidden.noncentrality > 0.0), "{name}");
+    }
+}
+
 fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("readable").path());
     let name = |path: std::path::PathBuf| path.file_name()?.to_str()?.strip_suffix(".truth.json").map(String::from);

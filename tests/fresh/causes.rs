@@ -143,7 +143,8 @@ pub fn cause_of(effect: &'static str, scene: &Scene, random: &mut Random) -> Cau
         "rolling-shutter" => plain("rolling-shutter", vec![("readout", vec![0.005 * sign])]),
         "forward-motion" => plain("forward-motion", vec![("exposure", vec![0.02])]),
         "refraction" => Cause {
-            // An air that thins out within the height of the flight: a standard one would show in no block of this size.
+            // An air that thins out within the height of the flight: a standard one would show in no block of this
+            // size.
             fixed: vec![("scale_height", "1000".into())],
             ..plain("refraction", vec![("strength", vec![60.0])])
         },

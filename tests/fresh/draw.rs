@@ -42,11 +42,14 @@ struct Start {
 const CLEAN: f64 = 0.15;
 /// Part of the blocks with a cause that no catalogue knows.
 const UNKNOWN: f64 = 0.1;
-/// Part of the blocks with an outsider that have an effect of the catalogue besides; of the others, those with two effects.
+/// Part of the blocks with an outsider that have an effect of the catalogue besides; of the others, those with two
+/// effects.
 const SECOND: f64 = 0.4;
-/// Noncentralities are drawn between these, evenly in the logarithm: from just above what is asked for to what nobody overlooks.
+/// Noncentralities are drawn between these, evenly in the logarithm: from just above what is asked for to what nobody
+/// overlooks.
 const NONCENTRALITY: [f64; 2] = [100.0, 1000.0];
-/// Times that for what has a value for every image or place: its test has as many degrees of freedom, and sees less of each.
+/// Times that for what has a value for every image or place: its test has as many degrees of freedom, and sees less of
+/// each.
 const OF_MANY_VALUES: f64 = 2.5;
 
 impl Fresh {
@@ -78,7 +81,8 @@ impl Fresh {
         }
         if let Some(Start { position_m, angle_deg, focal_px, points }) = self.start {
             text += &format!(
-                "[start]\nposition_m = {position_m}\nangle_deg = {angle_deg}\nfocal_px = {focal_px}\npoints = {points}\n"
+                "[start]\nposition_m = {position_m}\nangle_deg = {angle_deg}\nfocal_px = {focal_px}\n\
+                 points = {points}\n"
             );
         }
         // A recipe has to state a truth; the judge here computes it.

@@ -32,8 +32,8 @@ fn seeds() -> Vec<u64> {
     (from..=to).collect()
 }
 
-/// Prints what the seeds put into their blocks, without any diagnosis; an effect that does not describe its cause fails.
-/// `MISCLOSURE_FRESH=1..40 cargo test --release --test fresh -- --ignored --nocapture`.
+/// Prints what the seeds put into their blocks, without any diagnosis; an effect that does not describe its cause
+/// fails. `MISCLOSURE_FRESH=1..40 cargo test --release --test fresh -- --ignored --nocapture`.
 #[test]
 #[ignore = "looks at the instrument, not at the program"]
 fn every_cause_is_described_by_its_effect() {

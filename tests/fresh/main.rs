@@ -1,4 +1,5 @@
-//! Blocks of our own simulator and injectors, drawn from a seed: causes, sizes, noise, gross errors and start values that nobody chose.
+//! Blocks of our own simulator and injectors, drawn from a seed: causes, sizes, noise, gross errors and start values
+//! that nobody chose.
 //!
 //! Nothing may be tuned to a single seed: the next ones are as likely.
 

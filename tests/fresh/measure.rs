@@ -1,5 +1,5 @@
-//! What is true of a fresh block, by adjusting blocks without noise: how much a cause shows, what else would describe it, and what the
-//! true model makes of the check points.
+//! What is true of a fresh block, by adjusting blocks without noise: how much a cause shows, what else would describe
+//! it, and what the true model makes of the check points.
 
 use crate::causes::{Cause, Term, is_random};
 use crate::draw::{Drawn, Fresh};
@@ -94,7 +94,8 @@ impl Measured {
         build(&self.recipe())
     }
 
-    /// 3D RMS at the check points with all true effects, on the measurements that are no gross errors and with their true weights, mm.
+    /// 3D RMS at the check points with all true effects, on the measurements that are no gross errors and with their
+    /// true weights, mm.
     pub fn check_mm(&self) -> f64 {
         let block = build(&with_true_start(self.recipe().with_known_noise()));
         let terms = self.parts.iter().filter_map(|part| part.cause.effect.as_ref()).map(Term::to_model).collect();
@@ -115,8 +116,8 @@ impl Measured {
         self.parts.iter().map(hidden).collect()
     }
 
-    /// Share of a cause's noncentrality that an effect would take. Values by image, a place that is searched and empirical shapes take
-    /// anything, and say nothing of the cause.
+    /// Share of a cause's noncentrality that an effect would take. Values by image, a place that is searched and
+    /// empirical shapes take anything, and say nothing of the cause.
     fn share(&self, part: &Part, id: &str) -> f64 {
         let Some(effect) = effects::find(id) else { return 0.0 };
         let placed =

@@ -1,12 +1,14 @@
 //! The rule of judgement for blocks whose causes are known.
 //!
-//! - Each effect of the catalogue with a noncentrality of [`ASKED_FOR`] or more is recommended, or one that may stand for it: a
-//!   candidate that takes more than [`STANDS_FOR`] of its noncentrality, or that the diagnosis declares inseparable from it.
+//! - Each effect of the catalogue with a noncentrality of [`ASKED_FOR`] or more is recommended, or one that may stand
+//!   for it: a candidate that takes more than [`STANDS_FOR`] of its noncentrality, or that the diagnosis declares
+//!   inseparable from it.
 //! - Nothing else is recommended, but effects that are present with [`ALLOWED`] or more.
-//! - With an outsider (a cause that no catalogue knows) of [`ASKED_FOR`] or more the verdict is `unexplained`. Without any effect it is
-//!   `adequate`; noise that neighbours share is structure too, so that there `unexplained` is as right.
-//! - Check points end within [`CHECK_RATIO`] of what the true model reaches, but where the truth is not in the catalogue or the survey
-//!   itself is wrong.
+//! - With an outsider (a cause that no catalogue knows) of [`ASKED_FOR`] or more the verdict is `unexplained`. Without
+//!   any effect it is `adequate`; noise that neighbours share is structure too, so that there `unexplained` is as
+//!   right.
+//! - Check points end within [`CHECK_RATIO`] of what the true model reaches, but where the truth is not in the
+//!   catalogue or the survey itself is wrong.
 
 use super::program::Found;
 use std::collections::BTreeSet;
@@ -15,8 +17,8 @@ use std::collections::BTreeSet;
 pub const ASKED_FOR: f64 = 60.0;
 /// A noncentrality that a test may or may not see: naming the effect is right, and so is not naming it.
 pub const ALLOWED: f64 = 10.0;
-/// Share of an effect's noncentrality above which another candidate says the same: the rest of an effect that is just asked for would
-/// not be seen.
+/// Share of an effect's noncentrality above which another candidate says the same: the rest of an effect that is just
+/// asked for would not be seen.
 pub const STANDS_FOR: f64 = 0.9;
 /// Check points of the improved model against those of the true one.
 pub const CHECK_RATIO: f64 = 1.1;
