@@ -26,7 +26,10 @@ const TABLE: [(&str, May); 16] = [
     ("scenario", May::Only(&["math", "camera", "block"])),
     ("inject", May::Only(&["math", "camera", "block", "scenario"])),
     ("evaluate", May::Only(&["math", "camera", "block"])),
-    ("run", May::Only(&["math", "camera", "block", "effects", "model", "problem", "adjust", "evaluate"])),
+    (
+        "run",
+        May::Only(&["math", "camera", "block", "io", "effects", "model", "problem", "measure", "adjust", "evaluate"]),
+    ),
     ("diagnose", May::Only(&["math", "camera", "block", "effects", "model", "problem", "adjust", "evaluate", "run"])),
     ("report", May::AllBut(&["io", "scenario", "inject", "study", "cli"])),
     ("study", May::AllBut(&["diagnose", "cli"])),

@@ -3,16 +3,14 @@
 use super::diagnosis_text::text;
 use super::model_options::ModelOptions;
 use super::summary_text::disagreement;
-use super::{Answer, Console, run_folder, structure_files};
+use super::{Answer, Console, structure_rows};
 use crate::adjust::Options;
 use crate::diagnose::forward::Settings;
 use crate::diagnose::run::{Diagnosed, diagnose};
 use crate::io::block::read_block;
-use crate::io::table::write_json;
 use crate::model::Model;
 use crate::report::run::write_page;
-use crate::run::{self, residual_rows};
-use anyhow::Context;
+use crate::run::{self, folder, residual_rows};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -122,9 +120,8 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     }
     let Diagnosed { block, diagnosis, .. } = &diagnosed;
     let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
-    run_folder::write(&arguments.output, block, &final_model, &run, &rows)?;
-    write_json(&arguments.output.join("diagnosis.json"), diagnosis).context("cannot write the diagnosis")?;
-    structure_files::write(&arguments.output, &diagnosed)?;
+    folder::write(&arguments.output, block, &final_model, &run, &rows)?;
+    folder::write_diagnosis(&arguments.output, diagnosis, structure_rows::rows(&diagnosed))?;
     write_page(&arguments.output)?;
     let worst = agreements.iter().flatten().find(|agreement| !agreement.agree);
     let failure = worst.map(|agreement| disagreement(agreement).into());

@@ -6,11 +6,12 @@ use super::figures::{
     VectorField, flights_plan_profile, histogram, image_bars, residuals_plan_arrows, residuals_plan_signed,
     vector_field,
 };
-use super::folder::{CheckRow, RunFolder, SensorRow};
 use super::html::Page;
 use super::numbers::{fixed, or_dash, px, significant};
 use super::run_tables::{camera_table, compared, effects_table, residuals_table, solvers_table};
 use super::tables::Table;
+use crate::diagnose::verdict::Diagnosis;
+use crate::run::folder::{self, CheckRow, SensorRow};
 use crate::run::rms_by;
 use crate::run::summary::Summary;
 use anyhow::Result;
@@ -19,6 +20,9 @@ use std::path::Path;
 
 /// Cells below this p-value are marked. A cell is one of hundreds: 1e-5 marks no cell of a clean block in most pictures.
 const MARKED_P: f64 = 1e-5;
+
+/// The folder of a run, with what a diagnosis left in it.
+pub type RunFolder = folder::RunFolder<Diagnosis>;
 
 /// Reads the folder of a run and writes its `report.html` and `figures/`.
 ///

@@ -3,6 +3,7 @@
 
 mod distortion_centre;
 mod fitted;
+pub mod folder;
 mod loose_poses;
 mod residual_means;
 mod residuals;
