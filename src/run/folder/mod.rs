@@ -7,6 +7,7 @@ mod read;
 mod rows;
 mod write;
 
+pub use crate::io::write_atomically;
 pub use read::RunFolder;
 pub use rows::{CheckRow, ImageRow, ImageScaleRow, PointRow, ProfileRow, ResidualLine, SensorRow};
 pub use write::{Pictures, write, write_diagnosis};
