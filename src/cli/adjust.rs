@@ -1,7 +1,7 @@
 //! `misclosure adjust`: one adjustment, with both solvers unless one is asked for.
 
 use super::model_options::ModelOptions;
-use super::summary_text::{disagreement, text};
+use super::summary_text::{failure, text};
 use super::{Answer, Console};
 use crate::adjust::Options;
 use crate::io::block::read_block;
@@ -55,7 +55,6 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     folder::write(&arguments.output, block, &model, &run, &rows)?;
     write_page(&arguments.output)?;
     let summary = Summary::of(block, &run, &rows);
-    let failure = run.agreement.as_ref().filter(|agreement| !agreement.agree).map(|a| disagreement(a).into());
     let text = text(&summary) + &format!("\nRun: {}\n", arguments.output.display());
-    Ok(Answer { text, json: serde_json::to_value(&summary)?, failure })
+    Ok(Answer { text, json: serde_json::to_value(&summary)?, failure: failure(&run) })
 }
