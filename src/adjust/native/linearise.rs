@@ -1,7 +1,7 @@
 //! One fused pass over the points: linearise, eliminate the point, add to the reduced system. No Jacobian is stored.
 
 use super::columns::Columns;
-use super::point::{ControlRows, PointRows, Prepared, inverse_of_damped};
+use super::point::{ControlRows, Curvature, PointRows, Prepared, inverse_of_damped};
 use super::position;
 use super::structure::Structure;
 use super::system::System;
@@ -33,23 +33,23 @@ pub enum Obstacle {
 }
 
 /// Reduced system at a prepared state, the points damped by `damping` times their own diagonal.
-pub fn linearise(at: &Prepared<'_>, damping: f64) -> Result<System, Obstacle> {
+pub fn linearise(at: &Prepared<'_>, damping: f64, curvature: Curvature) -> Result<System, Obstacle> {
     match at.structure.dim {
-        6 => linearise_with::<6>(at, damping),
-        7 => linearise_with::<7>(at, damping),
-        8 => linearise_with::<8>(at, damping),
-        _ => linearise_with::<{ super::MAX_DIM }>(at, damping),
+        6 => linearise_with::<6>(at, damping, curvature),
+        7 => linearise_with::<7>(at, damping, curvature),
+        8 => linearise_with::<8>(at, damping, curvature),
+        _ => linearise_with::<{ super::MAX_DIM }>(at, damping, curvature),
     }
 }
 
-fn linearise_with<const D: usize>(at: &Prepared<'_>, damping: f64) -> Result<System, Obstacle> {
+fn linearise_with<const D: usize>(at: &Prepared<'_>, damping: f64, curvature: Curvature) -> Result<System, Obstacle> {
     let structure = at.structure;
     let mut total = System::zeros(structure, 0..structure.images);
     // Waves of as many chunks as there are threads: a private system each, added in the order of the chunks, so that the sum is the
     // same for every number of threads.
     for wave in structure.chunks.chunks(rayon::current_num_threads().max(1)) {
         let parts: Vec<Result<System, Obstacle>> =
-            wave.par_iter().map(|points| linearise_chunk::<D>(at, points.clone(), damping)).collect();
+            wave.par_iter().map(|points| linearise_chunk::<D>(at, points.clone(), damping, curvature)).collect();
         for part in parts {
             total.add(structure, &part?);
         }
@@ -70,10 +70,15 @@ fn ranks_of(at: &Prepared<'_>, points: &Range<usize>) -> Range<usize> {
     first..ranks.max().map_or(first, |last| last + 1)
 }
 
-fn linearise_chunk<const D: usize>(at: &Prepared<'_>, points: Range<usize>, damping: f64) -> Result<System, Obstacle> {
+fn linearise_chunk<const D: usize>(
+    at: &Prepared<'_>,
+    points: Range<usize>,
+    damping: f64,
+    curvature: Curvature,
+) -> Result<System, Obstacle> {
     let structure = at.structure;
     let mut system = System::zeros(structure, ranks_of(at, &points));
-    let mut rows = PointRows::<D>::new();
+    let mut rows = PointRows::<D>::with(curvature);
     let arch = Arch::new();
     for j in points {
         rows.linearise(at, j).map_err(|image| Obstacle::Projection { point: j, image })?;
@@ -111,6 +116,7 @@ fn eliminate<const D: usize>(
     let border = structure.border.len();
     let solved = inverse * rows.gradient;
     system.chi_square += rows.chi_square;
+    system.decrement_points += solved.dot(&rows.gradient);
     system.gradient_points_max = system.gradient_points_max.max(rows.gradient.amax());
     let (columns, w_shared) = (&rows.columns, &rows.w_shared);
     for (row, shared) in rows.rows.iter_mut().zip(&rows.shared) {

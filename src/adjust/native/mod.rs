@@ -26,7 +26,7 @@ pub use predictor::Predictor;
 pub use rank::EFFECT_DOMAIN;
 
 use factor::{Factor, Pattern, ReducedBorder};
-use point::Prepared;
+use point::{Curvature, Prepared};
 use std::time::Instant;
 use structure::Structure;
 
@@ -90,7 +90,8 @@ impl Solver for Native {
         let structure = structure(&plain)?;
         let frames = frames(&plain, &structure, state)?;
         let at = Prepared { problem: &plain, structure: &structure, state, frames: &frames };
-        let system = linearise::linearise(&at, 0.0).map_err(|obstacle| lm::name_obstacle(problem, obstacle))?;
+        let system = linearise::linearise(&at, 0.0, Curvature::Weights)
+            .map_err(|obstacle| lm::name_obstacle(problem, obstacle))?;
         Ok(evaluation::reduced(&structure, &system))
     }
 }

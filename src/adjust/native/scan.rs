@@ -5,7 +5,7 @@
 use super::chain;
 use super::factor::{Factor, Pattern, ReducedBorder};
 use super::frame::Frame;
-use super::point::{PointRows, Prepared, inverse_of_damped, rho};
+use super::point::{Curvature, PointRows, Prepared, inverse_of_damped, rho};
 use super::structure::Structure;
 use super::system::System;
 use super::{frames, linearise, lm, pool, structure};
@@ -73,8 +73,9 @@ impl<'a> Scanner<'a> {
         let frames = frames(problem, &structure, state)?;
         let at = Prepared { problem, structure: &structure, state, frames: &frames };
         let pool = pool(threads)?;
-        let system =
-            pool.install(|| linearise::linearise(&at, 0.0)).map_err(|obstacle| lm::name_obstacle(problem, obstacle))?;
+        let system = pool
+            .install(|| linearise::linearise(&at, 0.0, Curvature::Weights))
+            .map_err(|obstacle| lm::name_obstacle(problem, obstacle))?;
         let pattern = Pattern::new(&structure, LinearSolver::Auto);
         let reduced = ReducedBorder::new(&structure, &system, pattern.as_ref(), 0.0).ok();
         let singular = || AdjustError::Singular { solver: super::NAME, directions: Vec::new() };
