@@ -202,3 +202,32 @@ fn the_page_has_its_sections_and_is_the_same_from_the_folder() {
     let (code, stderr) = scene.run(&["report", run.to_str().expect("UTF-8")]);
     assert!(code != 0 && stderr.contains("residuals.csv"), "{stderr}");
 }
+
+#[test]
+fn an_effect_with_one_derivation_is_named_wherever_the_solvers_agree() {
+    let scene = Scene::new();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let header = fs::read_to_string(root.join("cpp/effects/focal-time.h")).expect("a header");
+    fs::write(scene.path("my-drift.h"), header.replace("\"focal-time\"", "\"my-drift\"")).expect("written");
+    let library = scene.path("my-drift.so");
+    let compiled = Command::new("c++")
+        .args(["-std=c++17", "-O1", "-fPIC", "-shared", "-fvisibility=hidden", "-DMISCLOSURE_PLUGIN", "-I"])
+        .arg(root.join("cpp"))
+        .args(["-I", "/usr/include/eigen3", "-x", "c++", &scene.path("my-drift.h"), "-o", &library])
+        .status()
+        .expect("a C++ compiler, which the build needs too");
+    assert!(compiled.success());
+    let options = ["--plugin", &library, "--add", "my-drift", "--datum", "all"];
+    let output = Command::new(env!("CARGO_BIN_EXE_misclosure"))
+        .args([&["--quiet", "adjust", &scene.path("block"), "-o", &scene.path("run")], &options[..]].concat())
+        .output()
+        .expect("the program runs");
+    let text = String::from_utf8(output.stdout).expect("UTF-8").replace('\n', " ");
+    let run = scene.folder.path().join("run");
+    let found = &summary(&run)["agreement"];
+    assert_eq!((&found["agree"], &found["polished"]), (&true.into(), &false.into()), "{found}");
+    assert_eq!(found["one_derivation"], serde_json::json!(["my-drift"]));
+    let sentence = "one derivation: solvers not independent here (my-drift)";
+    assert!(text.contains(sentence), "{text}");
+    assert!(fs::read_to_string(run.join("report.html")).expect("a page").contains(sentence));
+}

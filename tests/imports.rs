@@ -28,7 +28,10 @@ const TABLE: [(&str, May); 18] = [
     ("scenario", May::Only(&["math", "camera", "block"])),
     ("inject", May::Only(&["math", "camera", "block", "scenario"])),
     ("evaluate", May::Only(&["math", "camera", "block"])),
-    ("run", May::Only(&["math", "camera", "block", "effects", "model", "problem", "measure", "adjust", "evaluate"])),
+    (
+        "run",
+        May::Only(&["math", "camera", "block", "io", "effects", "model", "problem", "measure", "adjust", "evaluate"]),
+    ),
     (
         "diagnose",
         May::Only(&["math", "camera", "block", "effects", "model", "problem", "measure", "adjust", "evaluate", "run"]),

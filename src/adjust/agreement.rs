@@ -49,6 +49,25 @@ pub struct Agreement {
     pub worst_column: String,
     /// Image measurements whose rows were compared.
     pub compared_measurements: usize,
+    /// The solvers agree only since each, or the one that had not converged, was started once more from the other's solution.
+    #[serde(default)]
+    pub polished: bool,
+    /// Effects in the model that have one derivation, used by both solvers: agreement proves nothing about these.
+    #[serde(default)]
+    pub one_derivation: Vec<String>,
+}
+
+impl Agreement {
+    /// At the same point the solvers agree in residuals and Jacobian: they solve the same problem.
+    pub fn same_problem(&self) -> bool {
+        self.residual_max_px < RESIDUAL_PX && self.jacobian_max_rel < JACOBIAN_REL
+    }
+
+    /// What whoever says that the solvers agree has to say with it; `None` where every effect has two derivations.
+    pub fn not_independent(&self) -> Option<String> {
+        let effects = self.one_derivation.join(", ");
+        (!effects.is_empty()).then(|| format!("one derivation: solvers not independent here ({effects})"))
+    }
 }
 
 /// Compares two solvers on a problem that both have solved.
@@ -71,12 +90,9 @@ pub fn compare(
     let covariance_max_rel = covariance_difference(of_a, of_b);
     let floor = 0.5 * problem.redundancy().2.max(1) as f64;
     let cost_rel = (of_a.cost - of_b.cost).abs() / of_a.cost.max(of_b.cost).max(floor);
-    Ok(Agreement {
-        agree: residual_max_px < RESIDUAL_PX
-            && jacobian_max_rel < JACOBIAN_REL
-            && parameter_max_sigma < PARAMETER_SIGMA
-            && cost_rel < COST_REL
-            && covariance_max_rel < COVARIANCE_REL,
+    let plugins = problem.effects.iter().filter(|instance| instance.effect.c_abi().is_some());
+    let mut agreement = Agreement {
+        agree: false,
         residual_max_px,
         jacobian_max_rel,
         parameter_max_sigma,
@@ -85,7 +101,14 @@ pub fn compare(
         worst_unknown: unknown.map_or_else(String::new, |u| problem.unknown_name(u)),
         worst_column: column.map_or_else(String::new, |u| part.unknown_name(u)),
         compared_measurements: part.observations.len(),
-    })
+        polished: false,
+        one_derivation: plugins.map(|instance| instance.effect.descriptor().id.to_string()).collect(),
+    };
+    agreement.agree = agreement.same_problem()
+        && parameter_max_sigma < PARAMETER_SIGMA
+        && cost_rel < COST_REL
+        && covariance_max_rel < COVARIANCE_REL;
+    Ok(agreement)
 }
 
 /// Largest difference of residuals, unweighted; infinite where the lists do not match.

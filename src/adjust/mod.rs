@@ -39,8 +39,8 @@ pub enum CovarianceOf {
 pub struct Options {
     /// Most steps tried, accepted or not.
     pub max_iterations: usize,
-    /// Stop when an accepted step changes chi-square (`sum rho`, twice the cost) by less than this, absolutely, and less than
-    /// this was predicted.
+    /// Stop when a full step, without damping, would change chi-square (`sum rho`, twice the cost) by less than this, absolutely: by the
+    /// Newton decrement. Where chi-square is so large that its rounding is more, that counts.
     pub chi_square_change: f64,
     /// Threads of the solver.
     pub threads: usize,

@@ -1,15 +1,15 @@
 //! `misclosure adjust`: one adjustment, with both solvers unless one is asked for.
 
 use super::model_options::ModelOptions;
-use super::summary_text::{disagreement, text};
-use super::{Answer, Console, run_folder};
+use super::summary_text::{failure, text};
+use super::{Answer, Console};
 use crate::adjust::Options;
 use crate::io::block::read_block;
 use crate::model::Datum;
 use crate::report::numbers::significant;
 use crate::report::run::write_page;
 use crate::run::summary::Summary;
-use crate::run::{self, residual_rows};
+use crate::run::{self, folder, residual_rows};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -52,10 +52,9 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
         console.message(&format!("{} images have too few measurements to take part: {}", idle.len(), idle.join(", ")));
     }
     let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
-    run_folder::write(&arguments.output, block, &model, &run, &rows)?;
+    folder::write(&arguments.output, block, &model, &run, &rows)?;
     write_page(&arguments.output)?;
     let summary = Summary::of(block, &run, &rows);
-    let failure = run.agreement.as_ref().filter(|agreement| !agreement.agree).map(|a| disagreement(a).into());
     let text = text(&summary) + &format!("\nRun: {}\n", arguments.output.display());
-    Ok(Answer { text, json: serde_json::to_value(&summary)?, failure })
+    Ok(Answer { text, json: serde_json::to_value(&summary)?, failure: failure(&run) })
 }

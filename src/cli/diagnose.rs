@@ -2,17 +2,15 @@
 
 use super::diagnosis_text::text;
 use super::model_options::ModelOptions;
-use super::summary_text::disagreement;
-use super::{Answer, Console, run_folder, structure_files};
+use super::summary_text::{failure, warning};
+use super::{Answer, Console, structure_rows};
 use crate::adjust::Options;
 use crate::diagnose::forward::Settings;
 use crate::diagnose::run::{Diagnosed, diagnose};
 use crate::io::block::read_block;
-use crate::io::table::write_json;
-use crate::model::Model;
 use crate::report::run::write_page;
-use crate::run::{self, residual_rows};
-use anyhow::Context;
+use crate::run::summary::Summary;
+use crate::run::{self, folder, residual_rows};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -94,26 +92,17 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
         Keep::Base => diagnosed.improvement.base.model.clone(),
         Keep::Improved => diagnosed.improvement.fitted.fit.model.clone(),
     };
-    tell("adjusting with both solvers");
+    tell("adjusting the final model with both solvers");
     let solvers = arguments.model.solvers();
-    let adjust =
-        |model: &Model| run::adjust(&diagnosed.block, model, &solvers, &options, &mut |_, _| ControlFlow::Continue(()));
-    let mut agreements = Vec::new();
-    let before = diagnosed.improvement.steps.split_last().map_or(&[][..], |(_, before)| before);
-    for (number, step) in before.iter().enumerate().filter(|_| keep == Keep::Improved) {
-        // A step on the way decides nothing any more: that one of the solvers cannot follow is said, and the ledger shows no agreement.
-        agreements.push(match adjust(&step.model) {
-            Ok(run) => run.agreement,
-            Err(error) => {
-                console.message(&format!("step {number} of the ledger: {error}"));
-                None
-            }
-        });
-    }
-    let run = adjust(&final_model)?;
-    agreements.push(run.agreement.clone());
-    for (row, agreement) in diagnosed.diagnosis.ledger.iter_mut().zip(&agreements) {
-        row.solvers_agree = agreement.as_ref().map(|agreement| agreement.agree);
+    // The models on the way decide nothing any more: the ledger keeps what the native solver found.
+    let run = run::adjust(&diagnosed.block, &final_model, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))?;
+    let ledger = &mut diagnosed.diagnosis.ledger;
+    let row = match keep {
+        Keep::Base => ledger.first_mut(),
+        Keep::Improved => ledger.last_mut(),
+    };
+    if let Some(row) = row {
+        row.solvers_agree = run.agreement.as_ref().map(|agreement| agreement.agree);
     }
     drop(progress);
     let idle = run.problem.images_without_part();
@@ -122,18 +111,16 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     }
     let Diagnosed { block, diagnosis, .. } = &diagnosed;
     let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
-    run_folder::write(&arguments.output, block, &final_model, &run, &rows)?;
-    write_json(&arguments.output.join("diagnosis.json"), diagnosis).context("cannot write the diagnosis")?;
-    structure_files::write(&arguments.output, &diagnosed)?;
+    folder::write(&arguments.output, block, &final_model, &run, &rows)?;
+    folder::write_diagnosis(&arguments.output, diagnosis, structure_rows::rows(&diagnosed))?;
     write_page(&arguments.output)?;
-    let worst = agreements.iter().flatten().find(|agreement| !agreement.agree);
-    let failure = worst.map(|agreement| disagreement(agreement).into());
+    let warning = warning(&Summary::of(block, &run, &rows));
     let next = match keep {
         Keep::Base if !diagnosis.recommended.is_empty() => {
             "\nThis run is of the base model; improve hands on the model of the last step.\n"
         }
         _ => "",
     };
-    let text = text(diagnosis) + next + &format!("\nRun: {}\n", arguments.output.display());
-    Ok(Answer { text, json: serde_json::to_value(diagnosis)?, failure })
+    let text = warning + &text(diagnosis) + next + &format!("\nRun: {}\n", arguments.output.display());
+    Ok(Answer { text, json: serde_json::to_value(diagnosis)?, failure: failure(&run) })
 }

@@ -13,9 +13,8 @@ mod inject;
 pub mod model_options;
 mod report;
 mod reproduce;
-pub mod run_folder;
 mod simulate;
-mod structure_files;
+mod structure_rows;
 mod summary_text;
 mod text;
 

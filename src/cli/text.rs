@@ -1,28 +1,21 @@
 //! Paragraphs for people; tables are [`crate::report::tables`].
 
 use crate::report::numbers::fixed;
+use textwrap::{Options, WordSplitter};
 
 /// Width of a paragraph, characters.
 const WIDTH: usize = 100;
 
 /// `text` in lines of at most [`WIDTH`] characters, the first behind `label`, all indented to `indent`.
 pub fn paragraph(label: &str, indent: usize, text: &str) -> String {
-    let mut out = format!("{label:<indent$}");
-    let mut column = indent.max(label.chars().count());
-    for (k, word) in text.split_whitespace().enumerate() {
-        let length = word.chars().count();
-        if k > 0 && column + 1 + length > WIDTH {
-            out += &format!("\n{:indent$}", "");
-            column = indent;
-        } else if k > 0 {
-            out.push(' ');
-            column += 1;
-        }
-        out += word;
-        column += length;
-    }
-    out.push('\n');
-    out
+    let (first, next) = (format!("{label:<indent$}"), " ".repeat(indent));
+    let options = Options::new(WIDTH)
+        .initial_indent(&first)
+        .subsequent_indent(&next)
+        .break_words(false)
+        .word_splitter(WordSplitter::NoHyphenation);
+    let words: Vec<&str> = text.split_whitespace().collect();
+    textwrap::fill(&words.join(" "), options) + "\n"
 }
 
 /// How many images see a tie point; entry `m` of `points`: number of points that `m` images see.

@@ -1,10 +1,9 @@
 //! Files that appear whole or not at all.
 
 use super::Error;
-use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use tempfile::{Builder, NamedTempFile};
 
 /// Buffer of a table that is being written: few system calls, little memory.
 const BUFFER_BYTES: usize = 1 << 18;
@@ -12,20 +11,18 @@ const BUFFER_BYTES: usize = 1 << 18;
 /// A file under a temporary name in its own folder; it takes its name with [`AtomicFile::commit`] and vanishes otherwise.
 pub(super) struct AtomicFile {
     path: PathBuf,
-    temporary: PathBuf,
-    /// `None` once committed.
-    writer: Option<BufWriter<File>>,
+    writer: BufWriter<NamedTempFile>,
 }
 
 impl AtomicFile {
     pub(super) fn create(path: &Path) -> Result<Self, Error> {
-        // Writers of the same file in one process need names of their own.
-        static COUNT: AtomicU64 = AtomicU64::new(0);
-        let serial = COUNT.fetch_add(1, Ordering::Relaxed);
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let temporary = path.with_file_name(format!(".{name}.{}-{serial}.tmp", std::process::id()));
-        let file = File::create(&temporary).map_err(|source| Error::Write { path: path.to_owned(), source })?;
-        Ok(Self { path: path.to_owned(), temporary, writer: Some(BufWriter::with_capacity(BUFFER_BYTES, file)) })
+        let failed = |source| Error::Write { path: path.to_owned(), source };
+        // A bare name has the empty path as its folder.
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        // Said here, as the temporary file's own error would name the temporary file.
+        std::fs::metadata(folder).map_err(failed)?;
+        let file = temporary().tempfile_in(folder).map_err(failed)?;
+        Ok(Self { path: path.to_owned(), writer: BufWriter::with_capacity(BUFFER_BYTES, file) })
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -33,30 +30,28 @@ impl AtomicFile {
     }
 
     /// Gives the file its name, in place of an older one.
-    pub(super) fn commit(mut self) -> Result<(), Error> {
-        let renamed = self.flush().and_then(|()| fs::rename(&self.temporary, &self.path));
-        renamed.map_err(|source| Error::Write { path: self.path.clone(), source })?;
-        self.writer = None;
-        Ok(())
+    pub(super) fn commit(self) -> Result<(), Error> {
+        let failed = |source| Error::Write { path: self.path.clone(), source };
+        let file = self.writer.into_inner().map_err(|error| failed(error.into_error()))?;
+        file.persist(&self.path).map(drop).map_err(|error| failed(error.error))
     }
+}
+
+/// Names and permissions of a temporary file: those of any new file, where the system's default for temporary ones lets nobody else read.
+fn temporary() -> Builder<'static, 'static> {
+    let mut builder = Builder::new();
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder
 }
 
 impl Write for AtomicFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.writer.as_mut().map_or(Ok(0), |writer| writer.write(bytes))
+        self.writer.write(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.writer.as_mut().map_or(Ok(()), |writer| writer.flush())
-    }
-}
-
-impl Drop for AtomicFile {
-    fn drop(&mut self) {
-        if self.writer.take().is_some() {
-            // Nothing to be done for a leftover that cannot be removed.
-            let _ = fs::remove_file(&self.temporary);
-        }
+        self.writer.flush()
     }
 }
 
@@ -73,6 +68,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn replaces_whole_and_leaves_no_trace_when_dropped() {
@@ -87,6 +83,18 @@ mod tests {
         write_atomically(&path, b"new").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn whoever_may_read_any_new_file_may_read_it() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let (plain, written) = (folder.path().join("plain"), folder.path().join("written"));
+        fs::write(&plain, b"").unwrap();
+        write_atomically(&written, b"").unwrap();
+        let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode(&written), mode(&plain));
     }
 
     #[test]

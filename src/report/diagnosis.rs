@@ -2,11 +2,11 @@
 
 use super::diagnosis_tables::{candidates_table, ledger_table, structure_table, untested_table, verdict_sentence};
 use super::figures::{Axis, BinnedProfile, ImageBar, ImageBars, Ledger, LedgerStep, image_bars, ledger, profile};
-use super::folder::{ProfileRow, RunFolder};
 use super::html::{self, Page};
 use super::numbers::fixed;
-use super::run::sensor_figures;
+use super::run::{RunFolder, sensor_figures};
 use crate::diagnose::verdict::{Diagnosis, Verdict};
+use crate::run::folder::ProfileRow;
 
 /// An effect whole, as it stands in the catalogue: what one writes oneself looks the same.
 const EXAMPLE: &str = include_str!("../../cpp/effects/focal-time.h");

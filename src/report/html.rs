@@ -2,6 +2,7 @@
 
 use super::svg::escape;
 use super::tables::Table;
+use crate::run::folder::write_atomically;
 use anyhow::{Context, Result, bail};
 use std::fs;
 use std::path::Path;
@@ -184,9 +185,10 @@ impl Page {
         fs::create_dir_all(&figures).with_context(|| format!("cannot make {}", figures.display()))?;
         remove_old(&figures, |name| self.figures.iter().any(|(id, _)| name == format!("{id}.svg")))?;
         for (id, svg) in &self.figures {
-            write_whole(&figures.join(format!("{id}.svg")), &format!("{svg}{MARK}\n"))?;
+            write_atomically(&figures.join(format!("{id}.svg")), format!("{svg}{MARK}\n").as_bytes())?;
         }
-        write_whole(&folder.join("report.html"), &self.html())
+        write_atomically(&folder.join("report.html"), self.html().as_bytes())?;
+        Ok(())
     }
 
     fn put(&mut self, tag: &str, text: &str) -> &mut Self {
@@ -200,14 +202,6 @@ fn figure(svg: &str, caption: &str) -> String {
     let caption =
         if caption.is_empty() { String::new() } else { format!("<figcaption>{}</figcaption>\n", escape(caption)) };
     format!("<figure>\n{svg}{caption}</figure>\n")
-}
-
-/// Writes beside the target and renames, so that a reader never sees half a file.
-fn write_whole(path: &Path, text: &str) -> Result<()> {
-    let part = path.with_extension("part");
-    fs::write(&part, text)
-        .and_then(|()| fs::rename(&part, path))
-        .with_context(|| format!("cannot write {}", path.display()))
 }
 
 fn remove_old(figures: &Path, keep: impl Fn(&str) -> bool) -> Result<()> {

@@ -25,7 +25,6 @@
 
 pub mod diagnosis_tables;
 pub mod figures;
-pub mod folder;
 pub mod html;
 pub mod numbers;
 pub mod run;

@@ -6,11 +6,14 @@ use super::figures::{
     VectorField, flights_plan_profile, histogram, image_bars, residuals_plan_arrows, residuals_plan_signed,
     vector_field,
 };
-use super::folder::{CheckRow, RunFolder, SensorRow};
 use super::html::Page;
 use super::numbers::{fixed, or_dash, px, significant};
-use super::run_tables::{camera_table, compared, effects_table, residuals_table, solvers_table};
+use super::run_tables::{
+    Verdict, camera_table, compared, effects_table, residuals_table, solvers_table, solvers_verdict,
+};
 use super::tables::Table;
+use crate::diagnose::verdict::Diagnosis;
+use crate::run::folder::{self, CheckRow, SensorRow};
 use crate::run::rms_by;
 use crate::run::summary::Summary;
 use anyhow::Result;
@@ -19,6 +22,9 @@ use std::path::Path;
 
 /// Cells below this p-value are marked. A cell is one of hundreds: 1e-5 marks no cell of a clean block in most pictures.
 const MARKED_P: f64 = 1e-5;
+
+/// The folder of a run, with what a diagnosis left in it.
+pub type RunFolder = folder::RunFolder<Diagnosis>;
 
 /// Reads the folder of a run and writes its `report.html` and `figures/`.
 ///
@@ -56,6 +62,15 @@ fn adjustment(page: &mut Page, run: &RunFolder) {
     let summary = &run.summary;
     page.section("Adjustment");
     page.table(&overview(summary)).table(&solvers_table(summary));
+    match solvers_verdict(summary) {
+        Some(Verdict { sound: true, text }) => {
+            page.paragraph(&format!("{text}."));
+        }
+        Some(Verdict { sound: false, text }) => {
+            page.warning(&format!("{text}. No figure of this page can be relied on."));
+        }
+        None => {}
+    }
     match &summary.agreement {
         Some(agreement) => {
             let mut table = Table::new("Agreement of the two solvers")
@@ -66,22 +81,16 @@ fn adjustment(page: &mut Page, run: &RunFolder) {
             for (what, difference, limit, unit) in compared(agreement) {
                 table.row([what.into(), significant(difference, 2), format!("{limit:e}"), unit.to_string()]);
             }
-            if agreement.agree {
-                page.paragraph("The two solvers agree.");
-            } else {
-                page.warning(
-                    "The two solvers disagree: one of them is wrong, and no figure of this page can be relied on.",
-                );
-            }
             page.table(&table);
             page.note(
                 "What agreement cannot prove: reading, weights, numbering and datum are shared by both solvers. \
                  An error there would be the same in both.",
             );
         }
-        None => {
+        None if summary.solvers.0.len() == 1 => {
             page.note("One solver ran alone: nothing was compared.");
         }
+        None => {}
     }
     page.details("The model, as in model.toml", |page| {
         page.code(&run.model);

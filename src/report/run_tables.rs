@@ -1,6 +1,6 @@
 //! The tables of a run, alike in the terminal and on its page.
 
-use super::numbers::{fixed, mm, significant, with_sigma};
+use super::numbers::{fixed, mm, or_dash, significant, with_sigma};
 use super::tables::Table;
 use crate::adjust::agreement::{self, Agreement};
 use crate::camera::UNITS;
@@ -18,12 +18,47 @@ pub fn solvers_table(summary: &Summary) -> Table {
             name.clone(),
             if solver.converged { "yes" } else { "no" }.into(),
             solver.iterations.to_string(),
-            fixed(solver.seconds, 2),
-            significant(solver.cost, 9),
-            significant(solver.gradient_max, 2),
+            known(solver.seconds, |seconds| fixed(seconds, 2)),
+            known(solver.cost, |cost| significant(cost, 9)),
+            known(solver.gradient_max, |gradient| significant(gradient, 2)),
         ]);
     }
     table
+}
+
+/// A dash for what a solver that failed does not tell.
+fn known(value: f64, format: impl Fn(f64) -> String) -> String {
+    or_dash(Some(value).filter(|value| !value.is_nan()), format)
+}
+
+/// What the solvers came to, in a sentence; `None` where one ran alone.
+pub fn solvers_verdict(summary: &Summary) -> Option<Verdict> {
+    let failed = summary.solvers.0.iter().find_map(|(name, solver)| Some((name, solver.failure.as_ref()?)));
+    if let Some((name, failure)) = failed {
+        // The message begins with the name.
+        let failure = failure.strip_prefix(&format!("{name}: ")).unwrap_or(failure);
+        let text =
+            format!("The solver {name} failed, and what the other solver found was compared with nothing: {failure}");
+        return Some(Verdict { sound: false, text });
+    }
+    let agreement = summary.agreement.as_ref()?;
+    let mut text = match (agreement.agree, agreement.polished) {
+        (false, _) => "The solvers disagree".to_string(),
+        (true, false) => "The solvers agree".to_string(),
+        (true, true) => "The solvers agree, once started from each other's solution".to_string(),
+    };
+    if let Some(remark) = agreement.not_independent() {
+        text += &format!("; {remark}");
+    }
+    Some(Verdict { sound: agreement.agree, text })
+}
+
+/// See [`solvers_verdict`].
+pub struct Verdict {
+    /// Two solvers found the same.
+    pub sound: bool,
+    /// In words, without full stop.
+    pub text: String,
 }
 
 /// Difference and limit of everything that is compared.

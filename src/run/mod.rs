@@ -3,9 +3,11 @@
 
 mod distortion_centre;
 mod fitted;
+pub mod folder;
 mod loose_poses;
 mod residual_means;
 mod residuals;
+mod solvers;
 pub mod summary;
 mod variance_components;
 
@@ -13,7 +15,7 @@ pub use fitted::FittedModel;
 pub use residual_means::{CellMean, cell_means, rms_by};
 pub use residuals::{ResidualKind, ResidualRow, residual_rows, tie_rms_px};
 
-use crate::adjust::agreement::{self, Agreement};
+use crate::adjust::agreement::Agreement;
 use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Solution, Solver};
 use crate::block::{Block, Role};
 use crate::evaluate::{Alignment, Comparison, Method, checks};
@@ -55,7 +57,9 @@ pub struct Run {
     pub problem: Problem,
     /// Name of each solver and what it found; the first is the one that results are taken from.
     pub solutions: Vec<(&'static str, Solution)>,
-    /// Do the solvers agree? `None` for one solver.
+    /// Solvers that failed where another found a solution, and why.
+    pub failures: Vec<(&'static str, AdjustError)>,
+    /// Do the solvers agree? `None` where one alone found a solution.
     pub agreement: Option<Agreement>,
     /// Surveyed points against the adjusted block; `None` without any that can be compared.
     pub comparison: Option<Comparison>,
@@ -93,7 +97,8 @@ pub fn options_for(problem: &Problem, options: &Options) -> Options {
     Options { covariance, ..options.clone() }
 }
 
-/// Adjusts with each solver in turn from the same start values, and compares.
+/// Adjusts with each solver in turn from the same start values, and compares. One solver that finds a solution is enough; what became of the
+/// other stands in [`Run::failures`].
 pub fn adjust(
     block: &Block,
     model: &Model,
@@ -126,25 +131,9 @@ pub fn solve(
     options: &Options,
     progress: &mut Progress<'_>,
 ) -> Result<Run, RunError> {
-    let mut solutions = Vec::with_capacity(solvers.len());
-    for solver in solvers {
-        let name = solver.name();
-        let solution = match solver.solve(&problem, options, &mut |iteration| progress(name, iteration)) {
-            Ok(solution) => solution,
-            Err(failure) => {
-                return Err(distortion_centre::explain(failure, &problem, *solver, options, progress).into());
-            }
-        };
-        loose_poses::check(&problem, name, &solution)?;
-        distortion_centre::check(&problem, name, &solution)?;
-        solutions.push((name, solution));
-    }
-    let agreement = match (solvers, solutions.as_slice()) {
-        ([a, b], [(_, of_a), (_, of_b)]) => Some(agreement::compare(&problem, (*a, of_a), (*b, of_b))?),
-        _ => None,
-    };
+    let solvers::Solved { solutions, failures, agreement } = solvers::solve(&problem, solvers, options, progress)?;
     let comparison = compare(block, &problem, &solutions[0].1)?;
-    Ok(Run { problem, solutions, agreement, comparison })
+    Ok(Run { problem, solutions, failures, agreement, comparison })
 }
 
 /// Compares surveyed points with an adjusted block: after a similarity from the control points where the datum is free.

@@ -1,7 +1,7 @@
 //! `summary.json`: what a run found, in the keys that scripts rely on.
 
 use crate::adjust::agreement::Agreement;
-use crate::adjust::{Covariance, Solution};
+use crate::adjust::{AdjustError, Covariance, Solution};
 use crate::block::Block;
 use crate::camera::{DCX, DCY, PARAMETER_COUNT, PARAMETERS, PPX, PPY};
 use crate::effects::{Role, Scope};
@@ -72,6 +72,9 @@ pub struct SolverSummary {
     /// Largest gradient entry by scaled unknowns.
     #[serde(deserialize_with = "null_is_nan")]
     pub gradient_max: f64,
+    /// Why it found nothing, where another solver did: the figures above are then null.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
 }
 
 /// A camera parameter.
@@ -124,7 +127,9 @@ impl Summary {
             redundancy,
             sigma0,
             tie_rms_px: tie_rms_of_rows(rows),
-            solvers: run.solutions.iter().map(|(name, solution)| (name.to_string(), solver(solution))).collect(),
+            solvers: (run.solutions.iter().map(|(name, solution)| (name.to_string(), solver(solution))))
+                .chain(run.failures.iter().map(|(name, failure)| (name.to_string(), failed(failure))))
+                .collect(),
             agreement: run.agreement.clone(),
             cameras: cameras(&run.problem, run.solution(), sigma0),
             effects: effects(&run.problem, run.solution(), sigma0),
@@ -147,7 +152,14 @@ fn solver(solution: &Solution) -> SolverSummary {
         iterations: solution.iterations,
         seconds: solution.seconds,
         gradient_max: solution.gradient_max,
+        failure: None,
     }
+}
+
+fn failed(failure: &AdjustError) -> SolverSummary {
+    let iterations = if let AdjustError::NotConverged { iterations, .. } = failure { *iterations } else { 0 };
+    let (cost, seconds, gradient_max) = (f64::NAN, f64::NAN, f64::NAN);
+    SolverSummary { converged: false, cost, iterations, seconds, gradient_max, failure: Some(failure.to_string()) }
 }
 
 fn similarity(similarity: &Similarity) -> SimilaritySummary {

@@ -67,7 +67,8 @@ pub fn execute(case: &Case, simulations: &Simulations, solvers: &[&dyn Solver], 
     };
     let model = case.model()?;
     let run = match adjust(&erroneous, &model, solvers, threads) {
-        Ok(run) => run,
+        Ok(run) if run.failures.is_empty() => run,
+        Ok(_) => return impossible(&erroneous, &model, solvers, threads),
         Err(error) if is_finding(&error) => return impossible(&erroneous, &model, solvers, threads),
         Err(error) => return Err(error).context("the case failed"),
     };

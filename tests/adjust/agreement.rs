@@ -3,10 +3,12 @@
 use crate::common::{SOLVERS, effect, errors_of_both, solve_both, solve_both_with, try_both};
 use crate::noisy::{PRESETS, closerange, dike, noisy, two_cameras};
 use misclosure::adjust::agreement::{JACOBIAN_REL, RESIDUAL_PX, jacobian_difference, residual_difference};
-use misclosure::adjust::{AdjustError, Options};
+use misclosure::adjust::native::Native;
+use misclosure::adjust::{AdjustError, Options, Solver};
 use misclosure::camera::{GROUPS, parameter_indices};
 use misclosure::model::{Datum, Loss, Model, PRIOR_KEY, Prior, TieWeights};
 use misclosure::problem::{Problem, ProblemError};
+use std::ops::ControlFlow;
 
 #[test]
 fn on_every_preset_and_datum() {
@@ -50,6 +52,21 @@ fn with_every_group_held_and_with_the_centre_tied() {
     }
 }
 
+/// Steps that the native solver needs with a robust loss: it has the second derivative, where weights alone creep.
+const NATIVE_STEPS: usize = 60;
+
+#[test]
+fn at_the_solution_no_further_step_is_tried() {
+    for loss in [Loss::None, Loss::Huber] {
+        let mut problem = Problem::new(&dike(), &Model { loss, ..Model::default() }).expect("a problem");
+        let solve = |problem: &Problem| Native.solve(problem, &Options::default(), &mut |_| ControlFlow::Continue(()));
+        let first = solve(&problem).expect("a solution");
+        assert!(first.iterations > 1);
+        problem.start = first.state;
+        assert_eq!(solve(&problem).expect("the solution again").iterations, 0, "{loss:?}");
+    }
+}
+
 #[test]
 fn with_every_robust_loss_and_outliers() {
     let mut block = dike();
@@ -65,9 +82,12 @@ fn with_every_robust_loss_and_outliers() {
     let mut sigma0 = Vec::new();
     for loss in [Loss::None, Loss::Huber, Loss::Cauchy] {
         for datum in [Datum::Free, Datum::All] {
-            // Reweighting without second derivatives is slow where the loss is not convex: Cauchy takes some hundred iterations.
+            // Ceres has the weights of a loss without its second derivative where that is negative: Cauchy takes it some hundred iterations.
             let options = Options { max_iterations: 1000, ..Options::default() };
-            sigma0.push(solve_both_with(&block, &Model { loss, datum, ..Model::default() }, &options).sigma0());
+            let run = solve_both_with(&block, &Model { loss, datum, ..Model::default() }, &options);
+            let (name, native) = &run.solutions[1];
+            assert!(*name == "native" && native.iterations <= NATIVE_STEPS, "{loss:?}: {} steps", native.iterations);
+            sigma0.push(run.sigma0());
         }
     }
     assert!(sigma0[0] > sigma0[2] && sigma0[2] > sigma0[4], "a loss that grows less sums to less: {sigma0:?}");

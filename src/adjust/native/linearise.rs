@@ -1,7 +1,7 @@
 //! One fused pass over the points: linearise, eliminate the point, add to the reduced system. No Jacobian is stored.
 
 use super::columns::Columns;
-use super::point::{ControlRows, PointRows, Prepared, inverse_of_damped};
+use super::point::{ControlRows, Curvature, PointRows, Prepared, inverse_of_damped};
 use super::structure::{FIRST_THETA, Structure};
 use super::system::System;
 use crate::adjust::{AdjustError, NullDirection};
@@ -14,23 +14,27 @@ use std::ops::Range;
 
 /// Reduced system at a prepared state, the points damped by `damping` times their own diagonal. Errors: an observation
 /// that cannot be computed; a point that its rays do not fix.
-pub fn linearise(at: &Prepared<'_>, damping: f64) -> Result<System, AdjustError> {
+pub fn linearise(at: &Prepared<'_>, damping: f64, curvature: Curvature) -> Result<System, AdjustError> {
     match at.structure.dim {
-        6 => linearise_with::<6>(at, damping),
-        7 => linearise_with::<7>(at, damping),
-        8 => linearise_with::<8>(at, damping),
-        _ => linearise_with::<{ super::MAX_DIM }>(at, damping),
+        6 => linearise_with::<6>(at, damping, curvature),
+        7 => linearise_with::<7>(at, damping, curvature),
+        8 => linearise_with::<8>(at, damping, curvature),
+        _ => linearise_with::<{ super::MAX_DIM }>(at, damping, curvature),
     }
 }
 
-fn linearise_with<const D: usize>(at: &Prepared<'_>, damping: f64) -> Result<System, AdjustError> {
+fn linearise_with<const D: usize>(
+    at: &Prepared<'_>,
+    damping: f64,
+    curvature: Curvature,
+) -> Result<System, AdjustError> {
     let structure = at.structure;
     let mut total = System::zeros(structure, 0..structure.images);
     // Waves of as many chunks as there are threads: a private system each, added in the order of the chunks, so that the sum is the
     // same for every number of threads.
     for wave in structure.chunks.chunks(rayon::current_num_threads().max(1)) {
         let parts: Vec<Result<System, AdjustError>> =
-            wave.par_iter().map(|points| linearise_chunk::<D>(at, points.clone(), damping)).collect();
+            wave.par_iter().map(|points| linearise_chunk::<D>(at, points.clone(), damping, curvature)).collect();
         for part in parts {
             total.add(structure, &part?);
         }
@@ -55,10 +59,11 @@ fn linearise_chunk<const D: usize>(
     at: &Prepared<'_>,
     points: Range<usize>,
     damping: f64,
+    curvature: Curvature,
 ) -> Result<System, AdjustError> {
     let structure = at.structure;
     let mut system = System::zeros(structure, ranks_of(at, &points));
-    let mut rows = PointRows::<D>::new();
+    let mut rows = PointRows::<D>::with(curvature);
     let arch = Arch::new();
     for j in points {
         rows.linearise(at, j)?;
@@ -102,6 +107,7 @@ fn eliminate<const D: usize>(
     let border = structure.border.len();
     let solved = inverse * rows.gradient;
     system.chi_square += rows.chi_square;
+    system.decrement_points += solved.dot(&rows.gradient);
     system.gradient_points_max = system.gradient_points_max.max(rows.gradient.amax());
     let (columns, w_shared) = (&rows.columns, &rows.w_shared);
     for (row, shared) in rows.rows.iter_mut().zip(&rows.shared) {

@@ -1,8 +1,9 @@
-//! Levenberg-Marquardt on the reduced system.
+//! Levenberg-Marquardt on the reduced system. It stops by the Newton decrement: when a full step, without damping, would change chi-square by
+//! less than is asked for. The factorisation that tells is the one that the covariance needs anyway.
 
 use super::factor::{Factor, Pattern};
 use super::linearise::{self, chi_square_beside_points};
-use super::point::{PointRows, Prepared, inverse_of_damped};
+use super::point::{Curvature, PointRows, Prepared, inverse_of_damped};
 use super::rank::factor_of_full_rank;
 use super::structure::Structure;
 use super::system::System;
@@ -10,7 +11,7 @@ use super::turn::Turn;
 use crate::adjust::{AdjustError, Iteration, Options, Progress};
 use crate::camera::tie_centre;
 use crate::measure::{self, Frame};
-use crate::problem::{Pose, Problem, State};
+use crate::problem::{Loss, Pose, Problem, State};
 use nalgebra::Vector3;
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -28,11 +29,15 @@ const TIGHTEN: f64 = 2.0;
 const LEAST_DAMPING: f64 = 1e-13;
 /// Above this a step is a crawl along the gradient: nothing reduces the cost any more.
 const MOST_DAMPING: f64 = 1e12;
-/// A small change of chi-square counts as convergence only under a damping that does not itself make steps small.
+/// Whether a full step still finds something is asked only under a damping that does not itself make steps small.
 const CONVERGED_DAMPING: f64 = 1e-4;
 /// Chi-square itself is known to no better than this share of it: a sum of some 1e5 squares of differences of image coordinates. Large
 /// weights (tie points weighted by their multiplicity) make that more than the absolute change asked for.
 const CHI_SQUARE_ROUNDING: f64 = 1e-12;
+
+/// With a robust loss, a step that changes chi-square by less than this share is near the solution: measurements hardly cross the corner of the
+/// loss any more, and its second derivative says more than its weights.
+const NEAR_SHARE: f64 = 1e-3;
 
 /// Where the iterations ended.
 pub struct Outcome {
@@ -67,59 +72,97 @@ pub fn minimise(
     let started = Instant::now();
     let mut state = problem.start.clone();
     let mut frames = measure::frames(problem, &structure.stages, &state)?;
-    let mut damping = START_DAMPING;
-    let mut tighten = TIGHTEN;
+    let linearised = |state: &State, frames: &[Frame], damping: f64, curvature: Curvature| {
+        let at = Prepared { problem, structure, state, frames };
+        pool.install(|| linearise::linearise(&at, damping, curvature))
+    };
+    let solve = |system: &System, damping: f64| {
+        Factor::new(structure, system, pattern, damping).ok().map(|factor| factor.solve())
+    };
+    let robust = problem.loss != Loss::None;
+    let mut search = Search { damping: START_DAMPING, tighten: TIGHTEN, curvature: Curvature::Weights };
     let mut iterations = 0;
     loop {
-        let at = Prepared { problem, structure, state: &state, frames: &frames };
-        let system = pool.install(|| linearise::linearise(&at, damping))?;
+        let mut damping = search.damping;
+        let mut system = linearised(&state, &frames, damping, search.curvature)?;
+        let chi_square = system.chi_square;
         let report = Iteration {
             number: iterations,
-            cost: 0.5 * system.chi_square,
+            cost: 0.5 * chi_square,
             gradient_max: gradient_max(&system),
             seconds: started.elapsed().as_secs_f64(),
         };
         if progress(&report).is_break() {
             return Err(AdjustError::Cancelled { solver });
         }
+        let small = options.chi_square_change.max(CHI_SQUARE_ROUNDING * chi_square);
+        let mut increments = solve(&system, damping);
+        let full = damping <= CONVERGED_DAMPING && increments.as_ref().is_some_and(|x| system.decrement(x) < small);
+        if full {
+            // What weak directions still hold the damping hides, and what outliers still hold the weights.
+            damping = 0.0;
+            system = linearised(&state, &frames, damping, Curvature::Newton)?;
+            increments = solve(&system, damping);
+            // A direction without any information is the caller's to name.
+            if increments.as_ref().is_none_or(|x| system.decrement(x) < small) {
+                let system = if robust { linearised(&state, &frames, 0.0, Curvature::Weights)? } else { system };
+                return Ok(Outcome { state, iterations, system, frames });
+            }
+        }
         if iterations >= options.max_iterations {
             return Err(AdjustError::NotConverged { solver, iterations, reason: "iteration limit reached".into() });
         }
         iterations += 1;
-        let step = match Factor::new(structure, &system, pattern, damping) {
-            Ok(factor) => {
-                let (images, border) = factor.solve();
-                pool.install(|| try_step(&at, &system, &images, &border, damping))
+        let at = Prepared { problem, structure, state: &state, frames: &frames };
+        let curvature = if full { Curvature::Newton } else { search.curvature };
+        let step = increments.and_then(|x| pool.install(|| try_step(&at, &system, &x, damping, curvature)));
+        let drop = step.as_ref().map_or(f64::NEG_INFINITY, |step| chi_square - step.chi_square);
+        let predicted = step.as_ref().map_or(f64::INFINITY, |step| step.predicted_drop);
+        match step {
+            Some(step) if drop > 0.0 => {
+                state = step.state;
+                frames = step.frames;
+                search.accepted(full, drop / predicted);
+                let near = robust && drop < NEAR_SHARE * chi_square;
+                search.curvature = if near { Curvature::Newton } else { Curvature::Weights };
             }
-            Err(_) => None,
-        };
-        let chi_square = system.chi_square;
-        let (drop, predicted) =
-            step.as_ref().map_or((f64::NEG_INFINITY, f64::INFINITY), |s| (chi_square - s.chi_square, s.predicted_drop));
-        let small = options.chi_square_change.max(CHI_SQUARE_ROUNDING * chi_square);
-        let nothing_moves = predicted.abs() < small && drop.abs() < small;
-        let still = nothing_moves && damping <= CONVERGED_DAMPING;
-        if drop > 0.0 {
-            let step = step.ok_or_else(|| unreachable_step(iterations))?;
-            state = step.state;
-            frames = step.frames;
-            damping = (damping * relaxation(drop / predicted)).max(LEAST_DAMPING);
-            tighten = TIGHTEN;
-        } else if nothing_moves {
+            // A full step that promised something and brings nothing: the state is as good as it gets.
+            _ if full => {}
             // The damping may be what makes the step small: whether less of it finds more shows next.
-            damping *= RELAX;
-        } else {
-            damping *= tighten;
-            tighten *= 2.0;
-            if damping > MOST_DAMPING {
-                return Err(stuck(&at, pattern, pool, iterations, 0.5 * chi_square));
-            }
+            _ if predicted.abs() < small && drop.abs() < small => search.damping *= RELAX,
+            // Measurements went beyond the corner of the loss, or came back; the weights alone are safe from that.
+            _ if search.curvature == Curvature::Newton => search.curvature = Curvature::Weights,
+            _ => search.refused(),
         }
-        if still {
+        if search.damping > MOST_DAMPING {
             let at = Prepared { problem, structure, state: &state, frames: &frames };
-            let system = pool.install(|| linearise::linearise(&at, 0.0))?;
+            return Err(stuck(&at, pattern, pool, iterations, 0.5 * chi_square));
+        }
+        if full && drop < small {
+            let system = linearised(&state, &frames, 0.0, Curvature::Weights)?;
             return Ok(Outcome { state, iterations, system, frames });
         }
+    }
+}
+
+/// What the next step is made with.
+struct Search {
+    damping: f64,
+    tighten: f64,
+    curvature: Curvature,
+}
+
+impl Search {
+    /// After a step that reduced chi-square, by `quality` of what was predicted.
+    fn accepted(&mut self, full: bool, quality: f64) {
+        self.damping = if full { LEAST_DAMPING } else { (self.damping * relaxation(quality)).max(LEAST_DAMPING) };
+        self.tighten = TIGHTEN;
+    }
+
+    /// After a step that did not.
+    fn refused(&mut self) {
+        self.damping *= self.tighten;
+        self.tighten *= 2.0;
     }
 }
 
@@ -130,13 +173,9 @@ fn relaxation(quality: f64) -> f64 {
     if quality > GOOD_PREDICTION { RELAX } else { (1.0 - (2.0 * quality - 1.0).powi(3)).max(1.0 / 3.0) }
 }
 
-fn unreachable_step(iterations: usize) -> AdjustError {
-    AdjustError::NotConverged { solver: super::NAME, iterations, reason: "a step without a state".into() }
-}
-
 /// Why no step reduces the cost: the damping hides directions without information, so that without it they are named.
 fn stuck(at: &Prepared<'_>, pattern: Option<&Pattern>, pool: &ThreadPool, iterations: usize, cost: f64) -> AdjustError {
-    let undamped = pool.install(|| linearise::linearise(at, 0.0));
+    let undamped = pool.install(|| linearise::linearise(at, 0.0, Curvature::Weights));
     match undamped.and_then(|system| factor_of_full_rank(at.problem, at.structure, &system, pattern)) {
         Err(error) => error,
         Ok(_) => {
@@ -153,16 +192,23 @@ pub fn gradient_max(system: &System) -> f64 {
 }
 
 /// Takes the step: images and border first, then every point by back-substitution. `None` where the new state cannot be projected.
-fn try_step(at: &Prepared<'_>, system: &System, images: &[f64], border: &[f64], damping: f64) -> Option<Step> {
+fn try_step(
+    at: &Prepared<'_>,
+    system: &System,
+    (images, border): &(Vec<f64>, Vec<f64>),
+    damping: f64,
+    curvature: Curvature,
+) -> Option<Step> {
     let Prepared { problem, structure, state, .. } = *at;
     let mut next = state.clone();
     let turn = move_images_and_border(problem, structure, &mut next, images, border);
     let frames = measure::frames(problem, &structure.stages, &next).ok()?;
+    let point_step = PointStep { images, border, damping, curvature };
     let moved = match structure.dim {
-        6 => move_points::<6>(at, &next, &frames, &turn, images, border, damping),
-        7 => move_points::<7>(at, &next, &frames, &turn, images, border, damping),
-        8 => move_points::<8>(at, &next, &frames, &turn, images, border, damping),
-        _ => move_points::<{ super::MAX_DIM }>(at, &next, &frames, &turn, images, border, damping),
+        6 => move_points::<6>(at, &next, &frames, &turn, &point_step),
+        7 => move_points::<7>(at, &next, &frames, &turn, &point_step),
+        8 => move_points::<8>(at, &next, &frames, &turn, &point_step),
+        _ => move_points::<{ super::MAX_DIM }>(at, &next, &frames, &turn, &point_step),
     }?;
     let mut chi_square = 0.0;
     let mut predicted_drop = 0.0;
@@ -224,6 +270,14 @@ pub fn move_images_and_border(
     turn
 }
 
+/// What the points' own steps follow from: the increments of images and border, and the damped system that these solve.
+struct PointStep<'a> {
+    images: &'a [f64],
+    border: &'a [f64],
+    damping: f64,
+    curvature: Curvature,
+}
+
 /// Points of a chunk after the step.
 struct Moved {
     points: Vec<Vector3<f64>>,
@@ -236,16 +290,14 @@ fn move_points<const D: usize>(
     next: &State,
     next_frames: &[Frame],
     turn: &Turn,
-    images: &[f64],
-    border: &[f64],
-    damping: f64,
+    &PointStep { images, border, damping, curvature }: &PointStep<'_>,
 ) -> Option<Vec<Moved>> {
     let structure = at.structure;
     structure
         .chunks
         .par_iter()
         .map(|points| {
-            let mut rows = PointRows::<D>::new();
+            let mut rows = PointRows::<D>::with(curvature);
             let mut moved = Moved { points: Vec::with_capacity(points.len()), chi_square: 0.0, predicted_drop: 0.0 };
             for j in points.clone() {
                 rows.linearise(at, j).ok()?;

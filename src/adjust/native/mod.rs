@@ -22,7 +22,7 @@ use crate::problem::{Loss, Problem, State};
 pub use rank::EFFECT_DOMAIN;
 
 use factor::Pattern;
-use point::Prepared;
+use point::{Curvature, Prepared};
 use std::time::Instant;
 use structure::Structure;
 
@@ -81,7 +81,7 @@ impl Solver for Native {
         let structure = structure(&plain)?;
         let frames = frames(&plain, &structure, state)?;
         let at = Prepared { problem: &plain, structure: &structure, state, frames: &frames };
-        let system = linearise::linearise(&at, 0.0)?;
+        let system = linearise::linearise(&at, 0.0, Curvature::Weights)?;
         Ok(evaluation::reduced(&structure, &system))
     }
 }

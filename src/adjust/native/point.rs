@@ -18,6 +18,48 @@ pub fn rho(loss: Loss, s: f64) -> (f64, f64) {
     }
 }
 
+/// Which curvature of a robust loss the normal equations have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Curvature {
+    /// Its weights alone, `J' w J`: that of the covariance.
+    Weights,
+    /// Its second derivative too: that of a step. With the weights alone an outlier pulls back as if it were a measurement of low weight,
+    /// and the iterations creep: each takes the same share of what is left.
+    Newton,
+}
+
+/// Least curvature of a loss along its residual, as a share of its weight. An outlier of Huber's loss has none; a point of outliers alone
+/// would then have nothing that holds it. On a UAV block of 120 000 observations Huber's loss took 131 steps with 1 (the weights alone), 23
+/// with 0.1 and 45 with 0.02: with less, steps that leave the corner behind are refused.
+const LEAST_CURVATURE: f64 = 0.1;
+
+/// Curvature of a loss along the residual as a share of the weight, `1 + 2 s rho'' / rho'`. Source: Triggs et al. (2000), sec. 4.3.
+fn curvature_along(loss: Loss, s: f64) -> f64 {
+    let a2 = LOSS_SCALE * LOSS_SCALE;
+    match loss {
+        Loss::Huber if s > a2 => 0.0,
+        Loss::None | Loss::Huber => 1.0,
+        Loss::Cauchy => (a2 - s) / (a2 + s),
+    }
+}
+
+/// Shrinks the derivatives of a prediction along the unit vector `u` by `share`.
+fn shrink_along(p: &mut Prediction, u: [f64; 2], share: f64) {
+    fn shrink(d: [&mut [f64]; 2], u: [f64; 2], share: f64) {
+        let [x, y] = d;
+        for (x, y) in x.iter_mut().zip(y) {
+            let along = (1.0 - share) * (u[0] * *x + u[1] * *y);
+            *x -= along * u[0];
+            *y -= along * u[1];
+        }
+    }
+    let Prediction { d_pose, d_point, d_camera, d_theta, .. } = p;
+    shrink(d_pose.each_mut().map(|row| row.as_mut_slice()), u, share);
+    shrink(d_point.each_mut().map(|row| row.as_mut_slice()), u, share);
+    shrink(d_camera.each_mut().map(|row| row.as_mut_slice()), u, share);
+    shrink(d_theta.each_mut().map(|row| row.as_mut_slice()), u, share);
+}
+
 /// A state with its images prepared.
 pub struct Prepared<'a> {
     /// The problem.
@@ -67,6 +109,7 @@ pub struct PointRows<const D: usize> {
     pub control: Option<ControlRows>,
     /// `sum rho`.
     pub chi_square: f64,
+    curvature: Curvature,
     prediction: Prediction,
     /// Position of each touched column of the border in `columns`.
     position: Vec<u32>,
@@ -134,9 +177,15 @@ impl SharedRow {
 }
 
 impl<const D: usize> PointRows<D> {
-    /// Empty buffers.
+    /// Empty buffers; rows with the weights of a robust loss alone.
     pub fn new() -> Self {
+        Self::with(Curvature::Weights)
+    }
+
+    /// Empty buffers.
+    pub fn with(curvature: Curvature) -> Self {
         Self {
+            curvature,
             rows: Vec::new(),
             shared: Vec::new(),
             v_matrix: Matrix3::zeros(),
@@ -170,13 +219,21 @@ impl<const D: usize> PointRows<D> {
             let (cost, slope) = rho(problem.loss, s);
             self.chi_square += cost;
             let weight = observation.inverse_sigma * slope.sqrt();
+            let mut v = misclosure.map(|m| m * weight);
+            let along = curvature_along(problem.loss, s);
+            if self.curvature == Curvature::Newton && along < 1.0 {
+                // Smaller derivatives along the residual, and a residual that much larger: the same gradient, less curvature.
+                let share = along.max(LEAST_CURVATURE).sqrt();
+                shrink_along(p, normalised.map(|n| n / s.sqrt()), share);
+                v = v.map(|v| v / share);
+            }
 
             let base = structure.rank[image] as usize * structure.dim;
             let mut row = Row {
                 rank: structure.rank[image],
                 image: [[0.0; D]; 2],
                 point: [[0.0; 3]; 2],
-                v: misclosure.map(|m| m * weight),
+                v,
                 w: [[0.0; 3]; D],
                 y: [[0.0; 3]; D],
             };

@@ -3,7 +3,7 @@
 //! serves every scan, so hundreds of columns cost about as much as one iteration.
 
 use super::factor::{Factor, Pattern, ReducedBorder};
-use super::point::{PointRows, Prepared, inverse_of_damped, rho};
+use super::point::{Curvature, PointRows, Prepared, inverse_of_damped, rho};
 use super::structure::Structure;
 use super::system::System;
 use super::{frames, linearise, pool, structure};
@@ -73,7 +73,7 @@ impl<'a> Scanner<'a> {
         let frames = frames(problem, &structure, state)?;
         let at = Prepared { problem, structure: &structure, state, frames: &frames };
         let pool = pool(threads)?;
-        let system = pool.install(|| linearise::linearise(&at, 0.0))?;
+        let system = pool.install(|| linearise::linearise(&at, 0.0, Curvature::Weights))?;
         let pattern = Pattern::new(&structure, LinearSolver::Auto);
         let reduced = ReducedBorder::new(&structure, &system, pattern.as_ref(), 0.0).ok();
         let singular = || AdjustError::Singular { solver: super::NAME, directions: Vec::new() };

@@ -5,7 +5,7 @@
 //! Source: Rao's score (Lagrange multiplier) test; for nested linear models `s' M^-1 s` is the drop of `v'Pv` that a refit would bring.
 
 use super::factor::{Pattern, ReducedBorder};
-use super::point::Prepared;
+use super::point::{Curvature, Prepared};
 use super::structure::Structure;
 use super::{frames, linearise, lm, pool, project, structure};
 use crate::adjust::{AdjustError, LinearSolver, NullDirection};
@@ -61,7 +61,7 @@ pub fn profile<'a>(
     let frames = frames(problem, &structure, state)?;
     let at = Prepared { problem, structure: &structure, state, frames: &frames };
     let pool = pool(threads)?;
-    let system = pool.install(|| linearise::linearise(&at, 0.0))?;
+    let system = pool.install(|| linearise::linearise(&at, 0.0, Curvature::Weights))?;
     let pattern = Pattern::new(&structure, LinearSolver::Auto);
     let singular = |what: String| AdjustError::Singular {
         solver: super::NAME,

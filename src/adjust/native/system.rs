@@ -31,6 +31,8 @@ pub struct System {
     pub gradient_border: Vec<f64>,
     /// Largest gradient entry of a point.
     pub gradient_points_max: f64,
+    /// What the points alone would gain, the images and the border held: `sum g' V^-1 g`.
+    pub decrement_points: f64,
     /// `sum rho`.
     pub chi_square: f64,
 }
@@ -55,6 +57,7 @@ impl System {
             gradient_images: vec![0.0; images * dim],
             gradient_border: vec![0.0; border],
             gradient_points_max: 0.0,
+            decrement_points: 0.0,
             chi_square: 0.0,
         }
     }
@@ -78,7 +81,15 @@ impl System {
         add(&mut self.gradient_images[image_offset * dim..], &part.gradient_images);
         add(&mut self.gradient_border, &part.gradient_border);
         self.gradient_points_max = self.gradient_points_max.max(part.gradient_points_max);
+        self.decrement_points += part.decrement_points;
         self.chi_square += part.chi_square;
+    }
+
+    /// The Newton decrement `g' N^-1 g`: by what chi-square would fall along the solution (`images`, `border`) of this system, were the
+    /// problem linear. With damping in system and solution it is the smaller value under that damping.
+    pub fn decrement(&self, (images, border): &(Vec<f64>, Vec<f64>)) -> f64 {
+        let product = |x: &[f64], rhs: &[f64]| x.iter().zip(rhs).map(|(x, r)| x * r).sum::<f64>();
+        self.decrement_points + product(images, &self.rhs_images) + product(border, &self.rhs_border)
     }
 
     /// Adds one row `a` of the weighted design matrix with misclosure `v` that touches no point: `image` is the rank and its `dim`

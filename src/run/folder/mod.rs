@@ -1,0 +1,25 @@
+//! The folder of a run: what it holds, written and read. File names and columns stand in this room and nowhere else.
+//!
+//! Poses, points and their standard deviations are in the survey's system where a similarity took the block there, else in the
+//! adjustment's own.
+
+mod read;
+mod rows;
+mod write;
+
+pub use crate::io::write_atomically;
+pub use read::RunFolder;
+pub use rows::{CheckRow, ImageRow, ImageScaleRow, PointRow, ProfileRow, ResidualLine, SensorRow};
+pub use write::{Pictures, write, write_diagnosis};
+
+/// The model as used.
+const MODEL: &str = "model.toml";
+/// What was found; where it is, the run is complete.
+const SUMMARY: &str = "summary.json";
+/// What a diagnosis found.
+const DIAGNOSIS: &str = "diagnosis.json";
+
+/// Before effects were added, and with them.
+pub const BASE: &str = "base";
+/// See [`BASE`].
+pub const FINAL: &str = "final";

@@ -1,0 +1,208 @@
+//! The tables of a run folder: each is declared once, and the declaration is what writes and what reads it.
+
+use crate::io::table::TableWriter;
+use serde::Deserialize;
+
+/// A row of a table of the folder.
+pub(super) trait Row {
+    /// Name of the file.
+    const FILE: &'static str;
+    /// Names of the columns.
+    const COLUMNS: &'static [&'static str];
+    /// Adds the cells to a row of the file.
+    fn put(&self, table: &mut TableWriter);
+}
+
+/// A value of a table.
+trait Cell {
+    fn put(&self, table: &mut TableWriter);
+}
+
+impl Cell for String {
+    fn put(&self, table: &mut TableWriter) {
+        table.text(self);
+    }
+}
+
+impl Cell for f64 {
+    fn put(&self, table: &mut TableWriter) {
+        table.number(*self);
+    }
+}
+
+impl Cell for Option<f64> {
+    fn put(&self, table: &mut TableWriter) {
+        table.optional(*self);
+    }
+}
+
+impl Cell for usize {
+    fn put(&self, table: &mut TableWriter) {
+        table.text(&self.to_string());
+    }
+}
+
+/// Declares a table: its file, and its columns as the fields of a row, in their order.
+macro_rules! table {
+    ($file:literal, $(#[$about:meta])* $row:ident { $($(#[$what:meta])* $column:ident: $kind:ty,)* }) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, PartialEq, Deserialize)]
+        pub struct $row { $($(#[$what])* pub $column: $kind,)* }
+
+        impl Row for $row {
+            const FILE: &'static str = $file;
+            const COLUMNS: &'static [&'static str] = &[$(stringify!($column)),*];
+            fn put(&self, table: &mut TableWriter) {
+                $(self.$column.put(table);)*
+            }
+        }
+    };
+}
+
+/// What a page needs of a row of `images.csv`, which has the columns of the block format and more.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct ImageRow {
+    /// Name.
+    pub image: String,
+    /// Flight.
+    pub flight: String,
+    /// Projection centre, m.
+    pub x: f64,
+    /// See `x`.
+    pub y: f64,
+    /// See `x`.
+    pub z: f64,
+}
+
+impl ImageRow {
+    /// Name of the file.
+    pub(super) const FILE: &'static str = "images.csv";
+}
+
+table! { "points.csv",
+    /// An adjusted tie point.
+    PointRow {
+        /// Name.
+        point: String,
+        /// Position, m.
+        x: f64,
+        /// See `x`.
+        y: f64,
+        /// See `x`.
+        z: f64,
+        /// A-posteriori standard deviation, m; `None` where it was not computed.
+        sigma_x: Option<f64>,
+        /// See `sigma_x`.
+        sigma_y: Option<f64>,
+        /// See `sigma_x`.
+        sigma_z: Option<f64>,
+    }
+}
+
+table! { "residuals.csv",
+    /// A residual of an image measurement.
+    ResidualLine {
+        /// Image.
+        image: String,
+        /// Point.
+        point: String,
+        /// `tie` or `mark`.
+        kind: String,
+        /// Observed, px.
+        x: f64,
+        /// See `x`.
+        y: f64,
+        /// Observed minus computed, px.
+        rx: f64,
+        /// See `rx`.
+        ry: f64,
+        /// A-priori standard deviation of each coordinate, px.
+        sigma: f64,
+    }
+}
+
+table! { "checks.csv",
+    /// A surveyed point against the adjusted block.
+    CheckRow {
+        /// Name.
+        point: String,
+        /// `control` or `check`.
+        role: String,
+        /// Computed minus surveyed, m.
+        dx: f64,
+        /// See `dx`.
+        dy: f64,
+        /// See `dx`.
+        dz: f64,
+        /// Position, m.
+        x: f64,
+        /// See `x`.
+        y: f64,
+        /// See `x`.
+        z: f64,
+    }
+}
+
+table! { "sensor.csv",
+    /// The mean residual of a cell of the sensor.
+    SensorRow {
+        /// `base` or `final`.
+        stage: String,
+        /// Camera.
+        camera: String,
+        /// Size of the sensor, px.
+        width_px: f64,
+        /// See `width_px`.
+        height_px: f64,
+        /// Middle of the cell, px.
+        x: f64,
+        /// See `x`.
+        y: f64,
+        /// Number of measurements.
+        n: usize,
+        /// Mean residual, px.
+        dx: f64,
+        /// See `dx`.
+        dy: f64,
+        /// Of this cell alone; `None` where it was not tested.
+        p_value: Option<f64>,
+    }
+}
+
+table! { "image_scale.csv",
+    /// The scale that an image's residuals show.
+    ImageScaleRow {
+        /// `base` or `final`.
+        stage: String,
+        /// Image.
+        image: String,
+        /// Flight.
+        flight: String,
+        /// Scale residual of the image: displacement at half the diagonal, px; `None` where the model absorbs it.
+        scale_px: Option<f64>,
+        /// Its standard deviation, px.
+        sigma_px: Option<f64>,
+    }
+}
+
+table! { "profiles.csv",
+    /// The mean residual of a bin of what was recorded.
+    ProfileRow {
+        /// `base` or `final`.
+        stage: String,
+        /// Quantity.
+        against: String,
+        /// Component of the residual.
+        component: String,
+        /// Unit of `x`.
+        unit: String,
+        /// Middle of the bin.
+        x: f64,
+        /// Number of measurements.
+        n: usize,
+        /// Mean residual, px.
+        mean_px: f64,
+        /// Its standard deviation, px.
+        sigma_px: Option<f64>,
+    }
+}

@@ -1,0 +1,261 @@
+//! A run folder, written.
+
+use super::rows::{CheckRow, ImageRow, ImageScaleRow, PointRow, ProfileRow, ResidualLine, Row, SensorRow};
+use super::{DIAGNOSIS, FINAL, MODEL, SUMMARY};
+use crate::adjust::Covariance;
+use crate::block::{Block, Image, Role};
+use crate::effects::Scope;
+use crate::evaluate::Similarity;
+use crate::io::table::{TableWriter, write_json};
+use crate::io::{self, Error};
+use crate::model::Model;
+use crate::problem::PointSource;
+use crate::run::summary::{Summary, sigma0, theta_sigma};
+use crate::run::{ResidualKind, ResidualRow, Run, cell_means};
+use serde::Serialize;
+use std::path::Path;
+
+/// Names of the sigma columns of `images.csv`: rotation `w` (rad), projection centre (m).
+const POSE_SIGMAS: [&str; 6] = ["sigma_w1", "sigma_w2", "sigma_w3", "sigma_cx", "sigma_cy", "sigma_cz"];
+
+/// What the pictures of a diagnosis are drawn from; stage [`super::BASE`] before effects were added, [`super::FINAL`] after.
+#[derive(Debug, Clone, Default)]
+pub struct Pictures {
+    /// Mean residuals over the sensor.
+    pub sensor: Vec<SensorRow>,
+    /// Scale residuals per image.
+    pub scales: Vec<ImageScaleRow>,
+    /// Mean residuals against what was recorded.
+    pub profiles: Vec<ProfileRow>,
+}
+
+/// Writes model, summary and tables into `dir`, which is made when it is not there; files of an older run are replaced.
+/// `rows` are the residuals of the run.
+///
+/// # Errors
+/// What cannot be written.
+pub fn write(dir: &Path, block: &Block, model: &Model, run: &Run, rows: &[ResidualRow]) -> Result<(), Error> {
+    std::fs::create_dir_all(dir).map_err(|source| Error::Write { path: dir.to_owned(), source })?;
+    let similarity = run.comparison.as_ref().and_then(|comparison| comparison.similarity);
+    let folder = Folder { block, run, alignment: similarity.unwrap_or_else(Similarity::identity) };
+    io::model::write_model(model, &dir.join(MODEL))?;
+    io::block::write_images(&folder.adjusted_block(), &dir.join(ImageRow::FILE))?;
+    write_rows(dir, folder.points())?;
+    write_rows(dir, folder.residuals(rows))?;
+    write_rows(dir, folder.checks())?;
+    remove_diagnosis(dir)?;
+    write_rows(dir, sensor_means(block, rows))?;
+    // Last: where it is, the run is complete.
+    write_json(&dir.join(SUMMARY), &Summary::of(block, run, rows))
+}
+
+/// Adds to the folder of a run what a diagnosis found; its means over the sensor replace those of the run.
+///
+/// # Errors
+/// What cannot be written.
+pub fn write_diagnosis<D: Serialize>(dir: &Path, diagnosis: &D, pictures: Pictures) -> Result<(), Error> {
+    write_json(&dir.join(DIAGNOSIS), diagnosis)?;
+    write_rows(dir, pictures.sensor.into_iter())?;
+    write_rows(dir, pictures.scales.into_iter())?;
+    write_rows(dir, pictures.profiles.into_iter())
+}
+
+/// Removes what only a diagnosis writes, so that an adjustment into the folder of an older one is not taken for it.
+fn remove_diagnosis(dir: &Path) -> Result<(), Error> {
+    for name in [DIAGNOSIS, ImageScaleRow::FILE, ProfileRow::FILE] {
+        let path = dir.join(name);
+        match std::fs::remove_file(&path) {
+            Err(source) if source.kind() != std::io::ErrorKind::NotFound => return Err(Error::Write { path, source }),
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn write_rows<R: Row>(dir: &Path, rows: impl Iterator<Item = R>) -> Result<(), Error> {
+    let mut table = TableWriter::create(&dir.join(R::FILE), R::COLUMNS)?;
+    for row in rows {
+        row.put(&mut table);
+        table.end_row()?;
+    }
+    table.finish()
+}
+
+/// Mean tie residuals over the sensor, without tests.
+fn sensor_means<'a>(block: &'a Block, rows: &'a [ResidualRow]) -> impl Iterator<Item = SensorRow> + 'a {
+    block.cameras.iter().enumerate().flat_map(move |(c, camera)| {
+        let size = [f64::from(camera.width_px), f64::from(camera.height_px)];
+        let of_camera = move |row: &&ResidualRow| {
+            row.kind == ResidualKind::Tie && block.images[row.image.index()].camera.index() == c
+        };
+        let cells = cell_means(size, rows.iter().filter(of_camera).map(|row| (row.observed, row.residual)));
+        cells.into_iter().map(move |cell| SensorRow {
+            stage: FINAL.into(),
+            camera: camera.id.clone(),
+            width_px: size[0],
+            height_px: size[1],
+            x: cell.centre[0],
+            y: cell.centre[1],
+            n: cell.n,
+            dx: cell.mean[0],
+            dy: cell.mean[1],
+            p_value: None,
+        })
+    })
+}
+
+struct Folder<'a> {
+    block: &'a Block,
+    run: &'a Run,
+    alignment: Similarity,
+}
+
+impl Folder<'_> {
+    /// Covariance and sigma0, where both are known.
+    fn precision(&self) -> Option<(&Covariance, f64)> {
+        self.run.solution().covariance.as_ref().zip(sigma0(self.run))
+    }
+
+    /// The block with the adjusted poses and, as further columns, their standard deviations and the values that effects have
+    /// per image.
+    fn adjusted_block(&self) -> Block {
+        let poses = &self.run.solution().state.poses;
+        let images: Vec<Image> = (self.block.images.iter().zip(poses))
+            .map(|(image, pose)| Image { pose: self.alignment.apply_to_pose(pose), ..image.clone() })
+            .collect();
+        let mut extra = self.block.extra_image_columns.clone();
+        let mut add = |name: String, cells: Vec<Option<f64>>| {
+            // A column of this name that came with the block would make the table ambiguous.
+            extra.retain(|(other, _)| *other != name);
+            extra.push((name, cells.into_iter().map(cell).collect()));
+        };
+        for (k, name) in POSE_SIGMAS.into_iter().enumerate() {
+            add(name.into(), (0..images.len()).map(|i| self.pose_sigma(i, k)).collect());
+        }
+        let problem = &self.run.problem;
+        for instance in &problem.effects {
+            let descriptor = instance.effect.descriptor();
+            for (p, (_, base)) in instance.slots.iter().enumerate().filter(|(_, slot)| slot.0 == Scope::Image) {
+                let name = format!("{}.{}", descriptor.id, descriptor.parameters[p].name);
+                let solution = self.run.solution();
+                let theta = |image: usize| *base as usize + image;
+                let sigma = |t: usize| theta_sigma(problem, solution, sigma0(self.run), t);
+                add(name.clone(), (0..images.len()).map(|i| Some(solution.state.theta[theta(i)])).collect());
+                add(format!("sigma_{name}"), (0..images.len()).map(|i| sigma(theta(i))).collect());
+            }
+        }
+        Block { images, extra_image_columns: extra, ..self.block.clone() }
+    }
+
+    /// A-posteriori standard deviation of component `k` of pose `i`.
+    fn pose_sigma(&self, i: usize, k: usize) -> Option<f64> {
+        let (covariance, sigma0) = self.precision()?;
+        let pose = covariance.poses.get(i)?;
+        // The rotation `w` is in camera axes: no similarity changes it.
+        let variance = match k {
+            0..3 => pose[(k, k)],
+            _ => self.alignment.apply_to_covariance(&pose.fixed_view::<3, 3>(3, 3).into_owned())[(k - 3, k - 3)],
+        };
+        Some(sigma0 * variance.max(0.0).sqrt())
+    }
+
+    fn points(&self) -> impl Iterator<Item = PointRow> {
+        let problem = &self.run.problem;
+        let tie = |j: usize| match problem.point_sources[j] {
+            PointSource::Tie(id) => Some((id, j)),
+            PointSource::Control(_) => None,
+        };
+        // The problem has them in an order of its own; a file has the block's.
+        let mut ties: Vec<_> = (0..problem.point_sources.len()).filter_map(tie).collect();
+        ties.sort_unstable();
+        ties.into_iter().map(|(_, j)| {
+            let position = self.alignment.apply(&self.run.solution().state.points[j]);
+            let sigma = self.precision().and_then(|(covariance, sigma0)| {
+                let aligned = self.alignment.apply_to_covariance(covariance.points.get(j)?);
+                Some(aligned.diagonal().map(|variance| sigma0 * variance.max(0.0).sqrt()))
+            });
+            PointRow {
+                point: problem.point_names[j].clone(),
+                x: position.x,
+                y: position.y,
+                z: position.z,
+                sigma_x: sigma.map(|sigma| sigma.x),
+                sigma_y: sigma.map(|sigma| sigma.y),
+                sigma_z: sigma.map(|sigma| sigma.z),
+            }
+        })
+    }
+
+    fn residuals(&self, rows: &[ResidualRow]) -> impl Iterator<Item = ResidualLine> {
+        rows.iter().map(|row| {
+            let (point, kind) = match row.kind {
+                ResidualKind::Tie => (&self.block.tie_points[row.point as usize].name, "tie"),
+                ResidualKind::Mark => (&self.block.surveyed[row.point as usize].name, "mark"),
+            };
+            ResidualLine {
+                image: self.block.images[row.image.index()].name.clone(),
+                point: point.clone(),
+                kind: kind.into(),
+                x: row.observed[0],
+                y: row.observed[1],
+                rx: row.residual[0],
+                ry: row.residual[1],
+                sigma: row.sigma,
+            }
+        })
+    }
+
+    fn checks(&self) -> impl Iterator<Item = CheckRow> {
+        self.run.comparison.iter().flat_map(|comparison| &comparison.rows).map(|row| CheckRow {
+            point: self.block.surveyed[row.point.index()].name.clone(),
+            role: match row.role {
+                Role::Control => "control".into(),
+                Role::Check => "check".into(),
+            },
+            dx: row.d[0],
+            dy: row.d[1],
+            dz: row.d[2],
+            x: row.position[0],
+            y: row.position[1],
+            z: row.position[2],
+        })
+    }
+}
+
+fn cell(value: Option<f64>) -> String {
+    value.map_or_else(String::new, |value| format!("{value:?}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::read::rows;
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        let dir = tempfile::tempdir().unwrap();
+        let row = ImageScaleRow {
+            stage: FINAL.into(),
+            image: "a, \"b\"".into(),
+            flight: "1".into(),
+            scale_px: Some(0.1 + 0.2),
+            sigma_px: None,
+        };
+        write_rows(dir.path(), std::iter::once(row.clone())).unwrap();
+        assert_eq!(rows::<ImageScaleRow>(&dir.path().join("image_scale.csv")).unwrap(), [row]);
+    }
+
+    #[test]
+    fn a_diagnosis_of_an_older_run_goes() {
+        let dir = tempfile::tempdir().unwrap();
+        write_diagnosis(dir.path(), &"found", Pictures::default()).unwrap();
+        let files = || {
+            let mut names: Vec<_> = std::fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+            names.sort();
+            names
+        };
+        assert_eq!(files(), ["diagnosis.json", "image_scale.csv", "profiles.csv", "sensor.csv"]);
+        remove_diagnosis(dir.path()).unwrap();
+        assert_eq!(files(), ["sensor.csv"]);
+    }
+}
