@@ -1,25 +1,22 @@
-//! What it costs to test the whole catalogue beside what it costs to refit its effects: part of `make bench`, or `cargo bench --bench screening`.
+//! What it costs to test the whole catalogue beside what it costs to refit: part of `make bench`, or `cargo bench --bench screening`.
 //! `MISCLOSURE_BENCH_THREADS` sets the number of threads (2).
 
 use anyhow::{Context, Result};
-use misclosure::adjust::ceres::Ceres;
-use misclosure::adjust::native::Native;
-use misclosure::adjust::{Options, Solver};
-use misclosure::diagnose::candidate::candidates;
-use misclosure::diagnose::fit::{fit, refit, screen_all, with_weights};
-use misclosure::diagnose::models::with_candidate;
-use misclosure::diagnose::scan::best_place;
-use misclosure::diagnose::score::Base;
-use misclosure::model::{Model, SigmaFactors};
+use misclosure::adjust::Options;
+use misclosure::diagnose::fit::fit;
+use misclosure::diagnose::improve::Settings;
+use misclosure::diagnose::linearised::{Added, linearise};
+use misclosure::diagnose::run::diagnose;
+use misclosure::model::Model;
 use misclosure::report::numbers::fixed;
 use misclosure::report::tables::Table;
-use misclosure::run::{self, default_diagnosis_datum};
+use misclosure::run::default_diagnosis_datum;
 use misclosure::scenario::{Scenario, SurveyNoise, add_noise, add_survey_noise, simulate};
-use std::collections::BTreeMap;
-use std::ops::ControlFlow;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
-const BLOCK: &str = "dike";
+/// Blocks by preset and number of tie points; 0 for the preset's own.
+const BLOCKS: [(&str, f64); 2] = [("dike", 0.0), ("corridor", 0.0)];
 const SEED: u64 = 1;
 /// px, as the block states.
 const NOISE_PX: f64 = 0.3;
@@ -30,57 +27,43 @@ fn main() -> Result<()> {
         Ok(text) => text.parse().with_context(|| format!("MISCLOSURE_BENCH_THREADS = {text}: expected a number"))?,
         Err(_) => 2,
     };
-    let mut block = simulate(&Scenario::preset(BLOCK, &BTreeMap::new())?, SEED)?.block;
-    block.sigma.tie_px = NOISE_PX;
-    add_noise(&mut block, NOISE_PX, SEED)?;
-    add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: false }, SEED);
-    let model = Model { datum: default_diagnosis_datum(&block), ..Model::default() };
-    let options = Options { threads, ..Options::default() };
-    let base = fit(&block, &model, None, &options)?;
-    let base = with_weights(&block, base, SigmaFactors::default(), &[], &options, SIGNIFICANCE)?;
-    let (screening, all) = timed(|| screen_all(&block, &base, &[], threads, SIGNIFICANCE));
-    let screening = screening?;
-    let at = Base {
-        block: &block,
-        model: &base.model,
-        problem: &base.problem,
-        state: &base.solution.state,
-        threads,
-        significance: SIGNIFICANCE,
-    };
-    let scanned =
-        candidates(&block, &base.problem, &base.model, &[]).into_iter().filter(|c| c.testable() && c.scanned());
-    let (scans, of_scans) =
-        timed(|| scanned.map(|candidate| best_place(&at, &candidate)).collect::<Result<Vec<_>, _>>());
-    scans?;
-    let mut table = Table::new("").text("refit of", "").number("diagnosis", "s").number("both solvers", "s");
-    let solvers: [&dyn Solver; 2] = [&Native, &Ceres];
-    let (mut refits, mut adjustments) = (Vec::new(), Vec::new());
-    for score in screening.scores.iter().filter(|score| score.dof > 0.0) {
-        let larger = with_candidate(&base.model, score);
-        let (refitted, of_refit) = timed(|| refit(&block, &larger, &base, &options));
-        let adjust = || run::adjust(&block, &larger, &solvers, &options, &mut |_, _| ControlFlow::Continue(()));
-        let (adjusted, of_adjustment) = timed(adjust);
-        // Where nothing is missing a random effect has no size to converge to; such are not counted.
-        let row = |ok: bool, seconds: f64| if ok { fixed(seconds, 2) } else { "fails".into() };
-        let (refits_too, adjusts_too) = (refitted.is_ok(), adjusted.is_ok());
-        table.row([score.candidate.id.clone(), row(refits_too, of_refit), row(adjusts_too, of_adjustment)]);
-        refits.extend(refits_too.then_some(of_refit));
-        adjustments.extend(adjusts_too.then_some(of_adjustment));
+    let mut table = Table::new("")
+        .text("block", "")
+        .number("measurements", "")
+        .number("cold fit", "s")
+        .number("screening", "s")
+        .number("of two fits", "")
+        .number("diagnosis", "s");
+    for (preset, points) in BLOCKS {
+        let parameters: BTreeMap<String, f64> =
+            (points > 0.0).then(|| ("points".to_string(), points)).into_iter().collect();
+        let mut block = simulate(&Scenario::preset(preset, &parameters)?, SEED)?.block;
+        block.sigma.tie_px = NOISE_PX;
+        add_noise(&mut block, NOISE_PX, SEED)?;
+        add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: false }, SEED);
+        let model = Model { datum: default_diagnosis_datum(&block), ..Model::default() };
+        let options = Options { threads, ..Options::default() };
+        let settings = Settings { plugins: &[], options: options.clone(), significance: SIGNIFICANCE, tell: &|_| {} };
+        let (base, of_fit) = timed(|| fit(&block, &model, None, &options));
+        let base = base?;
+        let (tested, of_screening) = timed(|| -> Result<usize> {
+            let linearised = linearise(&block, &base, &Added::default(), &settings)?;
+            let situation = linearised.situation(&settings, &BTreeSet::new());
+            Ok(situation.judge_all(&situation.beside()).len())
+        });
+        tested?;
+        let (diagnosed, of_diagnosis) = timed(|| diagnose(&block, &model, &settings));
+        diagnosed?;
+        table.row([
+            preset.to_string(),
+            block.ties.len().to_string(),
+            fixed(of_fit, 2),
+            fixed(of_screening, 2),
+            fixed(of_screening / (2.0 * of_fit), 2),
+            fixed(of_diagnosis, 2),
+        ]);
     }
-    let two = |seconds: &[f64]| 2.0 * seconds.iter().sum::<f64>() / seconds.len() as f64;
-    println!("{}", table.to_text());
-    println!(
-        "{BLOCK}, {} measurements, {threads} threads: screening {} candidates {all:.2} s, of which {of_scans:.2} s search places on the sensor; \
-         two of their refits {:.2} s on average (ratio {:.2}), as the diagnosis makes them from the base solution; {:.2} s (ratio {:.2}) with both \
-         solvers from the block's start values",
-        block.ties.len(),
-        screening.scores.len(),
-        two(&refits),
-        all / two(&refits),
-        two(&adjustments),
-        all / two(&adjustments),
-    );
+    println!("{threads} threads\n\n{}", table.to_text());
     Ok(())
 }
 

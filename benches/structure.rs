@@ -32,7 +32,7 @@ fn main() -> Result<()> {
     let run = adjust(&block, &model, &[&Native], &options, &mut |_, _| ControlFlow::Continue(()))?;
     let adjusted = started.elapsed().as_secs_f64();
     let started = Instant::now();
-    let structure = analyse(&run.problem, &run.solution().state, run.comparison.as_ref(), SIGNIFICANCE)?;
+    let structure = analyse(&run.problem, &run.solution().state, run.comparison.as_ref(), SIGNIFICANCE, 2)?;
     let analysed = started.elapsed().as_secs_f64();
     println!(
         "{BLOCK}, {} measurements, {threads} threads: {} tests {analysed:.2} s; adjusting {adjusted:.2} s; ratio {:.2}",

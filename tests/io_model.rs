@@ -47,7 +47,7 @@ fn effect(id: &str) -> Option<EffectRef> {
     };
     Some(EffectRef::Plugin(Arc::new(Named(Descriptor {
         id: id.to_owned().into(),
-        stage: Stage::Image,
+        stage: Stage::Ray,
         kind: Kind::Physical,
         summary: "".into(),
         formula: "".into(),
@@ -97,7 +97,7 @@ fn full() -> Model {
         datum: Datum::Gnss,
         loss: Loss::Cauchy,
         tie_weights: TieWeights::Pairs,
-        sigma_factors: SigmaFactors { image: 0.75, control: 2.0, gnss: 1.25 },
+        sigma_factors: SigmaFactors { image: 0.75, control: 2.0, control_z: 1.5, gnss: 1.25, gnss_z: 2.5 },
     }
 }
 
@@ -130,7 +130,9 @@ tie_weights = "unit"
 [sigma_factors]
 image = 1.0
 control = 1.0
+control_z = 1.0
 gnss = 1.0
+gnss_z = 1.0
 
 [[effect]]
 id = "drift"

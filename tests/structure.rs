@@ -34,7 +34,7 @@ fn options() -> Options {
 }
 
 fn structure_of(run: &Run) -> Structure {
-    analyse(&run.problem, &run.solution().state, run.comparison.as_ref(), SIGNIFICANCE).unwrap()
+    analyse(&run.problem, &run.solution().state, run.comparison.as_ref(), SIGNIFICANCE, 1).unwrap()
 }
 
 fn structure(block: &Block) -> Structure {

@@ -5,7 +5,7 @@ use super::model_options::ModelOptions;
 use super::summary_text::{failure, warning};
 use super::{Answer, Console, structure_rows};
 use crate::adjust::Options;
-use crate::diagnose::forward::Settings;
+use crate::diagnose::improve::Settings;
 use crate::diagnose::run::{Diagnosed, diagnose};
 use crate::io::block::read_block;
 use crate::report::run::write_page;
@@ -90,7 +90,7 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     let mut diagnosed = diagnose(block, &model, &settings)?;
     let final_model = match keep {
         Keep::Base => diagnosed.improvement.base.model.clone(),
-        Keep::Improved => diagnosed.improvement.fitted.fit.model.clone(),
+        Keep::Improved => diagnosed.improvement.fit.model.clone(),
     };
     tell("adjusting the final model with both solvers");
     let solvers = arguments.model.solvers();

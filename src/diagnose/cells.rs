@@ -1,6 +1,6 @@
 //! Residuals summed over cells of the sensor: the score of a shape is a sum over residuals, which need not be told apart within a cell.
 
-use crate::adjust::native::scan::Residual;
+use super::scan::Residual;
 use crate::model::EffectRef;
 use crate::problem::{ImageObservation, Problem};
 use std::collections::HashMap;
@@ -20,13 +20,13 @@ struct Cell {
 }
 
 /// Cells of a sensor that hold measurements.
-pub struct Cells {
+pub(super) struct Cells {
     cells: Vec<Cell>,
 }
 
 impl Cells {
     /// For shapes of the width `width`, px. Every camera has cells of its own; every image where the effect looks at more than the place.
-    pub fn new(problem: &Problem, residuals: &[Residual<'_>], effect: &EffectRef, width: f64) -> Self {
+    pub(super) fn new(problem: &Problem, residuals: &[Residual<'_>], effect: &EffectRef, width: f64) -> Self {
         let by_image = !effect.descriptor().needs.is_empty();
         let side = SIDE * width;
         let mut number = HashMap::new();
@@ -52,7 +52,7 @@ impl Cells {
     }
 
     /// Each cell as one measurement at the mean of its own.
-    pub fn iter(&self) -> impl Iterator<Item = Residual<'_>> {
+    pub(super) fn iter(&self) -> impl Iterator<Item = Residual<'_>> {
         self.cells.iter().map(|cell| Residual {
             observation: &cell.observation,
             predicted: cell.place.map(|sum| sum / cell.weight),

@@ -7,6 +7,7 @@
 use super::fit::{Fit, deciding};
 use crate::adjust::native::Native;
 use crate::adjust::{AdjustError, CovarianceOf, Options, Solver};
+use crate::math::statistics::{chi_square_quantile, median};
 use crate::measure::Predictor;
 use crate::problem::{PointSource, Problem, State};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
@@ -22,19 +23,23 @@ const SEARCH_ITERATIONS: usize = 20;
 const INTERSECTION_STEPS: usize = 3;
 
 /// Errors of prediction.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct HeldOut {
-    /// Sum of squares of predicted image points, px^2, and number of coordinates.
-    squares_px: f64,
-    coordinates: usize,
+    /// Squared errors of predicted image points, each by the precision of its intersection, per coordinate and in px^2.
+    squares_px: Vec<f64>,
     /// Sum of squares of all predictions, each in units of its own standard deviation (that of the measurement and of the ray's intersection).
     pub normalised: f64,
 }
 
 impl HeldOut {
-    /// RMS per coordinate of predicted tie-point measurements, px; NaN where no point has three rays.
-    pub fn rms_px(&self) -> f64 {
-        (self.squares_px / self.coordinates as f64).sqrt()
+    /// Typical error per coordinate of predicted tie-point measurements, px, from the median, which badly intersected points do not move; NaN
+    /// where no point has three rays.
+    pub fn px(&self) -> f64 {
+        if self.squares_px.is_empty() {
+            return f64::NAN;
+        }
+        // Each is half of a chi-square with two degrees of freedom times the variance.
+        (2.0 * median(&self.squares_px) / chi_square_quantile(0.5, 2.0)).sqrt()
     }
 }
 
@@ -152,8 +157,8 @@ fn predict_point(cameras: &Cameras<'_>, state: &State, j: usize, sum: &mut HeldO
     for (v, a, weight) in &rows {
         // Without this ray the intersection predicts it with error (I - A N^-1 A')^-1 v, of covariance (I - A N^-1 A')^-1.
         let Some(spread) = (Matrix2::identity() - a * inverse * a.transpose()).try_inverse() else { continue };
-        sum.squares_px += (spread * v).norm_squared() / (weight * weight);
-        sum.coordinates += 2;
-        sum.normalised += v.dot(&(spread * v));
+        let normalised = v.dot(&(spread * v));
+        sum.squares_px.push(0.5 * normalised / (weight * weight));
+        sum.normalised += normalised;
     }
 }

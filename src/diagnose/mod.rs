@@ -1,24 +1,28 @@
-//! Which physical effect is missing: residual structure, a score test for every candidate, what this block cannot tell apart, and the loop
-//! that adds an effect only when it holds on measurements that the fit did not see.
+//! Which physical effect is missing: every question of a converged fit is linear algebra of one small system ([`linearised`]).
+//!
+//! - [`test`]: pure statistics of such systems, without a block.
+//! - [`select`]: which effects belong to the model, rules over what the tests say.
+//! - [`improve`]: carries out what the rules ask for, refits, and keeps the ledger; [`run`] a whole diagnosis.
+//! - [`structure`]: what is left in the residuals, whatever its cause; [`outliers`]: data snooping.
+//! - [`verdict`] writes `diagnosis.json`.
 
-mod augmented;
 pub mod candidate;
+mod catalogue;
 mod cells;
-mod design_effect;
+mod domain;
 pub mod fit;
-pub mod forward;
 pub mod heldout;
+pub mod impact;
+pub mod improve;
+pub mod left;
+pub mod linearised;
 pub mod models;
-mod needed;
 mod neighbours;
 pub mod outliers;
-mod power;
-mod random;
 pub mod run;
 pub mod scan;
-pub mod score;
+pub mod select;
 pub mod structure;
-pub mod trial;
-mod variants;
+pub mod test;
 pub mod verdict;
-mod weights;
+pub mod weights;

@@ -1,16 +1,20 @@
-//! A whole diagnosis: outliers first, then the loop, then what is left, then the verdict.
+//! A whole diagnosis: a base without outliers and with believable weights, the loop, what is left, the verdict.
 
 use super::fit::{DiagnoseError, Fit, fit};
-use super::forward::{Improvement, Settings, improve};
-use super::outliers::{self, Outliers, Strictness};
+use super::improve::{Improvement, Settings};
+use super::left;
+use super::outliers::{self, MAX_ROUNDS, Outliers, Search, Strictness};
 use super::structure::{self, Structure};
-use super::verdict::{self, Diagnosis, Verdict, diagnosis};
-use crate::adjust::native::pool;
-use crate::adjust::{AdjustError, CovarianceOf, Options};
+use super::verdict::{Diagnosis, diagnosis};
+use crate::adjust::AdjustError;
 use crate::block::Block;
 use crate::model::Model;
 use crate::run::{self, RunError};
-use std::collections::BTreeSet;
+
+/// Rounds of the weights: the second changes a factor by the square of what the first changed it.
+const WEIGHT_ROUNDS: usize = 3;
+/// Times that the loop begins anew because an outlier was found or came back, or an effect was challenged.
+const MOST_ROUNDS: usize = 12;
 
 /// What a diagnosis found, and the block that it was made on.
 pub struct Diagnosed {
@@ -29,72 +33,127 @@ pub struct Diagnosed {
 }
 
 /// Diagnoses `block` under `model`.
-pub fn diagnose(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
-    (settings.tell)("searching outliers");
-    let (model, mut outliers) = match search(block, model, None, settings, Strictness::Loose) {
+pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
+    let tell = settings.tell;
+    tell("adjusting the base model and searching outliers");
+    let mut search = Search::new(whole, model);
+    let base = match settle(whole, &mut search, model, None, Strictness::Loose, settings) {
         Err(error) if undetermined_centre(&error, model) => {
-            (settings.tell)(
-                "the block does not determine the centre of distortion: tied to the principal point (as --tie dc=pp)",
-            );
+            tell("the block does not determine the centre of distortion: tied to the principal point (as --tie dc=pp)");
             let tied = Model { tie_dc_to_pp: true, ..model.clone() };
-            let outliers = search(block, &tied, None, settings, Strictness::Loose)?;
-            (tied, outliers)
+            search = Search::new(whole, &tied);
+            settle(whole, &mut search, &tied, None, Strictness::Loose, settings)?
         }
-        found => (model.clone(), found?),
+        base => base?,
     };
-    let model = &model;
-    let mut clean = outliers.without(block);
-    let mut improvement = improve(&clean, model, None, settings)?;
-    if !improvement.added.is_empty() {
+    let mut block = search.block(whole);
+    tell("estimating the weights");
+    let base = weighed(&block, base, settings)?;
+    let mut improvement = Improvement::new(&block, base, settings)?;
+    let mut first = None;
+    let mut strictness = Strictness::Loose;
+    let mut last = None;
+    for _ in 0..MOST_ROUNDS {
+        let linearised = improvement.advance(&block, settings, &mut first)?;
         // With the effects in the model, outliers that they hid stand out.
-        let fitted = &improvement.fitted.fit;
-        match search(block, &fitted.model, Some(fitted), settings, Strictness::Tight) {
-            Ok(found) if found.rejected.len() != outliers.rejected.len() => {
-                outliers = found;
-                clean = outliers.without(block);
-                improvement = improve(&clean, model, Some(&improvement.base), settings)?;
-            }
-            Ok(_) => {}
-            // With the outliers back in, the larger model may not converge at all.
-            Err(error) => {
-                (settings.tell)(&format!("the second search for outliers failed ({error}); the first stands"))
+        let changed = match improvement.added.is_empty() {
+            true => false,
+            false => judged_again(whole, &mut search, &mut improvement, strictness, settings)?,
+        };
+        if changed {
+            block = search.block(whole);
+            continue;
+        }
+        if strictness == Strictness::Loose && !improvement.added.is_empty() {
+            strictness = Strictness::Tight;
+            if judged_again(whole, &mut search, &mut improvement, strictness, settings)? {
+                block = search.block(whole);
+                continue;
             }
         }
-    }
-    (settings.tell)("describing what is left");
-    let significance = settings.significance;
-    let pool = pool(settings.options.threads)?;
-    let Improvement { base, fitted, steps, .. } = &improvement;
-    let (before, after) = pool.install(|| {
-        rayon::join(
-            || structure_of(&clean, base, significance),
-            || match steps.len() {
-                1 => Ok(None),
-                _ => structure_of(&clean, &fitted.fit, significance).map(Some),
-            },
-        )
-    });
-    let before = before?;
-    let mut after = after?.unwrap_or_else(|| before.clone());
-    let count = outliers.rejected.len();
-    let mut found = diagnosis(&clean, &improvement, &after, significance, count);
-    // An effect that is less sure than what it leaves is a shape that happens to fit, not the cause.
-    let mut banned = BTreeSet::new();
-    while found.verdict == Verdict::Unexplained {
-        let left = verdict::ln_p_of_rest(&improvement, &after);
-        let unsure: Vec<String> =
-            improvement.added.iter().filter(|id| improvement.entry_ln_p(id) > left).cloned().collect();
-        if unsure.is_empty() {
+        let rest = left::analyse(&block, &improvement, &linearised, settings)?;
+        let challenged = left::challenge(&block, &mut improvement, &rest, settings)?;
+        last = Some((linearised, rest));
+        if !challenged {
             break;
         }
-        (settings.tell)(&format!("what is left is surer than {}: going on without", unsure.join(", ")));
-        banned.extend(unsure);
-        improvement.go_on_without(&clean, &banned, left, settings)?;
-        let fitted = &improvement.fitted.fit;
-        after = pool.install(|| structure_of(&clean, fitted, significance))?;
-        found = diagnosis(&clean, &improvement, &after, significance, count);
     }
-    Ok(Diagnosed { block: clean, outliers, improvement, before, after, diagnosis: found })
+    tell("describing what is left");
+    let Some((linearised, rest)) = last else {
+        return Err(AdjustError::Bridge("the diagnosis did not come to an end".into()).into());
+    };
+    improvement.finish(&block, settings)?;
+    let after = rest.structure.clone();
+    let before = match improvement.added.is_empty() {
+        true => after.clone(),
+        false => structure_of(&block, &improvement.base, settings)?,
+    };
+    let outliers = search.outliers(whole);
+    let first = first.as_ref().unwrap_or(&linearised);
+    let found = diagnosis(&block, &improvement, first, &linearised, &rest, &after, outliers.rejected.len(), settings);
+    Ok(Diagnosed { block, outliers, improvement, before, after, diagnosis: found })
+}
+
+/// Fits and sets outliers aside until nothing changes.
+fn settle(
+    whole: &Block,
+    search: &mut Search,
+    model: &Model,
+    near: Option<&Fit>,
+    strictness: Strictness,
+    settings: &Settings<'_>,
+) -> Result<Fit, DiagnoseError> {
+    let mut fitted = fit(&search.block(whole), model, near, &settings.options)?;
+    for _ in 0..MAX_ROUNDS {
+        let seen = outliers::Fit { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
+        let round = search.judge(whole, &seen, strictness)?;
+        if round.rejected + round.returned == 0 {
+            break;
+        }
+        fitted = fit(&search.block(whole), model, Some(&fitted), &settings.options)?;
+    }
+    Ok(fitted)
+}
+
+/// Judges every measurement anew at the model as it stands; the loop goes on with what is left. Did anything change?
+fn judged_again(
+    whole: &Block,
+    search: &mut Search,
+    improvement: &mut Improvement,
+    strictness: Strictness,
+    settings: &Settings<'_>,
+) -> Result<bool, DiagnoseError> {
+    let fitted = &improvement.fit;
+    let seen = outliers::Fit { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
+    let round = search.judge(whole, &seen, strictness)?;
+    if round.rejected + round.returned == 0 {
+        return Ok(false);
+    }
+    let model = super::models::at_solution(fitted);
+    let near = fitted.clone();
+    match settle(whole, search, &model, Some(&near), strictness, settings) {
+        Ok(fit) => {
+            let why = format!("{} measurements set aside, {} taken back", round.rejected, round.returned);
+            let block = search.block(whole);
+            improvement.replace(&block, fit, &why, settings)?;
+            improvement.weigh(&block, settings)?;
+            Ok(true)
+        }
+        Err(error) => {
+            (settings.tell)(&format!("the search for outliers stopped: {error}"));
+            Ok(false)
+        }
+    }
+}
+
+fn weighed(block: &Block, mut fitted: Fit, settings: &Settings<'_>) -> Result<Fit, DiagnoseError> {
+    let added = super::linearised::Added { own: fitted.model.effects.len(), ..Default::default() };
+    for _ in 0..WEIGHT_ROUNDS {
+        let Some(factors) = super::weights::factors(block, &fitted, &added, settings)? else { break };
+        let model = Model { sigma_factors: factors, ..fitted.model.clone() };
+        fitted = fit(block, &model, Some(&fitted), &settings.options)?;
+    }
+    Ok(fitted)
 }
 
 /// The adjustment failed with a centre of distortion of its own: where distortion is small, that centre runs away.
@@ -104,24 +163,9 @@ fn undetermined_centre(error: &DiagnoseError, model: &Model) -> bool {
     failed && !model.tie_dc_to_pp && model.free[3] && model.free[4]
 }
 
-fn structure_of(block: &Block, fitted: &Fit, significance: f64) -> Result<Structure, DiagnoseError> {
+fn structure_of(block: &Block, fitted: &Fit, settings: &Settings<'_>) -> Result<Structure, DiagnoseError> {
     let comparison = run::compare(block, &fitted.problem, &fitted.solution)?;
     let state = &fitted.solution.state;
-    Ok(structure::analyse(&fitted.problem, state, comparison.as_ref(), significance)?)
-}
-
-fn search(
-    block: &Block,
-    model: &Model,
-    near: Option<&Fit>,
-    settings: &Settings<'_>,
-    strictness: Strictness,
-) -> Result<Outliers, DiagnoseError> {
-    let options = Options { covariance: CovarianceOf::Nothing, ..settings.options.clone() };
-    let how = outliers::Options { strictness, ..outliers::Options::default() };
-    let mut last: Option<Fit> = None;
-    outliers::find(block, how, &mut |block: &Block| -> Result<outliers::Fit, DiagnoseError> {
-        let fitted = last.insert(fit(block, model, last.as_ref().or(near), &options)?);
-        Ok(outliers::Fit { problem: fitted.problem.clone(), state: fitted.solution.state.clone() })
-    })
+    let Settings { significance, options, .. } = settings;
+    Ok(structure::analyse(&fitted.problem, state, comparison.as_ref(), *significance, options.threads)?)
 }

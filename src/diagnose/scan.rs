@@ -6,12 +6,14 @@
 
 use super::candidate::{Addition, Candidate};
 use super::cells::Cells;
-use super::score::{Base, Scan, ScreenError};
-use crate::adjust::native::scan::{Residual, Scanner, Shapes};
+use super::fit::{DiagnoseError, Fit};
+use super::select::Search as Searched;
+use crate::adjust::native::null_model::{Columns, Entries, Measured, NullModel};
 use crate::effects::{Context, Domain, Role};
 use crate::math::statistics::chi_square_ln_sf;
+use crate::measure::Predictor;
 use crate::model::EffectRef;
-use crate::problem::Problem;
+use crate::problem::{ImageObservation, Problem};
 use rayon::prelude::*;
 
 /// Ratio of neighbouring widths: shapes of widths 1 and 1.5 correlate by 0.9.
@@ -39,6 +41,8 @@ struct Search<'a> {
     variants: Vec<Candidate>,
     /// Position of the linear parameter, of place x, place y and width.
     parameters: [usize; 4],
+    /// Camera that each variant acts on; all of them where there is one alone.
+    cameras: Vec<u32>,
     /// Parameters of each variant.
     values: Vec<Vec<f64>>,
     sensor: [f64; 2],
@@ -57,30 +61,63 @@ struct Shape {
 /// A shape and its statistic.
 type Found = (f64, Shape);
 
-/// The scanned candidate at its best place.
-pub struct Best {
-    /// The candidate with its searched parameters there.
-    pub candidate: Candidate,
-    /// What its significance is to be taken from.
-    pub scan: Scan,
+/// An image measurement at the solution.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Residual<'a> {
+    /// The measurement.
+    pub observation: &'a ImageObservation,
+    /// Predicted point, px.
+    pub predicted: [f64; 2],
+    /// Interior orientation of its image.
+    pub interior: &'a [f64; 12],
+    /// `P v`, 1/px.
+    pub pull: [f64; 2],
+    /// `P`, 1/px^2.
+    pub weight: f64,
 }
 
-/// Scans a candidate over the sensor. `None` where it has no place and width, or no place can be tested.
-pub fn best_place(base: &Base<'_>, candidate: &Candidate) -> Result<Option<Best>, ScreenError> {
-    let Some(search) = Search::new(base.problem, candidate) else { return Ok(None) };
-    let scanner = Scanner::new(base.problem, base.state, base.threads)?;
-    let (places, shapes) = search.promising(&scanner);
-    let mut best = search.test(&scanner, shapes, vec![None; search.variants.len()]);
-    let drop = best.iter().flatten().map(|(statistic, _)| *statistic).fold(0.0, f64::max);
+/// Puts every candidate that has a place on the sensor where it fits best; one that no place can be found for lists what it needs.
+pub fn place(
+    fit: &Fit,
+    tested: &mut Vec<(Candidate, Searched)>,
+    untested: &mut Vec<Candidate>,
+    threads: usize,
+) -> Result<(), DiagnoseError> {
+    let (scanned, others): (Vec<_>, Vec<_>) = tested.drain(..).partition(|(candidate, _)| candidate.scanned());
+    *tested = others;
+    if scanned.is_empty() {
+        return Ok(());
+    }
+    let Fit { problem, solution, .. } = fit;
+    let null = NullModel::new(problem.clone(), solution.state.clone(), Vec::new(), threads)?;
+    for (mut candidate, _) in scanned {
+        let best = match Search::new(problem, &candidate) {
+            Some(search) => best_places(&search, &null)?,
+            None => Vec::new(),
+        };
+        if best.is_empty() {
+            candidate.needs.push("measurements on more of the sensor".into());
+            untested.push(candidate);
+        }
+        tested.extend(best);
+    }
+    Ok(())
+}
+
+/// The candidate at the best place of each of its variants.
+fn best_places(search: &Search<'_>, null: &NullModel) -> Result<Vec<(Candidate, Searched)>, DiagnoseError> {
+    let (places, shapes) = search.promising(null)?;
+    let mut best = search.test(null, shapes, vec![None; search.variants.len()])?;
+    let on_grid: Vec<Option<f64>> = best.iter().map(|found| found.map(|(statistic, _)| statistic)).collect();
     let worth_refining =
         |(statistic, _): &&Found| chi_square_ln_sf(*statistic, 1.0) + places.ln() < WORTH_REFINING.ln();
     for refinement in REFINEMENTS {
         let shapes: Vec<Shape> =
             best.iter().flatten().filter(worth_refining).flat_map(|(_, shape)| shape.about(refinement)).collect();
-        best = search.test(&scanner, shapes, best);
+        best = search.test(null, shapes, best)?;
     }
-    let best = best.into_iter().flatten().max_by(|(a, _), (b, _)| a.total_cmp(b));
-    Ok(best.map(|(_, shape)| Best { candidate: search.candidate(shape), scan: Scan { places, drop } }))
+    let found = best.into_iter().zip(on_grid).filter_map(|(found, on_grid)| Some((found?.1, on_grid?)));
+    Ok(found.map(|(shape, drop)| (search.candidate(shape), Searched::Places { count: places, drop })).collect())
 }
 
 impl<'a> Search<'a> {
@@ -98,7 +135,10 @@ impl<'a> Search<'a> {
             .iter()
             .fold([0.0f64; 2], |[w, h], image| [w.max(image.width_px), h.max(image.height_px)]);
         let half_diagonal = 0.5 * sensor[0].hypot(sensor[1]);
-        let variants = variants(candidate);
+        let count = problem.camera_names.len();
+        let on_cameras = |variant: Candidate| (0..count as u32).map(move |camera| (variant.clone(), camera));
+        let (variants, cameras): (Vec<Candidate>, Vec<u32>) =
+            variants(candidate).into_iter().flat_map(on_cameras).unzip();
         let values_of = |variant: &Candidate| {
             let given = |name: &str| variant.term().and_then(|term| term.values.get(name).copied());
             parameters.iter().map(|p| given(p.name.as_ref()).unwrap_or(p.nominal)).collect()
@@ -108,6 +148,7 @@ impl<'a> Search<'a> {
         Some(Self {
             problem,
             variants,
+            cameras,
             parameters: [linear, x, y, width],
             values,
             sensor,
@@ -116,29 +157,41 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// The candidate at a place.
+    /// The candidate at a place; of several cameras on one.
     fn candidate(&self, shape: Shape) -> Candidate {
         let mut candidate = self.variants[shape.variant].clone();
-        if let Addition::Effect(term) = &mut candidate.addition {
-            let parameters = &self.effect.descriptor().parameters;
-            let named = |k: usize| parameters[k].name.to_string();
-            let [_, px, py, pw] = self.parameters;
-            let [x, y] = shape.place;
-            term.values.extend([(named(px), x), (named(py), y), (named(pw), shape.width)]);
+        let Addition::Effect(term) = &mut candidate.addition else { return candidate };
+        let parameters = &self.effect.descriptor().parameters;
+        let [x, y] = shape.place;
+        let names = &self.problem.camera_names;
+        let own = self.cameras[shape.variant] as usize;
+        for (camera, of) in names.iter().enumerate() {
+            let named = |k: usize| match names.len() {
+                1 => parameters[k].name.to_string(),
+                _ => format!("{}[{of}]", parameters[k].name),
+            };
+            let [linear, px, py, pw] = self.parameters;
+            if camera == own {
+                term.values.extend([(named(px), x), (named(py), y), (named(pw), shape.width)]);
+            } else {
+                term.held.extend([linear, px, py, pw].map(named));
+            }
         }
         candidate
     }
 
     /// Number of places of the grid that measurements reach, and the best of every variant and width by `s^2 / B'PB`.
-    fn promising(&self, scanner: &Scanner<'_>) -> (f64, Vec<Shape>) {
+    fn promising(&self, null: &NullModel) -> Result<(f64, Vec<Shape>), DiagnoseError> {
         let widths = std::iter::successors(Some(self.widths.0), |width| Some(width * WIDTH_STEP));
         let widths: Vec<f64> = widths.take_while(|width| *width <= self.widths.1).collect();
-        let residuals = scanner.residuals();
+        let (problem, state) = (null.problem(), null.state());
+        let predictor = Predictor::new(problem, state).map_err(crate::adjust::AdjustError::from)?;
+        let residuals = residuals(problem, state, &predictor);
         let cells = |width: &f64| Cells::new(self.problem, &residuals, &self.effect, *width);
-        let cells: Vec<Cells> = scanner.pool().install(|| widths.par_iter().map(cells).collect());
+        let cells: Vec<Cells> = null.pool().install(|| widths.par_iter().map(cells).collect());
         let levels: Vec<(usize, usize)> =
             (0..self.variants.len()).flat_map(|variant| (0..widths.len()).map(move |level| (variant, level))).collect();
-        let ranked = scanner.pool().install(|| -> Vec<Vec<Found>> {
+        let ranked = null.pool().install(|| -> Vec<Vec<Found>> {
             levels.par_iter().map(|(variant, level)| self.rank(*variant, widths[*level], &cells[*level])).collect()
         });
         let places = ranked.iter().map(|level| level.len() as f64).sum();
@@ -147,7 +200,7 @@ impl<'a> Search<'a> {
             level.truncate(TESTED);
             level.into_iter().map(|(_, shape)| shape)
         });
-        (places, best.collect())
+        Ok((places, best.collect()))
     }
 
     /// `s^2 / B'PB` of every place of one width.
@@ -168,7 +221,9 @@ impl<'a> Search<'a> {
                 for i in range(0) {
                     let place = [(i as f64 + 0.5) * step[0], (j as f64 + 0.5) * step[1]];
                     let shape = Shape { variant, place, width };
-                    let Some([x, y]) = moves.of(&cell, &shape) else { continue };
+                    let Some([x, y]) = moves.of(cell.observation, cell.predicted, cell.interior, &shape) else {
+                        continue;
+                    };
                     let [score, length] = &mut sums[j * count[0] + i];
                     *score += x * cell.pull[0] + y * cell.pull[1];
                     *length += cell.weight * (x * x + y * y);
@@ -181,17 +236,42 @@ impl<'a> Search<'a> {
     }
 
     /// Tests shapes to the last digit: the best of each variant, if it is better than `best`.
-    fn test(&self, scanner: &Scanner<'_>, shapes: Vec<Shape>, mut best: Vec<Option<Found>>) -> Vec<Option<Found>> {
-        let scanned = scanner.scan(&List { search: self, shapes: &shapes });
-        for (scanned, shape) in scanned.iter().zip(&shapes) {
-            let statistic = scanned.score.powi(2) / scanned.information;
+    fn test(
+        &self,
+        null: &NullModel,
+        shapes: Vec<Shape>,
+        mut best: Vec<Option<Found>>,
+    ) -> Result<Vec<Option<Found>>, DiagnoseError> {
+        let tested = null.test_each(&List { search: self, shapes: &shapes })?;
+        for (c, shape) in shapes.iter().enumerate() {
+            let (information, length) = (tested.information[c], tested.length[c]);
+            let statistic = tested.score[c].powi(2) / information;
             let best = &mut best[shape.variant];
-            if scanned.information > KEPT_SHARE * scanned.length && best.is_none_or(|(other, _)| statistic > other) {
+            if information > KEPT_SHARE * length && best.is_none_or(|(other, _)| statistic > other) {
                 *best = Some((statistic, *shape));
             }
         }
-        best
+        Ok(best)
     }
+}
+
+/// Every image measurement that can be predicted; at a state that was linearised that is each.
+fn residuals<'p>(
+    problem: &'p Problem,
+    state: &crate::problem::State,
+    predictor: &'p Predictor<'_>,
+) -> Vec<Residual<'p>> {
+    let mut residuals = Vec::with_capacity(problem.observations.len());
+    for (j, point) in state.points.iter().enumerate() {
+        for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
+            let (image, observed) = (observation.image as usize, [observation.x, observation.y]);
+            let Some((predicted, _)) = predictor.image_point(image, observed, point) else { continue };
+            let weight = observation.inverse_sigma.powi(2);
+            let pull = [0, 1].map(|k| (observed[k] - predicted[k]) * weight);
+            residuals.push(Residual { observation, predicted, interior: predictor.interior(image), pull, weight });
+        }
+    }
+    residuals
 }
 
 /// Moves that shapes of a search make; its buffers are reused.
@@ -208,23 +288,30 @@ impl<'a> Moves<'a> {
     }
 
     /// Derivative of the image point by the linear parameter; `None` where the shape does not reach.
-    fn of(&mut self, measured: &Residual<'_>, shape: &Shape) -> Option<[f64; 2]> {
+    fn of(
+        &mut self,
+        observation: &ImageObservation,
+        predicted: [f64; 2],
+        interior: &[f64; 12],
+        shape: &Shape,
+    ) -> Option<[f64; 2]> {
         let search = self.search;
-        let (x, y) = (measured.predicted[0] - shape.place[0], measured.predicted[1] - shape.place[1]);
+        let (x, y) = (predicted[0] - shape.place[0], predicted[1] - shape.place[1]);
         let reach = REACH * shape.width;
-        if x * x + y * y > reach * reach {
+        let image = &search.problem.image_contexts[observation.image as usize];
+        if x * x + y * y > reach * reach || image.camera != search.cameras[shape.variant] {
             return None;
         }
         let context = Context {
             block: &search.problem.block_context,
-            image: &search.problem.image_contexts[measured.observation.image as usize],
-            column_px: measured.observation.x,
-            row_px: measured.observation.y,
+            image,
+            column_px: observation.x,
+            row_px: observation.y,
             surveyed: None,
         };
         let mut input = [0.0; 14];
-        input[..2].copy_from_slice(&measured.predicted);
-        input[2..].copy_from_slice(measured.interior);
+        input[..2].copy_from_slice(&predicted);
+        input[2..].copy_from_slice(interior);
         let [linear, px, py, pw] = search.parameters;
         self.values.copy_from_slice(&search.values[shape.variant]);
         (self.values[px], self.values[py], self.values[pw]) = (shape.place[0], shape.place[1], shape.width);
@@ -241,16 +328,21 @@ struct List<'a> {
     shapes: &'a [Shape],
 }
 
-impl Shapes for List<'_> {
-    fn count(&self) -> usize {
+impl Columns for List<'_> {
+    fn dense(&self) -> usize {
+        0
+    }
+
+    fn local(&self) -> usize {
         self.shapes.len()
     }
 
-    fn touch(&self, measured: &Residual<'_>, out: &mut Vec<(u32, f64, f64)>) {
+    fn image(&self, measured: &Measured<'_>, x: &mut Entries<'_>, y: &mut Entries<'_>) {
         let mut moves = Moves::new(self.search);
         for (column, shape) in self.shapes.iter().enumerate() {
-            if let Some([x, y]) = moves.of(measured, shape) {
-                out.push((column as u32, x, y));
+            if let Some(d) = moves.of(measured.observation, measured.predicted, measured.interior, shape) {
+                x.local(column, d[0]);
+                y.local(column, d[1]);
             }
         }
     }

@@ -1,16 +1,18 @@
 //! `diagnosis.json`: what was found, in the keys that scripts rely on, and the verdict.
 
-use super::forward::{Improvement, Step, inseparable_from, significant};
-use super::score::{Score, Screening};
+use super::impact::{self, Impact};
+use super::improve::{Change, Confirmation, Improvement, Settings, Step};
+use super::left::Left;
+use super::linearised::Linearised;
+use super::select::Judged;
 use super::structure::Structure;
-use super::trial::Confirmation;
-use crate::block::{Block, PointId, Role};
+use super::test::power::noncentrality;
+use super::test::separability::{self, INSEPARABLE};
+use crate::block::Block;
+use crate::effects::Role;
 use crate::math::null_is_nan;
-use crate::problem::{Problem, State};
-use crate::run;
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// What the diagnosis comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -125,6 +127,12 @@ pub struct CandidateEntry {
     pub estimate: BTreeMap<String, EstimateEntry>,
     /// 3D RMS change of check points when the effect enters, m; null without check points.
     pub predicted_check_change_m: Option<f64>,
+    /// RMS of what it adds to the image measurements and the base does not absorb, px.
+    #[serde(default)]
+    pub size_px: f64,
+    /// What it does to surveyed points (without any, to a sample of tie points); null where that cannot be computed.
+    #[serde(default)]
+    pub impact: Option<Impact>,
     /// Candidates that this block cannot tell from this one (correlation above 0.9).
     pub inseparable_from: Vec<String>,
     /// Factor on the variance of the score from measurements that err together.
@@ -177,9 +185,18 @@ pub struct LedgerRow {
     pub heldout_rms_px: Option<f64>,
     /// 3D, m; null without check points.
     pub check_rms_m: Option<f64>,
-    /// Drop of `v'Pv` from the step before.
+    /// Drop of `v'Pv` from the step before, on the same measurements and weights.
     #[serde(deserialize_with = "null_is_nan")]
     pub statistic: f64,
+    /// Drop that the null model predicted; null where nothing was predicted.
+    #[serde(default)]
+    pub predicted: Option<f64>,
+    /// Why, of what was taken out, and of outliers and weights; empty otherwise.
+    #[serde(default)]
+    pub why: String,
+    /// Iterations of its refit.
+    #[serde(default)]
+    pub iterations: usize,
     /// p-value that let the effect in.
     #[serde(deserialize_with = "null_is_nan")]
     pub p_value: f64,
@@ -188,101 +205,107 @@ pub struct LedgerRow {
     pub solvers_agree: Option<bool>,
 }
 
-/// Check points over which a predicted change is averaged at most: a mean over this many evenly spaced points is good to some percent.
-const CHECK_SAMPLE: usize = 200;
-
-/// Puts a diagnosis together. `structure` is that of the final model.
+/// Puts a diagnosis together: `first` is the linearisation of the base model, `last` that of the final one, `structure` the latter's.
+#[allow(clippy::too_many_arguments)]
 pub fn diagnosis(
     block: &Block,
     improvement: &Improvement,
+    first: &Linearised,
+    last: &Linearised,
+    rest: &Left,
     structure: &Structure,
-    significance: f64,
     outliers: usize,
+    settings: &Settings<'_>,
 ) -> Diagnosis {
-    let first = &improvement.screenings[0];
-    let last = improvement.screenings.last().unwrap_or(first);
-    let verdict = verdict(improvement, last, structure, significance);
+    let significant = significant(last, rest, settings);
+    let left_over = structure.family_wise().is_some() || !rest.fields.is_empty() || !significant.is_empty();
+    let verdict = match (left_over, improvement.added.is_empty()) {
+        (true, _) => Verdict::Unexplained,
+        (false, true) => Verdict::Adequate,
+        (false, false) => Verdict::Missing,
+    };
+    let tests = structure.tests.iter().map(|test| StructureEntry {
+        against: test.against.to_string(),
+        statistic: test.statistic,
+        p_value: test.p_value,
+        family_p_value: test.family_p_value,
+        decides: test.decides,
+        description: test.description.clone(),
+    });
     Diagnosis {
         format: FORMAT,
         verdict,
-        significance,
-        candidates: candidates(block, improvement, first, significance),
+        significance: settings.significance,
+        candidates: candidates(block, improvement, first, settings),
         recommended: improvement.added.clone(),
-        structure: structure
-            .tests
-            .iter()
-            .map(|test| StructureEntry {
-                against: test.against.to_string(),
-                statistic: test.statistic,
-                p_value: test.p_value,
-                family_p_value: test.family_p_value,
-                decides: test.decides,
-                description: test.description.clone(),
-            })
-            .collect(),
-        left: if verdict == Verdict::Unexplained {
-            left(improvement, last, structure, significance)
-        } else {
-            Vec::new()
+        structure: tests.collect(),
+        left: match left_over {
+            true => left(improvement, last, rest, &significant, structure),
+            false => Vec::new(),
         },
         ledger: improvement.steps.iter().enumerate().map(ledger_row).collect(),
-        sigma_factors: improvement.fitted.fit.model.sigma_factors,
+        sigma_factors: improvement.fit.model.sigma_factors,
         outliers,
     }
 }
 
-/// Empirical candidates that are significant among all: a shape is left that has no name.
-pub fn shapes_left(screening: &Screening, significance: f64) -> Vec<&Score> {
-    let level = (significance / screening.scores.len().max(1) as f64).ln();
-    screening.scores.iter().filter(|score| !score.candidate.physical && score.ln_p < level).collect()
+/// Candidates that name a cause and are significant still.
+fn significant<'a>(last: &Linearised, rest: &'a Left, settings: &Settings<'_>) -> Vec<&'a Judged> {
+    let level = last.ln_level(settings.significance);
+    rest.judged.iter().filter(|judged| last.sets[judged.set].physical && judged.ln_p < level).collect()
 }
 
-/// How improbable what is left is by chance: the least logarithm of a p-value among structure tests and empirical fields.
-pub fn ln_p_of_rest(improvement: &Improvement, structure: &Structure) -> f64 {
-    let tests = structure.tests.iter().filter(|test| test.decides).map(|test| test.ln_p_value);
-    let shapes = improvement.screenings.last().into_iter().flat_map(|screening| &screening.scores);
-    let shapes = shapes.filter(|score| !score.candidate.physical).map(|score| score.ln_p);
-    tests.chain(shapes).fold(0.0, f64::min)
-}
-
-fn verdict(improvement: &Improvement, last: &Screening, structure: &Structure, significance: f64) -> Verdict {
-    let left = structure.family_wise().is_some()
-        || !shapes_left(last, significance).is_empty()
-        || !significant(last, significance).is_empty();
-    match (left, improvement.added.is_empty()) {
-        (true, _) => Verdict::Unexplained,
-        (false, true) => Verdict::Adequate,
-        (false, false) => Verdict::Missing,
-    }
-}
-
-fn left(improvement: &Improvement, last: &Screening, structure: &Structure, significance: f64) -> Vec<String> {
+fn left(
+    improvement: &Improvement,
+    last: &Linearised,
+    rest: &Left,
+    significant: &[&Judged],
+    structure: &Structure,
+) -> Vec<String> {
     let mut left = structure.describe_unexplained();
-    for score in shapes_left(last, significance) {
-        left.push(format!(
-            "the empirical field {} would take {:.0} of v'Pv away with {:.0} parameters",
-            score.candidate.id, score.predicted, score.dof
-        ));
+    for field in &rest.fields {
+        if let Some(judged) = rest.judged.iter().find(|judged| last.sets[judged.set].id == *field) {
+            left.push(format!(
+                "the empirical field {} would take {:.0} of v'Pv away with {:.0} parameters",
+                field, judged.drop, judged.dof
+            ));
+        }
     }
-    for score in significant(last, significance) {
-        let id = &score.candidate.id;
+    for judged in significant {
+        let id = &last.sets[judged.set].id;
         let tried = improvement.confirmations.iter().rfind(|tried| tried.id == *id && !tried.kept);
-        let why = tried.map_or("less sure than what is left", |tried| &tried.reason);
+        let why = match tried {
+            Some(tried) => tried.reason.as_str(),
+            None if judged.predicted_drop.is_some_and(|drop| drop <= 0.0) => {
+                "it does not predict images that its estimate did not see"
+            }
+            None => "what is left could itself be it",
+        };
         left.push(format!("{id} is significant still: {why}"));
     }
     left
 }
 
 fn ledger_row((number, step): (usize, &Step)) -> LedgerRow {
+    let added = match &step.change {
+        Change::Base => None,
+        Change::Added(id) => Some(id.clone()),
+        Change::Removed(id) => Some(format!("-{id}")),
+        Change::Reweighted => Some("(weights, outliers)".into()),
+    };
+    let predicted = matches!(step.change, Change::Added(_)).then_some(step.predicted);
     LedgerRow {
         step: number,
-        added: step.added.clone(),
+        added,
         sigma0: step.sigma0,
         tie_rms_px: step.tie_rms_px,
-        heldout_rms_px: Some(step.heldout_rms_px).filter(|rms| rms.is_finite()),
+        heldout_rms_px: Some(step.heldout_px).filter(|rms| rms.is_finite()),
         check_rms_m: step.check_rms_m,
         statistic: step.drop,
         p_value: step.ln_p.exp(),
+        predicted,
+        why: step.why.clone(),
+        iterations: step.iterations,
         solvers_agree: None,
     }
 }
@@ -290,47 +313,76 @@ fn ledger_row((number, step): (usize, &Step)) -> LedgerRow {
 fn candidates(
     block: &Block,
     improvement: &Improvement,
-    screening: &Screening,
-    significance: f64,
+    first: &Linearised,
+    settings: &Settings<'_>,
 ) -> Vec<CandidateEntry> {
-    let changes = check_changes(block, improvement, screening);
-    let level = (significance / screening.scores.len().max(1) as f64).ln();
+    let situation = first.situation(settings, &Default::default());
+    let beside = situation.beside();
+    let judged = situation.judge_all(&beside);
+    let level = first.ln_level(settings.significance);
+    let impacts = impact::of_candidates(block, first, &situation, &judged);
+    let measurements = first.null.problem().observations.len() as f64;
+    let pixel = improvement.base.problem.observations.iter().map(|o| 1.0 / o.inverse_sigma).sum::<f64>() / measurements;
     let confirmed = |id: &str| -> Option<ConfirmedEntry> {
         improvement.confirmations.iter().rfind(|confirmation| confirmation.id == id).map(confirmed_entry)
     };
-    let mut entries: Vec<CandidateEntry> = screening
-        .scores
-        .iter()
-        .enumerate()
-        .map(|(position, score)| CandidateEntry {
-            effect: score.candidate.id.clone(),
+    let seen = |a: &Judged, b: &Judged| -> f64 {
+        if a.component.is_some() || b.component.is_some() {
+            return 0.0;
+        }
+        let one = separability::seen_by(&beside, &a.pivoted, &b.pivoted);
+        one.max(separability::seen_by(&beside, &b.pivoted, &a.pivoted))
+    };
+    let physical = |judged: &Judged| first.sets[judged.set].physical;
+    let id = |judged: &Judged| first.sets[judged.set].id.clone();
+    let mut entries: Vec<CandidateEntry> = Vec::new();
+    for (position, one) in judged.iter().enumerate() {
+        let partners = judged.iter().enumerate();
+        let partners = partners.filter(|(other, b)| *other != position && physical(b) && seen(one, b) > INSEPARABLE);
+        let inseparable_from = partners.map(|(_, b)| id(b)).collect();
+        let estimate = estimates(first, one);
+        let change = impacts[position].as_ref().filter(|impact| impact.surveyed).map(|impact| impact.rms_m);
+        entries.push(CandidateEntry {
+            effect: id(one),
             rank: position + 1,
-            kind: kind(score.candidate.physical),
-            statistic: score.statistic,
-            dof: score.dof,
-            p_value: score.p_value(),
-            ln_p_value: score.ln_p,
-            significant: score.ln_p < level,
-            predicted_drop: score.predicted,
-            estimate: score
-                .estimates
-                .iter()
-                .map(|(name, e)| (name.clone(), EstimateEntry { value: e.value, sigma: e.sigma, unit: e.unit.clone() }))
-                .collect(),
-            predicted_check_change_m: changes[position],
-            inseparable_from: inseparable_from(screening, position),
-            design_effect: score.design_effect,
-            detectable: detectable(score, changes[position]),
+            kind: kind(physical(one)),
+            statistic: one.statistic,
+            dof: one.dof,
+            p_value: one.ln_p.exp(),
+            ln_p_value: one.ln_p,
+            significant: one.ln_p < level,
+            predicted_drop: one.drop,
+            detectable: detectable(first, one, level, change),
+            estimate,
+            predicted_check_change_m: change,
+            size_px: pixel * (one.drop / (2.0 * measurements)).sqrt(),
+            impact: impacts[position].clone(),
+            inseparable_from,
+            design_effect: one.design_effect,
             needs: Vec::new(),
             tested: true,
-            confirmed: confirmed(&score.candidate.id),
-        })
-        .collect();
-    for candidate in &screening.untested {
+            confirmed: confirmed(&id(one)),
+        });
+    }
+    let tested: Vec<String> = entries.iter().map(|entry| entry.effect.clone()).collect();
+    let absorbed = first
+        .sets
+        .iter()
+        .zip(&first.candidates)
+        .filter(|(set, candidate)| candidate.is_some() && !tested.contains(&set.id));
+    let mut untested: Vec<(String, bool, Vec<String>)> = Vec::new();
+    for (set, _) in absorbed {
+        if !untested.iter().any(|(id, ..)| *id == set.id) {
+            let needs =
+                vec!["a block that does not absorb it: its size would not be known to its plausible range".into()];
+            untested.push((set.id.clone(), set.physical, needs));
+        }
+    }
+    untested.extend(first.untested.iter().map(|c| (c.id.clone(), c.physical, c.needs.clone())));
+    for (effect, physical, needs) in untested {
         entries.push(CandidateEntry {
-            effect: candidate.id.clone(),
             rank: entries.len() + 1,
-            kind: kind(candidate.physical),
+            kind: kind(physical),
             statistic: 0.0,
             dof: 0.0,
             p_value: 1.0,
@@ -339,15 +391,56 @@ fn candidates(
             predicted_drop: 0.0,
             estimate: BTreeMap::new(),
             predicted_check_change_m: None,
+            size_px: 0.0,
+            impact: None,
             inseparable_from: Vec::new(),
             design_effect: 1.0,
             detectable: None,
-            needs: candidate.needs.clone(),
+            needs,
             tested: false,
-            confirmed: confirmed(&candidate.id),
+            confirmed: confirmed(&effect),
+            effect,
         });
     }
     entries
+}
+
+/// Sizes by parameter.
+fn estimates(linearised: &Linearised, judged: &Judged) -> BTreeMap<String, EstimateEntry> {
+    let problem = linearised.null.problem();
+    let set = &linearised.sets[judged.set];
+    let theta = problem.layout().theta(0);
+    let mut estimates = BTreeMap::new();
+    if let Some(component) = &judged.component {
+        let unit = linearised.unit(set.columns[0]);
+        let entry = &problem.theta[linearised.null.unknown(set.columns[0]) - theta];
+        let descriptor = problem.effects[entry.effect as usize].effect.descriptor();
+        for parameter in &descriptor.parameters {
+            if let Role::Random(name) = parameter.role {
+                let unit_name = parameter.unit.to_string();
+                let (value, sigma) = (component.deviation * unit, component.sigma * unit);
+                estimates.insert(name.to_string(), EstimateEntry { value, sigma, unit: unit_name });
+            }
+        }
+        return estimates;
+    }
+    let variances = judged.pivoted.variances();
+    for (position, (column, value)) in judged.pivoted.kept.iter().zip(judged.pivoted.estimate().iter()).enumerate() {
+        let unknown = linearised.null.unknown(*column);
+        let (name, unit) = match unknown.checked_sub(theta) {
+            None => (problem.unknown_name(unknown), crate::camera::UNITS[unknown % 12].to_string()),
+            Some(t) => {
+                let entry = &problem.theta[t];
+                let descriptor = problem.effects[entry.effect as usize].effect.descriptor();
+                let name = entry.name.strip_prefix(&format!("{}.", descriptor.id)).unwrap_or(&entry.name);
+                (name.to_string(), descriptor.parameters[entry.parameter as usize].unit.to_string())
+            }
+        };
+        let scale = linearised.unit(*column);
+        let sigma = (variances[position] * judged.inflation).sqrt() * scale;
+        estimates.insert(name, EstimateEntry { value: value * scale, sigma, unit });
+    }
+    estimates
 }
 
 fn kind(physical: bool) -> String {
@@ -364,46 +457,14 @@ fn confirmed_entry(confirmation: &Confirmation) -> ConfirmedEntry {
     }
 }
 
-fn detectable(score: &Score, change: Option<f64>) -> Option<DetectableEntry> {
-    let size = score.detectable?;
-    let estimate = score.estimates.values().next()?;
+fn detectable(linearised: &Linearised, judged: &Judged, ln_level: f64, change: Option<f64>) -> Option<DetectableEntry> {
+    let estimate = estimates(linearised, judged).into_values().next()?;
+    let size = match (&judged.component, judged.pivoted.kept.as_slice()) {
+        (Some(component), _) => component.detectable * linearised.unit(linearised.sets[judged.set].columns[0]),
+        (None, [_]) => noncentrality(ln_level.exp(), 1.0).sqrt() * estimate.sigma,
+        _ => return None,
+    };
     // The change is linear in the size of the effect.
     let check_change_m = change.filter(|_| estimate.value != 0.0).map(|change| change * size / estimate.value.abs());
-    Some(DetectableEntry { size, unit: estimate.unit.clone(), check_change_m })
-}
-
-/// 3D RMS change of check points for each score, where the block has check points.
-fn check_changes(block: &Block, improvement: &Improvement, screening: &Screening) -> Vec<Option<f64>> {
-    let sample = sampled_checks(block);
-    let residuals = |problem: &Problem, state: &State| -> Option<BTreeMap<PointId, Vector3<f64>>> {
-        let comparison = run::compare_state(&sample, problem, state).ok()??;
-        let checks = comparison.rows.iter().filter(|row| row.role == Role::Check);
-        let residuals: BTreeMap<_, _> = checks.map(|row| (row.point, row.d)).collect();
-        (!residuals.is_empty()).then_some(residuals)
-    };
-    let base = &improvement.base;
-    let Some(before) = residuals(&base.problem, &base.solution.state) else {
-        return vec![None; screening.scores.len()];
-    };
-    let change = |state: &State| {
-        let after = residuals(&screening.problem, state)?;
-        let squares: Vec<f64> =
-            before.iter().filter_map(|(point, d)| Some((after.get(point)? - d).norm_squared())).collect();
-        Some((squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
-    };
-    screening.moved.iter().map(change).collect()
-}
-
-/// The block with its control points and evenly spaced check points alone marked.
-fn sampled_checks(block: &Block) -> Block {
-    let checks: Vec<usize> = (0..block.surveyed.len()).filter(|k| block.surveyed[*k].role == Role::Check).collect();
-    let stride = checks.len().div_ceil(CHECK_SAMPLE).max(1);
-    let kept: BTreeSet<usize> = checks.into_iter().step_by(stride).collect();
-    let mut sample = block.clone();
-    sample.ties = Vec::new();
-    sample.marks.retain(|mark| {
-        let point = mark.point.index();
-        block.surveyed[point].role == Role::Control || kept.contains(&point)
-    });
-    sample
+    Some(DetectableEntry { size, unit: estimate.unit, check_change_m })
 }

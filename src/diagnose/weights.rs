@@ -1,93 +1,164 @@
 //! One variance factor per group of observations: a wrong `tie_px` must not mis-scale what GNSS positions say.
 //!
-//! `s^2 = v'Pv / r` of each group, `r` its share of the redundancy. The factor of positions is taken after everything that the candidates of
-//! their stages could explain, so that a missing lever arm does not pass for noise.
+//! The factor of images is that of their residuals. Those of control and GNSS are variance components of their coordinates, estimated from
+//! the null model beside everything that the candidates of their stages could explain: a missing lever arm does not pass for noise. A group is
+//! never let go: beyond [`MOST`] times the stated standard deviation it is no question of precision any more but a finding, and the block
+//! would bend freely.
 //!
 //! Source: Förstner and Wrobel, Photogrammetric Computer Vision (2016), sec. 4.2.4.
 
-use crate::adjust::Covariance;
-use crate::math::statistics::{chi_square_quantile, chi_square_sf};
+use super::catalogue;
+use super::fit::{DiagnoseError, Fit};
+use super::improve::Settings;
+use super::linearised::{Added, Linearised, with_candidates};
+use super::select::Nature;
+use super::test::random;
+use crate::adjust::native::null_model::{Columns, Coordinate, Entries, Measured};
+use crate::block::Block;
+use crate::effects::Stage;
+use crate::math::statistics::chi_square_quantile;
 use crate::model::SigmaFactors;
-use crate::problem::{Problem, State};
-use crate::run::FittedModel;
-use nalgebra::Vector3;
+use crate::problem::Problem;
 
 /// A group's stated precision is believed unless its variance factor is improbable at this level.
 const BELIEVED: f64 = 0.01;
+/// Largest factor that a standard deviation is multiplied by: three times what was stated is beyond any doubt about a precision.
+pub const MOST: f64 = 3.0;
+/// Relative change of a factor below which the weights stand: it changes statistics by twice that.
+const CHANGE: f64 = 0.02;
+/// Least variance that is left of a group, as a share of the stated one: no receiver is ten times better than its maker says.
+const LEAST_SHARE: f64 = 0.01;
+/// Coordinates that take part in an estimate; of more, an even sample.
+const SAMPLE: usize = 900;
 
-/// `v'Pv` and share of the redundancy of each group.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Group {
-    /// `v'Pv`.
-    pub chi_square: f64,
-    /// Share of the redundancy.
-    pub redundancy: f64,
+/// Every observed coordinate as a column of its own: what a change of it would do.
+struct Coordinates {
+    control: usize,
+    gnss: usize,
+    stride: [usize; 2],
 }
 
-impl Group {
-    /// Root of the variance factor, 1 where the stated precision is not contradicted or the group is empty; `explained` of `v'Pv` with `dof` may be
-    /// an effect's.
-    fn factor(&self, explained: f64, dof: f64) -> f64 {
-        let (rest, redundancy) = (self.chi_square - explained, self.redundancy - dof);
-        if redundancy < 1.0 || rest <= 0.0 {
+impl Coordinates {
+    fn new(problem: &Problem) -> Self {
+        let (control, gnss) = (problem.control.len(), problem.gnss.len());
+        let stride = [control, gnss].map(|count| (3 * count).div_ceil(SAMPLE).max(1));
+        Self { control: control.div_ceil(stride[0]), gnss: gnss.div_ceil(stride[1]), stride }
+    }
+
+    /// Columns of a group: axes 0 and 1, or 2.
+    fn group(&self, gnss: bool, height: bool) -> Vec<usize> {
+        let (first, count) = if gnss { (3 * self.control, self.gnss) } else { (0, self.control) };
+        let axes = if height { 2..3 } else { 0..2 };
+        (0..count).flat_map(|k| axes.clone().map(move |axis| first + 3 * k + axis)).collect()
+    }
+}
+
+impl Columns for Coordinates {
+    fn dense(&self) -> usize {
+        0
+    }
+
+    fn local(&self) -> usize {
+        3 * (self.control + self.gnss)
+    }
+
+    fn image(&self, _: &Measured<'_>, _: &mut Entries<'_>, _: &mut Entries<'_>) {}
+
+    fn coordinate(&self, coordinate: Coordinate, entries: &mut Entries<'_>) {
+        let (number, axis, first, stride) = match coordinate {
+            Coordinate::Control(number, axis) => (number, axis, 0, self.stride[0]),
+            Coordinate::Gnss(number, axis) => (number, axis, 3 * self.control, self.stride[1]),
+        };
+        if number.is_multiple_of(stride) {
+            entries.standardised(first + 3 * (number / stride) + axis, 1.0);
+        }
+    }
+}
+
+/// The factors that the residuals of a fit ask for; `None` where they are those that it has.
+pub fn factors(
+    block: &Block,
+    fit: &Fit,
+    added: &Added,
+    settings: &Settings<'_>,
+) -> Result<Option<SigmaFactors>, DiagnoseError> {
+    let coordinates = Coordinates::new(&fit.problem);
+    let (mut tested, untested) = catalogue::candidates(block, fit, added, settings.plugins);
+    tested.retain(|(candidate, _)| {
+        let stage = candidate.term().map(|term| term.effect.descriptor().stage);
+        let bears = [Stage::Position, Stage::Exposure, Stage::Control, Stage::Frame];
+        stage.is_some_and(|stage| bears.contains(&stage))
+    });
+    let linearised = with_candidates(block, fit, added, tested, untested, &coordinates, settings)?;
+    let now = fit.model.sigma_factors;
+    let groups = Groups { coordinates: &coordinates, linearised: &linearised, settings };
+    let control = groups.ratio(false, false);
+    let control_z = groups.ratio(false, true);
+    let gnss = groups.ratio(true, false);
+    let gnss_z = groups.ratio(true, true);
+    // What is left of the redundancy and of v'Pv is the images'.
+    let (mut chi_square, mut redundancy) = (linearised.null.chi_square(), fit.problem.redundancy().2 as f64);
+    for column in linearised.extra_columns.clone() {
+        redundancy -= linearised.system.information[(column, column)];
+        chi_square -= residual(&linearised, column).powi(2);
+    }
+    let variance = chi_square / redundancy;
+    let spread = chi_square_quantile(1.0 - 0.5 * BELIEVED, redundancy) / redundancy - 1.0;
+    let image = if (variance - 1.0).abs() > spread { variance.sqrt() } else { 1.0 };
+    let cap = |now: f64, ratio: f64| (now * ratio).min(MOST);
+    let next = SigmaFactors {
+        image: now.image * image,
+        control: cap(now.control, control),
+        control_z: cap(now.control_z, control_z),
+        gnss: cap(now.gnss, gnss),
+        gnss_z: cap(now.gnss_z, gnss_z),
+    };
+    Ok((!same(next, now)).then_some(next))
+}
+
+/// Standardised residual of an observed coordinate: its column has nothing but its own row.
+fn residual(linearised: &Linearised, column: usize) -> f64 {
+    linearised.scores.score[column]
+}
+
+/// Do factors differ by less than statistics see?
+fn same(a: SigmaFactors, b: SigmaFactors) -> bool {
+    let pairs = [
+        (a.image, b.image),
+        (a.control, b.control),
+        (a.control_z, b.control_z),
+        (a.gnss, b.gnss),
+        (a.gnss_z, b.gnss_z),
+    ];
+    pairs.into_iter().all(|(a, b)| (a / b - 1.0).abs() < CHANGE)
+}
+
+struct Groups<'a> {
+    coordinates: &'a Coordinates,
+    linearised: &'a Linearised,
+    settings: &'a Settings<'a>,
+}
+
+impl Groups<'_> {
+    /// Factor on the present standard deviations of a group.
+    fn ratio(&self, gnss: bool, height: bool) -> f64 {
+        let Self { coordinates, linearised, settings } = self;
+        let first = linearised.extra_columns.start;
+        let own: Vec<usize> = coordinates.group(gnss, height).into_iter().map(|c| first + c).collect();
+        if own.is_empty() {
             return 1.0;
         }
-        let upper = chi_square_sf(rest, redundancy) < 0.5 * BELIEVED;
-        let lower = rest < chi_square_quantile(0.5 * BELIEVED, redundancy);
-        if upper || lower { (rest / redundancy).sqrt() } else { 1.0 }
-    }
-}
-
-/// Groups of a solution: image measurements, control coordinates, GNSS positions.
-pub fn groups(
-    problem: &Problem,
-    state: &State,
-    chi_square: f64,
-    covariance: &Covariance,
-    fitted: &FittedModel<'_>,
-) -> [Group; 3] {
-    let mut control = Group::default();
-    for observation in &problem.control {
-        let j = observation.index as usize;
-        let computed = fitted.predictor.surveyed(&state.points[j]).unwrap_or(state.points[j]);
-        add(&mut control, &(observation.position - computed), &observation.sigma, &covariance.points[j].diagonal());
-    }
-    let mut gnss = Group::default();
-    for observation in &problem.gnss {
-        let i = observation.index as usize;
-        let computed = fitted.predictor.antenna(i).unwrap_or(state.poses[i].centre);
-        let variance = Vector3::from_fn(|k, _| covariance.poses[i][(3 + k, 3 + k)]);
-        add(&mut gnss, &(observation.position - computed), &observation.sigma, &variance);
-    }
-    let image = Group {
-        chi_square: chi_square - control.chi_square - gnss.chi_square,
-        redundancy: problem.redundancy().2 as f64 - control.redundancy - gnss.redundancy,
-    };
-    [image, control, gnss]
-}
-
-/// A position's share: its residual, and `1 - variance of the estimate / variance of the observation` per coordinate.
-fn add(group: &mut Group, residual: &Vector3<f64>, sigma: &Vector3<f64>, variance: &Vector3<f64>) {
-    for k in 0..3 {
-        group.chi_square += (residual[k] / sigma[k]).powi(2);
-        group.redundancy += 1.0 - (variance[k] / sigma[k].powi(2)).min(1.0);
-    }
-}
-
-/// New factors on the a-priori standard deviations; `now` are those of the solution that `groups` are of. `explained[g]`: drop and degrees of
-/// freedom that candidates of group `g` could bring.
-///
-/// Images are judged against what is stated of them. Control and positions are judged under the present factors: a block whose control weighs
-/// less bends away from it, and would be found ever further away.
-pub fn factors(stated_image: f64, now: SigmaFactors, groups: &[Group; 3], explained: &[(f64, f64); 3]) -> SigmaFactors {
-    let factor = |g: usize, from: f64, now: f64| {
-        let scale = (now / from).powi(2);
-        let group = Group { chi_square: groups[g].chi_square * scale, ..groups[g] };
-        from * group.factor(explained[g].0 * scale, explained[g].1)
-    };
-    SigmaFactors {
-        image: factor(0, stated_image, now.image),
-        control: factor(1, now.control, now.control),
-        gnss: factor(2, now.gnss, now.gnss),
+        let situation = linearised.situation(settings, &Default::default());
+        let (mut fixed, random) = situation.parts_in();
+        for (s, set) in linearised.sets.iter().enumerate() {
+            if set.nature == Nature::Law && !situation.taken.iter().any(|taken| taken.set == s) {
+                fixed.extend(&set.columns);
+            }
+        }
+        let beside = linearised.system.beside(&fixed, &random);
+        let variance = 1.0;
+        let size = random::estimate(&beside, &own, variance, LEAST_SHARE - 1.0);
+        let ratio = random::likelihood_ratio(&beside, &own, variance, size);
+        if ratio > chi_square_quantile(1.0 - BELIEVED, 1.0) { (1.0 + size).sqrt() } else { 1.0 }
     }
 }

@@ -10,8 +10,10 @@
 //!
 //! [sigma_factors]              # factors on the a-priori standard deviations; absent: 1
 //! image = 1.0
-//! control = 1.0
+//! control = 1.0                # horizontal
+//! control_z = 1.0              # heights; absent: as horizontal
 //! gnss = 1.0
+//! gnss_z = 1.0
 //!
 //! [camera.cam]                 # start values that replace the block's
 //! f = 5510.0
@@ -48,7 +50,7 @@ const DC_TO_PP: &str = "dc=pp";
 
 const KEYS: [&str; 10] =
     ["format", "free", "tie", "datum", "loss", "tie_weights", "sigma_factors", "camera", "effect", "prior"];
-const SIGMA_FACTORS: [&str; 3] = ["image", "control", "gnss"];
+const SIGMA_FACTORS: [&str; 5] = ["image", "control", "control_z", "gnss", "gnss_z"];
 const DATUMS: [(&str, Datum); 4] =
     [("free", Datum::Free), ("control", Datum::Control), ("gnss", Datum::Gnss), ("all", Datum::All)];
 const LOSSES: [(&str, Loss); 3] = [("none", Loss::None), ("huber", Loss::Huber), ("cauchy", Loss::Cauchy)];
@@ -78,7 +80,14 @@ pub fn read_model(path: &Path, resolve: &dyn Fn(&str) -> Option<EffectRef>) -> R
     if let Some((factors, _)) = table.table("sigma_factors")? {
         let values = numbers(&Table::new(&source, "[sigma_factors]", factors, &SIGMA_FACTORS)?)?;
         let factor = |name: &str| values.get(name).copied().unwrap_or(1.0);
-        model.sigma_factors = SigmaFactors { image: factor("image"), control: factor("control"), gnss: factor("gnss") };
+        let height = |name: &str, horizontal: &str| values.get(name).copied().unwrap_or_else(|| factor(horizontal));
+        model.sigma_factors = SigmaFactors {
+            image: factor("image"),
+            control: factor("control"),
+            control_z: height("control_z", "control"),
+            gnss: factor("gnss"),
+            gnss_z: height("gnss_z", "gnss"),
+        };
     }
     if let Some((cameras, _)) = table.table("camera")? {
         let cameras = Table::of_names(&source, "[camera]", cameras);
@@ -230,8 +239,11 @@ fn text(model: &Model) -> String {
         let _ = writeln!(text, "tie = {}", quoted(DC_TO_PP));
     }
     let _ = writeln!(text, "datum = {}\nloss = {}\ntie_weights = {}", word(datum), word(loss), word(weights));
-    let SigmaFactors { image, control, gnss } = model.sigma_factors;
-    let _ = writeln!(text, "\n[sigma_factors]\nimage = {image:?}\ncontrol = {control:?}\ngnss = {gnss:?}");
+    let SigmaFactors { image, control, control_z, gnss, gnss_z } = model.sigma_factors;
+    let _ = writeln!(
+        text,
+        "\n[sigma_factors]\nimage = {image:?}\ncontrol = {control:?}\ncontrol_z = {control_z:?}\ngnss = {gnss:?}\ngnss_z = {gnss_z:?}"
+    );
     for (id, values) in &model.camera_values {
         let _ = writeln!(text, "\n[camera.{}]", quoted(id));
         write_values(&mut text, values);

@@ -4,6 +4,7 @@ pub mod finite_difference;
 pub mod intersect;
 pub mod rotation;
 pub mod statistics;
+pub mod variance_component;
 
 /// Reads a number for which JSON, that has no NaN, may hold `null` (`#[serde(deserialize_with = "null_is_nan")]`).
 pub fn null_is_nan<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {

@@ -1,7 +1,7 @@
 //! What we believe about a block: which camera parameters are free, which effects are in, weights, priors and datum.
 
 use crate::camera::PARAMETER_COUNT;
-use crate::effects::{Effect, Parameter, Role, Scope};
+use crate::effects::{Effect, Parameter, Role, Scope, Stage};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -96,7 +96,10 @@ impl EffectRef {
             _ => parameter.name == name,
         };
         let parameter = self.descriptor().parameters.iter().find(is_called)?;
-        let fits = element.is_none_or(|element| !element.is_empty() && parameter.scope != Scope::Global);
+        // In a block of several cameras, effects of lens and sensor have a value per camera.
+        let of_camera = matches!(self.descriptor().stage, Stage::Interior | Stage::Image);
+        let scoped = parameter.scope != Scope::Global || of_camera;
+        let fits = element.is_none_or(|element| !element.is_empty() && scoped);
         fits.then_some(parameter)
     }
 }
@@ -133,15 +136,19 @@ pub struct Prior {
 pub struct SigmaFactors {
     /// Tie points and marks.
     pub image: f64,
-    /// Control coordinates.
+    /// Control coordinates, horizontal.
     pub control: f64,
-    /// GNSS positions.
+    /// Heights of control points.
+    pub control_z: f64,
+    /// GNSS positions, horizontal.
     pub gnss: f64,
+    /// Heights of GNSS positions.
+    pub gnss_z: f64,
 }
 
 impl Default for SigmaFactors {
     fn default() -> Self {
-        Self { image: 1.0, control: 1.0, gnss: 1.0 }
+        Self { image: 1.0, control: 1.0, control_z: 1.0, gnss: 1.0, gnss_z: 1.0 }
     }
 }
 

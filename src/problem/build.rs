@@ -36,7 +36,7 @@ impl Problem {
         }
 
         let control =
-            if uses_control { control_observations(block, &points, model.sigma_factors.control) } else { Vec::new() };
+            if uses_control { control_observations(block, &points, &model.sigma_factors) } else { Vec::new() };
         let mut problem = Problem {
             camera_names: block.cameras.iter().map(|camera| camera.id.clone()).collect(),
             camera_free,
@@ -63,7 +63,7 @@ impl Problem {
         };
         problem.hold_unmeasured_images();
         if uses_gnss {
-            problem.gnss = gnss_observations(block, &problem.pose_free, model.sigma_factors.gnss);
+            problem.gnss = gnss_observations(block, &problem.pose_free, &model.sigma_factors);
         }
         problem.block_context.survey_centre = survey_centre(&problem.control, &problem.gnss);
         if uses_control || uses_gnss {

@@ -27,6 +27,18 @@ pub fn missing_need(block: &Block, contexts: &[ImageContext], need: Need, datum:
 /// Value of the option `against` that takes an image's place in the table instead of its time.
 const AGAINST_ORDER: f64 = 1.0;
 
+/// How many values a parameter has in a block: lens and sensor are a camera's own, so where there are several cameras, each has its own value
+/// of an effect of interior orientation or image.
+fn scope_in(block: &Block, stage: effects::Stage, parameter: &effects::Parameter) -> Scope {
+    let of_camera = matches!(stage, effects::Stage::Interior | effects::Stage::Image);
+    let given = matches!(parameter.role, effects::Role::Given(_));
+    if of_camera && !given && parameter.scope == Scope::Global && block.cameras.len() > 1 {
+        Scope::Camera
+    } else {
+        parameter.scope
+    }
+}
+
 impl Problem {
     /// This problem at `state` with further effects at their start values (absent: nominal), numbered after those that it has.
     pub fn with_effects(
@@ -59,8 +71,9 @@ impl Problem {
         let mut slots = Vec::new();
         let effect = self.effects.len() as u32;
         for (p, parameter) in descriptor.parameters.iter().enumerate() {
-            slots.push((parameter.scope, self.theta.len() as u32));
-            let names: Vec<Option<&str>> = match parameter.scope {
+            let scope = scope_in(block, descriptor.stage, parameter);
+            slots.push((scope, self.theta.len() as u32));
+            let names: Vec<Option<&str>> = match scope {
                 Scope::Global => vec![None],
                 Scope::Camera => block.cameras.iter().map(|camera| Some(camera.id.as_str())).collect(),
                 Scope::Flight | Scope::FlightButFirst => block.flights.iter().map(|name| Some(name.as_str())).collect(),
@@ -68,7 +81,6 @@ impl Problem {
             };
             let given = matches!(parameter.role, effects::Role::Given(_));
             let weak = term.values.get(PRIOR_KEY).filter(|_| parameter.role == effects::Role::Estimated);
-            let held = term.held.iter().any(|name| *name == parameter.name);
             let prior_sigma = match &parameter.role {
                 effects::Role::Random(sigma) => {
                     known.push((*sigma).to_string());
@@ -86,16 +98,23 @@ impl Problem {
             for (instance, name) in names.iter().enumerate() {
                 let short = name.map_or_else(|| parameter.name.to_string(), |n| format!("{}[{n}]", parameter.name));
                 let of_term = term.values.get(&short).or_else(|| term.values.get(parameter.name.as_ref()));
-                let reference = parameter.scope == Scope::FlightButFirst && instance == 0;
+                let reference = scope == Scope::FlightButFirst && instance == 0;
+                let held = term.held.iter().any(|name| *name == parameter.name || *name == short);
+                // A camera that no oriented image was taken with says nothing of its own values.
+                let idle = scope == Scope::Camera && !self.used_camera(instance as u32);
                 // A random effect's typical size is that of its standard deviation.
-                let start = if reference { parameter.nominal } else { *of_term.unwrap_or(&self.nominal(parameter)) };
+                let start = if reference {
+                    parameter.nominal
+                } else {
+                    *of_term.unwrap_or(&self.nominal(parameter, scope, instance as u32))
+                };
                 self.start.theta.push(start);
                 self.theta.push(ThetaEntry {
                     effect,
                     parameter: p as u32,
                     instance: instance as u32,
                     name: format!("{}.{short}", descriptor.id),
-                    free: !given && !held && !reference,
+                    free: !given && !held && !reference && !idle,
                     scale: parameter.typical.abs(),
                     prior_sigma: prior_sigma.filter(|_| !held),
                     prior_mean: parameter.nominal,
@@ -119,10 +138,16 @@ impl Problem {
         Ok(())
     }
 
-    /// Default of a parameter; a searched one starts in the middle of its domain on the first camera's sensor.
-    fn nominal(&self, parameter: &effects::Parameter) -> f64 {
+    fn used_camera(&self, camera: u32) -> bool {
+        let mut images = self.image_contexts.iter().zip(&self.pose_free);
+        images.any(|(context, free)| context.camera == camera && *free != [false; 6])
+    }
+
+    /// Default of a parameter; a searched one starts in the middle of its domain on its camera's sensor (the first one's where all share it).
+    fn nominal(&self, parameter: &effects::Parameter, scope: Scope, instance: u32) -> f64 {
         let effects::Role::Searched(domain) = &parameter.role else { return parameter.nominal };
-        let Some(context) = self.image_contexts.first() else { return parameter.nominal };
+        let own = |context: &&ImageContext| scope != Scope::Camera || context.camera == instance;
+        let Some(context) = self.image_contexts.iter().find(own) else { return parameter.nominal };
         match domain {
             effects::Domain::SensorX => 0.5 * context.width_px,
             effects::Domain::SensorY => 0.5 * context.height_px,

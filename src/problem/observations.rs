@@ -2,7 +2,7 @@
 
 use super::{ImageObservation, MeasurementKind, PointSource, PositionObservation};
 use crate::block::{Block, Image, Measurement, PointId, Role};
-use crate::model::{Model, TieWeights};
+use crate::model::{Model, SigmaFactors, TieWeights};
 use nalgebra::Vector3;
 
 /// A point and its measurements.
@@ -80,13 +80,17 @@ fn observation(row: &Measurement, kind: MeasurementKind, sigma: f64, root_weight
     }
 }
 
-pub(super) fn control_observations(block: &Block, points: &[PointRows], factor: f64) -> Vec<PositionObservation> {
+pub(super) fn control_observations(
+    block: &Block,
+    points: &[PointRows],
+    factors: &SigmaFactors,
+) -> Vec<PositionObservation> {
     let observed = |(j, point): (usize, &PointRows)| match point.source {
         PointSource::Tie(_) => None,
         PointSource::Control(id) => {
             let surveyed = &block.surveyed[id.index()];
-            let xy = factor * surveyed.sigma_xy.unwrap_or(block.sigma.control_xy_m);
-            let z = factor * surveyed.sigma_z.unwrap_or(block.sigma.control_z_m);
+            let xy = factors.control * surveyed.sigma_xy.unwrap_or(block.sigma.control_xy_m);
+            let z = factors.control_z * surveyed.sigma_z.unwrap_or(block.sigma.control_z_m);
             Some(PositionObservation { index: j as u32, position: surveyed.position, sigma: Vector3::new(xy, xy, z) })
         }
     };
@@ -94,11 +98,15 @@ pub(super) fn control_observations(block: &Block, points: &[PointRows], factor: 
 }
 
 /// Antenna positions of the images that take part.
-pub(super) fn gnss_observations(block: &Block, pose_free: &[[bool; 6]], factor: f64) -> Vec<PositionObservation> {
+pub(super) fn gnss_observations(
+    block: &Block,
+    pose_free: &[[bool; 6]],
+    factors: &SigmaFactors,
+) -> Vec<PositionObservation> {
     let observed = |(i, image): (usize, &Image)| {
         let gnss = image.gnss.filter(|_| pose_free[i] != [false; 6])?;
-        let xy = factor * gnss.sigma_xy.unwrap_or(block.sigma.gnss_xy_m);
-        let z = factor * gnss.sigma_z.unwrap_or(block.sigma.gnss_z_m);
+        let xy = factors.gnss * gnss.sigma_xy.unwrap_or(block.sigma.gnss_xy_m);
+        let z = factors.gnss_z * gnss.sigma_z.unwrap_or(block.sigma.gnss_z_m);
         Some(PositionObservation { index: i as u32, position: gnss.position, sigma: Vector3::new(xy, xy, z) })
     };
     block.images.iter().enumerate().filter_map(observed).collect()

@@ -114,15 +114,6 @@ pub fn adjust(
     solve(block, problem, solvers, &options, progress)
 }
 
-/// Estimates the standard deviations of the random effects of a problem and leaves them in it as priors.
-pub fn estimate_variance_components(
-    problem: &mut Problem,
-    solver: &dyn Solver,
-    options: &Options,
-) -> Result<(), RunError> {
-    variance_components::estimate(problem, solver, options, &mut |_, _| ControlFlow::Continue(()))
-}
-
 /// [`adjust`] for a problem that is already laid out.
 pub fn solve(
     block: &Block,

@@ -1,20 +1,18 @@
-//! Standard deviations of random effects (`a_i ~ N(0, s^2)`) as variance components, by Förstner's iteration: `s^2 = sum a^2 / r` with the
-//! share `r = sum (1 - var(a_i) / s^2)` of the redundancy that the image-wise values contribute.
-//!
-//! Source: Förstner and Wrobel, Photogrammetric Computer Vision (2016), sec. 4.2.4.
+//! Standard deviations of random effects (`a_i ~ N(0, s^2)`) as variance components: at a fit, the null model gives score and information of
+//! the values, and their marginal likelihood the variance, without a fit per round ([`crate::math::variance_component`]).
 
 use super::{Progress, RunError};
+use crate::adjust::native::null_model::{NoColumns, NullModel};
 use crate::adjust::{CovarianceOf, Options, Solver};
 use crate::effects::Role;
-use crate::problem::Problem;
+use crate::math::variance_component::RandomValues;
+use crate::problem::{Problem, State};
 
+/// Fits at most: the likelihood is that of a linear model, and what bends it is gone after the second.
+const FITS: usize = 3;
 /// Relative change of a standard deviation at which it is known well enough, in its own relative uncertainty `1 / sqrt(2 n)`.
 const SHARE_OF_UNCERTAINTY: f64 = 0.05;
-/// The iteration contracts by a factor of its own per round; more rounds mean that the component is zero.
-const ROUNDS: usize = 30;
-/// Largest ratio of two steps that the rest of their series is taken from.
-const MOST_RATIO: f64 = 0.9;
-/// Change of chi-square at which the solves between two rounds stop: the values are then known to a hundredth of their sigma.
+/// Change of chi-square at which these fits stop: the values are then known to a hundredth of their sigma.
 const CHI_SQUARE_CHANGE: f64 = 1e-4;
 /// Below this share of the typical size a component counts as zero and is left there.
 const SMALLEST_SHARE: f64 = 1e-4;
@@ -31,29 +29,17 @@ pub fn estimate(
         return Ok(());
     }
     let chi_square_change = options.chi_square_change.max(CHI_SQUARE_CHANGE);
-    let options = Options { covariance: CovarianceOf::Everything, chi_square_change, ..options.clone() };
-    let mut last_steps: Vec<Option<f64>> = vec![None; groups.len()];
-    for _ in 0..ROUNDS {
+    let options = Options { covariance: CovarianceOf::Nothing, chi_square_change, ..options.clone() };
+    for _ in 0..FITS {
         let name = solver.name();
         let solution = solver.solve(problem, &options, &mut |iteration| progress(name, iteration))?;
-        let Some(covariance) = &solution.covariance else { return Ok(()) };
         let mut known = true;
-        for (group, last_step) in groups.iter().zip(&mut last_steps) {
+        for group in &groups {
+            let scale = problem.theta[group[0]].scale;
             let Some(before) = problem.theta[group[0]].prior_sigma else { continue };
-            let variance = before * before;
-            let sum: f64 = group.iter().map(|t| solution.state.theta[*t].powi(2)).sum();
-            let share: f64 = group.iter().map(|t| 1.0 - covariance.theta_variances[*t] / variance).sum();
-            let smallest = SMALLEST_SHARE * problem.theta[group[0]].scale;
-            let after = if share > 0.0 { (sum / share).sqrt().max(smallest) } else { smallest };
-            let step = (after / before).ln();
-            known &= step.abs() < SHARE_OF_UNCERTAINTY / (2.0 * group.len() as f64).sqrt();
-            // Steps shrink by a constant ratio: every second one takes the rest of the series with it (Aitken).
-            let ratio = last_step.take().map(|last| step / last).filter(|ratio| *ratio > 0.0);
-            let whole = match ratio {
-                Some(ratio) => step / (1.0 - ratio.min(MOST_RATIO)),
-                None => *last_step.insert(step),
-            };
-            let after = (before * whole.exp()).max(smallest);
+            let variance = variance(problem, &solution.state, group, options.threads)?;
+            let after = (variance.sqrt() * scale).max(SMALLEST_SHARE * scale);
+            known &= (after / before).ln().abs() < SHARE_OF_UNCERTAINTY / (2.0 * group.len() as f64).sqrt();
             for t in group {
                 problem.theta[*t].prior_sigma = Some(after);
             }
@@ -64,6 +50,26 @@ pub fn estimate(
         }
     }
     Ok(())
+}
+
+/// Variance of a group's values (scaled units), from the fit `state`; other random values keep their priors.
+fn variance(problem: &Problem, state: &State, group: &[usize], threads: usize) -> Result<f64, RunError> {
+    let mut base = problem.clone();
+    for t in group {
+        base.theta[*t].free = false;
+        base.theta[*t].prior_sigma = None;
+    }
+    let columns = group.iter().map(|t| problem.layout().theta(*t)).collect();
+    let values: Vec<f64> = group.iter().map(|t| state.theta[*t] / problem.theta[*t].scale).collect();
+    let redundancy = base.redundancy().2 as f64;
+    let null = NullModel::new(base, state.clone(), columns, threads)?;
+    let scores = null.test(&NoColumns)?;
+    let n = group.len();
+    // The score where all values are zero, and v'Pv beside what they explain there.
+    let at_zero = |i: usize| scores.score[i] + (0..n).map(|j| scores.information[(i, j)] * values[j]).sum::<f64>();
+    let factor = null.chi_square() / redundancy;
+    let random = RandomValues::new(n, |i, j| scores.information[(i, j)], at_zero);
+    Ok(random.map_or(0.0, |random| random.variance(factor, 0.0)))
 }
 
 /// Positions in `theta` of the values of each standard deviation: one group per effect and name.

@@ -11,7 +11,7 @@ use misclosure::adjust::ceres::Ceres;
 use misclosure::adjust::native::Native;
 use misclosure::adjust::{Options, Solver};
 use misclosure::block::Block;
-use misclosure::diagnose::forward::Settings;
+use misclosure::diagnose::improve::Settings;
 use misclosure::diagnose::run::{Diagnosed, diagnose};
 use misclosure::diagnose::verdict;
 use misclosure::inject::recipe::{Truth, Verdict};
@@ -58,7 +58,7 @@ fn judge(named: &Named) -> Result<Vec<String>, String> {
         let run = solve_both(&diagnosed.block, &step.model).map_err(|text| format!("step {number}: {text}"))?;
         failures.extend(disagreement(&run).map(|text| format!("step {number}: {text}")));
     }
-    let run = solve_both(&diagnosed.block, &improvement.fitted.fit.model)?;
+    let run = solve_both(&diagnosed.block, &improvement.fit.model)?;
     failures.extend(disagreement(&run));
     failures.extend(judge_ledger(&diagnosed, &run));
     let sizes = Sizes::of(&recipe.truth, &run);

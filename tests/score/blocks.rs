@@ -3,6 +3,7 @@
 use misclosure::adjust::{CovarianceOf, Options};
 use misclosure::block::Block;
 use misclosure::diagnose::fit::{Fit, fit};
+use misclosure::diagnose::improve::Settings;
 use misclosure::measure::Predictor;
 use misclosure::model::{Datum, EffectTerm, Model};
 use misclosure::problem::Problem;
@@ -13,6 +14,11 @@ use std::collections::BTreeMap;
 pub const SIGNIFICANCE: f64 = 1e-3;
 /// Seed of the blocks' geometry.
 const GEOMETRY: u64 = 1;
+
+/// Settings of every screening.
+pub fn settings() -> Settings<'static> {
+    Settings { plugins: &[], options: options(), significance: SIGNIFICANCE, tell: &|_| {} }
+}
 
 /// Options of every fit: one thread each, the tests take turns on several blocks at once.
 pub fn options() -> Options {

@@ -1,15 +1,16 @@
 //! The predicted drop of `v'Pv` against that of the refit, for every candidate that is linear in its parameters: within five per cent up to ten
 //! standard deviations. Random and scanned effects are not: their refits estimate a variance, or a place.
 
-use super::blocks::{SIGNIFICANCE, everything_free, fitted, measured_under, preset, small, with_noise};
+use super::blocks::{everything_free, fitted, measured_under, options, preset, settings, small, with_noise};
 use misclosure::block::Block;
 use misclosure::diagnose::candidate::{Addition, Candidate, candidates};
-use misclosure::diagnose::fit::Fit;
-use misclosure::diagnose::score::{Base, Score, screen};
+use misclosure::diagnose::fit::{Fit, solve};
+use misclosure::diagnose::linearised::{Added, with_candidates};
+use misclosure::diagnose::models::{predicted_drop, with_set};
+use misclosure::diagnose::select::{Search, Taken};
 use misclosure::effects::{self, Domain, Role};
-use misclosure::model::Model;
 use rayon::prelude::*;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// What the catalogue asks.
 const PREDICTED: f64 = 0.05;
@@ -47,18 +48,23 @@ fn blocks() -> [Block; 3] {
     [small(), preset("dike", &[("points", 1000.0), ("check", 0.0)]), preset("closerange", &[])]
 }
 
-/// The score of a single candidate.
-fn score(block: &Block, base: &Fit, candidate: &Candidate) -> Option<Score> {
-    let at = Base {
-        block,
-        model: &base.model,
-        problem: &base.problem,
-        state: &base.solution.state,
-        threads: 1,
-        significance: SIGNIFICANCE,
-    };
-    let scores = screen(&at, vec![candidate.clone()], &BTreeMap::new()).expect("a screening").scores;
-    scores.into_iter().next().filter(|score| score.dof > 0.0)
+/// Predicted drop of a single candidate and that of its refit; `None` where the base leaves nothing of it.
+fn predicted_and_refitted(block: &Block, base: &Fit, candidate: &Candidate) -> Option<(f64, f64)> {
+    let mut added = Added::default();
+    let settings = settings();
+    let tested = vec![(candidate.clone(), Search::None)];
+    let null = misclosure::adjust::native::null_model::NoColumns;
+    let linearised = with_candidates(block, base, &added, tested, Vec::new(), &null, &settings).expect("a null model");
+    let mut situation = linearised.situation(&settings, &BTreeSet::new());
+    let beside = situation.beside();
+    let judged = situation.judge(0, &beside)?;
+    let predicted = predicted_drop(&linearised, &beside, &judged);
+    situation.taken.push(Taken { set: 0, variance: 0.0, removable: true });
+    let values = linearised.solution(&situation);
+    let (model, problem) =
+        with_set(block, base, &linearised, &situation, 0, &values, &mut added).expect("a larger model");
+    let refit = solve(&model, problem, &options()).expect("a refit");
+    Some((predicted, base.chi_square() - refit.chi_square()))
 }
 
 /// The candidates that are linear in their parameters; a lag is held at its nominal value.
@@ -82,14 +88,10 @@ fn drops(block: &Block, candidate: &Candidate, sigmas: f64, seed: u64) -> Option
     let term = candidate.term()?;
     let model = everything_free();
     let exact = measured_under(block, term, SMALL);
-    let size = SMALL * sigmas / score(&exact, &fitted(&exact, &model), candidate)?.drop.sqrt();
+    let (drop, _) = predicted_and_refitted(&exact, &fitted(&exact, &model), candidate)?;
+    let size = SMALL * sigmas / drop.sqrt();
     let noisy = with_noise(&measured_under(block, term, size), seed);
-    let base = fitted(&noisy, &model);
-    let score = score(&noisy, &base, candidate)?;
-    let mut larger: Model = model;
-    larger.effects.extend(score.start_term());
-    let refit = fitted(&noisy, &larger);
-    Some((score.predicted, 2.0 * (base.solution.cost - refit.solution.cost)))
+    predicted_and_refitted(&noisy, &fitted(&noisy, &model), candidate)
 }
 
 #[test]

@@ -74,7 +74,7 @@ fn linearise_chunk<const D: usize>(
 }
 
 /// The rays of point `j` do not fix it.
-fn rays_do_not_meet(problem: &Problem, j: usize) -> AdjustError {
+pub fn rays_do_not_meet(problem: &Problem, j: usize) -> AdjustError {
     let name = format!("{} (its rays do not meet)", problem.point_names[j]);
     AdjustError::Singular { solver: super::NAME, directions: vec![NullDirection { components: vec![(name, 1.0)] }] }
 }
@@ -186,8 +186,6 @@ pub struct PlainRow {
     pub shared: Vec<(u32, f64)>,
     /// Weighted misclosure.
     pub v: f64,
-    /// Image that the row is counted to; the first where it has none.
-    pub belongs_to: usize,
 }
 
 /// Rows of the GNSS positions and of the priors.
@@ -225,7 +223,7 @@ fn gnss_rows(at: &Prepared<'_>, rows: &mut Vec<PlainRow>) -> Result<(), MeasureE
                 .filter(|(_, value)| *value != 0.0)
                 .collect();
             let v = (observation.position[i] - p.position[i]) * weight;
-            rows.push(PlainRow { image: Some((rank, row)), shared, v, belongs_to: image });
+            rows.push(PlainRow { image: Some((rank, row)), shared, v });
         }
     }
     Ok(())
@@ -248,13 +246,12 @@ fn prior_rows(at: &Prepared<'_>, rows: &mut Vec<PlainRow>) {
             row[k] = structure.image_scales[rank * structure.dim + k] / sigma;
             (rank, row)
         });
-        let belongs_to = if image.is_some() { entry.instance as usize } else { 0 };
-        rows.push(PlainRow { image, shared: shared_entry(unknown, sigma), v, belongs_to });
+        rows.push(PlainRow { image, shared: shared_entry(unknown, sigma), v });
     }
     for prior in &problem.camera_priors {
         let (c, k) = (prior.camera as usize, prior.parameter as usize);
         let v = (prior.value - state.interiors[c][k]) / prior.sigma;
-        rows.push(PlainRow { image: None, shared: shared_entry(layout.camera(c, k), prior.sigma), v, belongs_to: 0 });
+        rows.push(PlainRow { image: None, shared: shared_entry(layout.camera(c, k), prior.sigma), v });
     }
 }
 

@@ -155,7 +155,9 @@ struct Search {
 impl Search {
     /// After a step that reduced chi-square, by `quality` of what was predicted.
     fn accepted(&mut self, full: bool, quality: f64) {
-        self.damping = if full { LEAST_DAMPING } else { (self.damping * relaxation(quality)).max(LEAST_DAMPING) };
+        // A full step that is not what was predicted says that the valley bends: the damping that its bend needs stays.
+        let straight = full && quality > GOOD_PREDICTION;
+        self.damping = if straight { LEAST_DAMPING } else { (self.damping * relaxation(quality)).max(LEAST_DAMPING) };
         self.tighten = TIGHTEN;
     }
 

@@ -16,7 +16,8 @@ mod sight;
 
 use crate::adjust::AdjustError;
 use crate::block::{Block, ImageId, Measurement, PointId};
-use crate::problem::{MeasurementKind, Problem, State};
+use crate::model::Model;
+use crate::problem::{MeasurementKind, Problem, ProblemError, State};
 use sight::Sight;
 
 /// Points below two rays take no part.
@@ -46,7 +47,7 @@ pub struct Options {
 /// One measurement in a hundred blocks without outliers.
 const SIGNIFICANCE: f64 = 0.01;
 /// Twice what 2 % of outliers in the simulated blocks need.
-const MAX_ROUNDS: usize = 8;
+pub const MAX_ROUNDS: usize = 8;
 
 impl Default for Options {
     fn default() -> Self {
@@ -141,6 +142,79 @@ impl Left {
     }
 }
 
+/// A search on its way: what is left out so far, re-judged at every fit.
+pub struct Search {
+    left: Left,
+    significance: f64,
+    outliers: Outliers,
+}
+
+impl Search {
+    /// Nothing is left out yet, except points whose rays do not meet in front of the cameras at the block's approximations and that have no
+    /// coordinates to start from: each of their measurements is as likely to be wrong.
+    pub fn new(block: &Block, model: &Model) -> Self {
+        let mut search = Self { left: Left::all(block), significance: SIGNIFICANCE, outliers: Outliers::default() };
+        for point in unmeetable_points(block, model) {
+            for (m, row) in block.ties.iter().enumerate().filter(|(_, row)| row.point == point) {
+                search.left.ties[m] = false;
+                search.outliers.rejected.push(Rejected {
+                    kind: MeasurementKind::Tie,
+                    measurement: m,
+                    image: row.image,
+                    point,
+                    normalised: f64::INFINITY,
+                    round: 0,
+                });
+            }
+        }
+        search
+    }
+
+    /// The block without what is left out.
+    pub fn block(&self, block: &Block) -> Block {
+        self.left.block(block)
+    }
+
+    /// Judges every measurement at a fit of [`Self::block`]. Nothing was rejected or came back: the search has come to its end there.
+    pub fn judge(&mut self, block: &Block, fit: &Fit, strictness: Strictness) -> Result<Round, AdjustError> {
+        let mut sight = Sight::new(block, &mut self.left, fit)?;
+        let options = Options { strictness, significance: self.significance, max_rounds: MAX_ROUNDS };
+        let round = sight.round(options, self.outliers.rounds.len() + 1, &mut self.outliers.rejected);
+        for seen in &sight.seen {
+            self.left.of(seen.kind)[seen.measurement] = seen.active;
+        }
+        self.outliers.rounds.push(round);
+        self.outliers.settled = round.rejected + round.returned == 0;
+        Ok(round)
+    }
+
+    /// What was found so far.
+    pub fn outliers(&self, block: &Block) -> Outliers {
+        let mut outliers = self.outliers.clone();
+        outliers.rejected.sort_by_key(|rejected| (rejected.kind as u32, rejected.measurement));
+        let (mut rays, mut had) = (vec![0; block.tie_points.len()], vec![0; block.tie_points.len()]);
+        for (row, left) in block.ties.iter().zip(&self.left.ties) {
+            had[row.point.index()] += 1;
+            rays[row.point.index()] += usize::from(*left);
+        }
+        let lost = (0..rays.len()).filter(|p| rays[*p] < FEWEST_RAYS && had[*p] >= FEWEST_RAYS);
+        outliers.lost_points = lost.map(PointId::from).collect();
+        outliers
+    }
+}
+
+/// Tie points that no problem can be laid out with.
+fn unmeetable_points(block: &Block, model: &Model) -> Vec<PointId> {
+    let mut points = Vec::new();
+    let mut rest = block.clone();
+    while let Err(ProblemError::NoIntersection { point }) = Problem::new(&rest, model) {
+        let Some(id) = block.tie_points.iter().position(|tie| tie.name == point).map(PointId::from) else { break };
+        points.push(id);
+        rest.ties.retain(|row| row.point != id);
+    }
+    points
+}
+
 /// Searches a block; `refit` adjusts the block it is given (from whatever start it likes) and is called once per round.
 ///
 /// Check points are not touched: their marks take part in no adjustment.
@@ -152,28 +226,14 @@ pub fn find<E: From<AdjustError>>(
     options: Options,
     refit: &mut dyn FnMut(&Block) -> Result<Fit, E>,
 ) -> Result<Outliers, E> {
-    let mut left = Left::all(block);
-    let mut outliers = Outliers::default();
-    for number in 1..=options.max_rounds {
-        let fit = refit(&left.block(block))?;
-        let mut sight = Sight::new(block, &mut left, &fit)?;
-        let round = sight.round(options, number, &mut outliers.rejected);
-        for seen in &sight.seen {
-            left.of(seen.kind)[seen.measurement] = seen.active;
-        }
-        outliers.rounds.push(round);
-        if round.rejected + round.returned == 0 {
-            outliers.settled = true;
+    let mut search =
+        Search { left: Left::all(block), significance: options.significance, outliers: Outliers::default() };
+    for _ in 0..options.max_rounds {
+        let fit = refit(&search.block(block))?;
+        search.judge(block, &fit, options.strictness)?;
+        if search.outliers.settled {
             break;
         }
     }
-    outliers.rejected.sort_by_key(|rejected| (rejected.kind as u32, rejected.measurement));
-    let (mut rays, mut had) = (vec![0; block.tie_points.len()], vec![0; block.tie_points.len()]);
-    for (row, left) in block.ties.iter().zip(&left.ties) {
-        had[row.point.index()] += 1;
-        rays[row.point.index()] += usize::from(*left);
-    }
-    let lost = (0..rays.len()).filter(|p| rays[*p] < FEWEST_RAYS && had[*p] >= FEWEST_RAYS);
-    outliers.lost_points = lost.map(PointId::from).collect();
-    Ok(outliers)
+    Ok(search.outliers(block))
 }

@@ -6,8 +6,7 @@
 //! the signs of whole points changes nothing. The expectation is taken from each image's own pose with the rest held, which is
 //! nearer to zero than the true one: a one-sided test is on the safe side.
 
-use super::score::Tested;
-use super::{Context, Found};
+use super::{Context, Found, Tested};
 use crate::diagnose::neighbours::Neighbours;
 use crate::math::statistics::{normal_ln_sf, normal_sf};
 use nalgebra::{Matrix2x6, Matrix6};
@@ -18,8 +17,7 @@ const NEIGHBOURS: usize = 4;
 const LEAST: usize = 100;
 
 pub(super) fn test(context: &Context<'_>, found: &mut Found) {
-    let base = context.base;
-    let problem = base.problem;
+    let problem = context.problem;
     let (n, images) = (problem.observations.len(), problem.image_contexts.len());
     let mut owner = vec![0u32; n];
     for j in 0..problem.point_sources.len() {
@@ -28,25 +26,26 @@ pub(super) fn test(context: &Context<'_>, found: &mut Found) {
     // How the pose of its own image moves each measurement once the point has followed.
     let mut normal = vec![Matrix6::<f64>::zeros(); images];
     let mut moved: Vec<Matrix2x6<f64>> = Vec::with_capacity(n);
-    for (k, place) in context.places.iter().enumerate() {
-        let by_pose = base.by_pose(k);
-        normal[place.image] += by_pose.transpose() * base.redundancy[k] * by_pose;
-        moved.push(base.redundancy[k] * by_pose);
+    let image_of = |k: usize| problem.observations[k].image as usize;
+    for (k, local) in context.measurements.iter().enumerate() {
+        let by_pose = &local.by_pose;
+        normal[image_of(k)] += by_pose.transpose() * local.redundancy * by_pose;
+        moved.push(local.redundancy * by_pose);
     }
     let covariance: Vec<Matrix6<f64>> =
         normal.iter().map(|normal| normal.try_inverse().unwrap_or_else(Matrix6::zeros)).collect();
-    let variance = base.variance();
-    let seen = Neighbours::new(context.places.iter().map(|place| (place.image, [place.x, place.y])), images);
+    let variance = context.variance();
+    let seen = Neighbours::new((0..n).map(|k| (image_of(k), context.measurements[k].predicted)), images);
     let mut pairs: Vec<(u32, u32, f64)> = Vec::new();
     for k in 0..n {
-        let image = context.places[k].image;
+        let image = image_of(k);
         let weight = problem.observations[k].inverse_sigma;
         let pulled = moved[k] * covariance[image];
         for other in seen.nearest(k, NEIGHBOURS) {
             if owner[other] == owner[k] {
                 continue;
             }
-            let (a, b) = (base.residual[k], base.residual[other]);
+            let (a, b) = (context.measurements[k].residual, context.measurements[other].residual);
             let product = (a[0] * b[0] + a[1] * b[1]) * weight * problem.observations[other].inverse_sigma;
             let expected = -variance * (pulled * moved[other].transpose()).trace();
             pairs.push((owner[k].min(owner[other]), owner[k].max(owner[other]), product - expected));
@@ -64,7 +63,7 @@ pub(super) fn test(context: &Context<'_>, found: &mut Found) {
         return found.skip("autocorrelation", "too few neighbours");
     }
     let z = sum / squares.sqrt();
-    let mean_square = base.sum_of_squares / n as f64; // of the length of a residual
+    let mean_square = context.noise.sum_of_squares / n as f64; // of the length of a residual
     let correlation = sum / pairs.len() as f64 / mean_square;
     let tested = Tested { statistic: z, dof: 1, p_value: normal_sf(z), ln_p_value: normal_ln_sf(z) };
     let description = format!(

@@ -3,8 +3,7 @@
 //! The p-values say whether there is a plane or a dome beyond the scatter of the single points, not whether the model is wrong: a right model
 //! without control in the adjustment leaves both, since its own errors bend and tilt the block as a whole.
 
-use super::score::Tested;
-use super::{Found, StructureTest};
+use super::{Found, StructureTest, Tested};
 use crate::block::Role;
 use crate::evaluate::Comparison;
 use crate::math::statistics::f_ln_sf;

@@ -1,45 +1,106 @@
-//! Sparse columns: what one unit of each would move every measurement by, px.
+//! Columns of the tests: what a unit of each pattern would move every measurement by. All tests share one null model.
 
-/// Entry of a column in one measurement.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Entry {
-    /// Which column.
-    pub column: u32,
-    /// Displacement per unit, px.
-    pub x: f64,
-    /// Displacement per unit, px.
-    pub y: f64,
+use super::place::Place;
+use crate::adjust::native::null_model::{Columns, Coordinate, Entries, Measured};
+use crate::problem::{Problem, State};
+use std::ops::Range;
+
+/// Where a test writes its entries for a measurement.
+pub(super) struct Writer<'a> {
+    put: &'a mut dyn FnMut(usize, [f64; 2]),
 }
 
-/// Columns over the image measurements, in their order in the problem, and over single other residuals.
-#[derive(Debug, Clone, Default)]
-pub struct Columns {
+impl Writer<'_> {
+    /// One entry: column of the test, displacement in x and y, px.
+    pub fn entry(&mut self, column: usize, displacement: [f64; 2]) {
+        (self.put)(column, displacement);
+    }
+}
+
+/// Fills a measurement's entries.
+type Fill<'a> = Box<dyn Fn(&Place, &mut Writer<'_>) + Sync + 'a>;
+/// Fills an observed coordinate's entries: column of the test, m per unit.
+pub(super) type FillCoordinate<'a> = Box<dyn Fn(Coordinate, &mut dyn FnMut(usize, f64)) + Sync + 'a>;
+
+/// Columns of one test.
+pub(super) struct Family<'a> {
+    /// Its name.
+    pub against: &'static str,
     /// Number of columns.
     pub count: usize,
-    /// Residual (position in the problem's order) and its entries: column and standardised value.
-    pub other_rows: Vec<(usize, Vec<(usize, f64)>)>,
-    starts: Vec<usize>,
-    entries: Vec<Entry>,
+    /// A measurement touches a few of them alone.
+    pub local: bool,
+    /// See [`Fill`].
+    pub fill: Fill<'a>,
+    /// Of observed coordinates; `None` for tests of image measurements.
+    pub coordinates: Option<FillCoordinate<'a>>,
 }
 
-impl Columns {
-    /// Columns whose entries in measurement `k` are what `fill` pushes for it.
-    pub fn new(count: usize, measurements: usize, mut fill: impl FnMut(usize, &mut Vec<Entry>)) -> Self {
-        let mut columns = Self { count, starts: vec![0], ..Self::default() };
-        for k in 0..measurements {
-            fill(k, &mut columns.entries);
-            columns.starts.push(columns.entries.len());
+/// The columns of all tests.
+pub(super) struct Families<'a> {
+    problem: &'a Problem,
+    state: &'a State,
+    pub list: Vec<Family<'a>>,
+    first: Vec<usize>,
+    counts: [usize; 2],
+}
+
+impl<'a> Families<'a> {
+    pub fn new(problem: &'a Problem, state: &'a State, list: Vec<Family<'a>>) -> Self {
+        let mut counts = [0; 2];
+        let mut place = |family: &Family<'_>| {
+            let count = &mut counts[usize::from(family.local)];
+            *count += family.count;
+            *count - family.count
+        };
+        let first = list.iter().map(&mut place).collect();
+        Self { problem, state, list, first, counts }
+    }
+
+    /// Columns of each test, in the order of [`Columns`]: dense ones first.
+    pub fn ranges(&self) -> Vec<Range<usize>> {
+        let range = |(family, first): (&Family<'_>, &usize)| {
+            let first = first + if family.local { self.counts[0] } else { 0 };
+            first..first + family.count
+        };
+        self.list.iter().zip(&self.first).map(range).collect()
+    }
+}
+
+impl Columns for Families<'_> {
+    fn dense(&self) -> usize {
+        self.counts[0]
+    }
+
+    fn local(&self) -> usize {
+        self.counts[1]
+    }
+
+    fn image(&self, measured: &Measured<'_>, x: &mut Entries<'_>, y: &mut Entries<'_>) {
+        let point = &self.state.points[measured.point];
+        let place = Place::new(self.problem, self.state, measured.observation, measured.predicted, point);
+        for (family, first) in self.list.iter().zip(&self.first) {
+            let mut put = |column: usize, [dx, dy]: [f64; 2]| match family.local {
+                true => {
+                    x.local(first + column, dx);
+                    y.local(first + column, dy);
+                }
+                false => {
+                    x.dense(first + column, dx);
+                    y.dense(first + column, dy);
+                }
+            };
+            (family.fill)(&place, &mut Writer { put: &mut put });
         }
-        columns
     }
 
-    /// Columns over other residuals alone.
-    pub fn on_rows(count: usize, measurements: usize, rows: Vec<(usize, Vec<(usize, f64)>)>) -> Self {
-        Self { count, other_rows: rows, starts: vec![0; measurements + 1], entries: Vec::new() }
-    }
-
-    /// Entries in a measurement.
-    pub fn of(&self, measurement: usize) -> &[Entry] {
-        &self.entries[self.starts[measurement]..self.starts[measurement + 1]]
+    fn coordinate(&self, coordinate: Coordinate, entries: &mut Entries<'_>) {
+        for (family, first) in self.list.iter().zip(&self.first) {
+            let Some(fill) = &family.coordinates else { continue };
+            fill(coordinate, &mut |column, value| match family.local {
+                true => entries.local(first + column, value),
+                false => entries.dense(first + column, value),
+            });
+        }
     }
 }

@@ -4,39 +4,42 @@
 //! # Which statistics, and why
 //! Residuals of an adjustment are not independent: each point and each camera took its share. Sums of squares of cell means, taken as
 //! if they were independent, are wrong in both directions: too small where the fit absorbs a pattern, too large where a point passes the
-//! same two places again and again. So every test is a score test of columns that say what a unit of the pattern would move each
-//! measurement by (`base.rs`): `M` is exact, and under independent normal noise `s'M^-1 s / (q s0^2)` is F distributed, however small the
-//! block. Two things the weights do not know are guarded against by the object points as independent units: the variance of
-//! each score is also taken from its parts point by point, and where that is larger than `M` says (wrong weights, measurements of one point that err
-//! together), the statistic is divided by the ratio (the first-order correction of Rao and Scott 1984). A full sandwich matrix over the points would do
-//! the same for each direction, but is itself too noisy for some hundred columns. Errors that *different* points share, as neighbours in one image do, show in the
-//! test `autocorrelation`; its sums are normalised by pairs of points, the sign flip of whole points being the null.
+//! same two places again and again. So every test is one of columns that say what a unit of the pattern would move each measurement by, against
+//! the null model: under independent normal noise its F statistic is F distributed, however small the block. One thing that the weights do not
+//! know is guarded against by the object points as independent units: the variance of each score is also taken from its parts point by point,
+//! and where that is larger than the information says (measurements of one point that err together), the statistic is divided by the ratio (the
+//! first-order correction of Rao and Scott 1984). Errors that *different* points share, as neighbours in one image do, show in the test
+//! `autocorrelation`; its sums are normalised by pairs of points, the sign flip of whole points being the null.
 //!
 //! Check points decide nothing: their tests are marked as descriptive.
 
 mod autocorrelation;
-mod base;
 mod check;
 mod columns;
 mod covariates;
 mod describe;
 mod gnss;
+mod image;
 mod pictures;
 mod place;
-mod score;
 mod sensor;
 mod spectrum;
 
 pub use pictures::{Cell, ImageValue, Peak, Pictures, Profile, ProfileBin, SensorGrid, SpectrumGrid};
-pub use score::Tested;
 
+use super::test::System;
+use super::test::system::KEPT_SHARE;
 use crate::adjust::AdjustError;
+use crate::adjust::native::null_model::{Columns, Coordinate, Local, NullModel, ScoreSystem};
 use crate::evaluate::Comparison;
+use crate::math::statistics::f_ln_sf;
+use crate::measure::Predictor;
 use crate::problem::{Problem, State};
-use base::Base;
-use columns::Columns;
+use columns::{Families, Family};
+use covariates::Covariate;
+use nalgebra::{DVector, Matrix2, Vector2, Vector3};
 use place::Place;
-use score::{Noise, Score};
+use std::ops::Range;
 
 /// One test of residual structure.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,6 +73,8 @@ pub struct Structure {
     pub pictures: Pictures,
     /// Level of the family of tests.
     pub significance: f64,
+    /// Columns of each test that decides, in the system that it was judged in.
+    pub columns: Vec<(&'static str, Vec<usize>)>,
 }
 
 impl Structure {
@@ -92,24 +97,169 @@ impl Structure {
     }
 }
 
-/// What the tests share.
-struct Context<'a> {
-    base: &'a Base<'a>,
-    places: &'a [Place],
+/// Result of a test that columns are zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tested {
+    /// F.
+    pub statistic: f64,
+    /// Degrees of freedom of the numerator: columns that the base model leaves.
+    pub dof: usize,
+    /// p-value.
+    pub p_value: f64,
+    /// Its natural logarithm, which does not underflow.
+    pub ln_p_value: f64,
 }
 
-impl Context<'_> {
-    fn noise(&self) -> Noise {
-        Noise { sum_of_squares: self.base.sum_of_squares, degrees: self.base.degrees }
+impl Tested {
+    /// The largest of `count` such tests: Bonferroni.
+    fn of_many(self, count: usize) -> Self {
+        let ln_p_value = (self.ln_p_value + (count.max(1) as f64).ln()).min(0.0);
+        Self { ln_p_value, p_value: ln_p_value.exp(), ..self }
+    }
+}
+
+/// What a group of residuals has without the columns that are tested.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Noise {
+    sum_of_squares: f64,
+    degrees: f64,
+}
+
+/// What the tests share.
+struct Context<'a> {
+    problem: &'a Problem,
+    state: &'a State,
+    measurements: &'a [Local],
+    noise: Noise,
+    antenna_residuals: Vec<Vector3<f64>>,
+    gnss_noise: Noise,
+}
+
+impl<'a> Context<'a> {
+    fn new(problem: &'a Problem, state: &'a State, measurements: &'a [Local]) -> Result<Self, AdjustError> {
+        let squares = problem.observations.iter().zip(measurements).map(|(observation, local)| {
+            (local.residual[0].powi(2) + local.residual[1].powi(2)) * observation.inverse_sigma.powi(2)
+        });
+        let layout = problem.layout();
+        let cameras = problem.free().iter().take(layout.point(0, 0)).filter(|free| **free).count();
+        // GNSS and control determine a part of the cameras, so this is a little too small: on the safe side.
+        let degrees = (2 * problem.observations.len()) as f64 - (3 * layout.points + cameras) as f64;
+        let predictor = Predictor::new(problem, state)?;
+        let antenna_residuals = problem.gnss.iter().map(|observation| {
+            let computed = predictor.antenna(observation.index as usize);
+            computed.map_or_else(Vector3::zeros, |computed| observation.position - computed)
+        });
+        let antenna_residuals: Vec<Vector3<f64>> = antenna_residuals.collect();
+        let of_gnss = problem.gnss.iter().zip(&antenna_residuals);
+        let sum_of_squares = of_gnss.map(|(observation, d)| d.component_div(&observation.sigma).norm_squared()).sum();
+        Ok(Self {
+            problem,
+            state,
+            measurements,
+            noise: Noise { sum_of_squares: squares.sum(), degrees },
+            antenna_residuals,
+            gnss_noise: Noise { sum_of_squares, degrees: f64::NAN },
+        })
     }
 
-    fn columns(&self, count: usize, fill: impl FnMut(usize, &mut Vec<columns::Entry>)) -> Columns {
-        Columns::new(count, self.places.len(), fill)
+    /// Variance factor of the image measurements.
+    fn variance(&self) -> f64 {
+        self.noise.sum_of_squares / self.noise.degrees
     }
 
-    /// Tests columns of image measurements.
-    fn test(&self, score: &Score, columns: &[usize]) -> Option<Tested> {
-        score.test(columns, self.noise(), score.design_effect(columns, self.base.variance()))
+    /// Places of every measurement, in the order of the problem.
+    fn places(&self) -> impl Iterator<Item = Place> + '_ {
+        let starts = &self.problem.point_start;
+        let of_point = move |(j, point): (usize, &'a Vector3<f64>)| {
+            (starts[j]..starts[j + 1]).map(move |k| {
+                let predicted = self.measurements[k].predicted;
+                Place::new(self.problem, self.state, &self.problem.observations[k], predicted, point)
+            })
+        };
+        self.state.points.iter().enumerate().flat_map(of_point)
+    }
+}
+
+/// The columns of one test in a system.
+struct Asked<'a> {
+    system: &'a System,
+    scores: &'a ScoreSystem,
+    range: Range<usize>,
+    noise: Noise,
+}
+
+impl Asked<'_> {
+    /// Columns of the system.
+    fn columns(&self, own: &[usize]) -> Vec<usize> {
+        own.iter().map(|column| self.range.start + column).collect()
+    }
+
+    fn variance(&self) -> f64 {
+        self.noise.sum_of_squares / self.noise.degrees
+    }
+
+    /// How much more the scores vary from point to point than the weights say, at least 1.
+    fn design_effect(&self, own: &[usize]) -> f64 {
+        let ScoreSystem { squares, held, length, .. } = self.scores;
+        let ratios = self.columns(own).into_iter().filter(|c| held[*c] > KEPT_SHARE * length[*c]);
+        let (sum, n) =
+            ratios.fold((0.0, 0usize), |(sum, n), c| (sum + squares[c] / (self.variance() * held[c]), n + 1));
+        if n == 0 { 1.0 } else { (sum / n as f64).max(1.0) }
+    }
+
+    /// Are the columns zero? `None` where the base model leaves none of them.
+    fn test(&self, own: &[usize]) -> Option<Tested> {
+        self.tested(own, self.noise, self.design_effect(own))
+    }
+
+    /// The same against the noise of another group.
+    fn test_among(&self, own: &[usize], noise: Noise) -> Option<Tested> {
+        self.tested(own, noise, 1.0)
+    }
+
+    fn tested(&self, own: &[usize], noise: Noise, inflation: f64) -> Option<Tested> {
+        let pivoted = self.system.pivoted(&self.columns(own));
+        let (drop, dof) = (pivoted.drop(), pivoted.kept.len());
+        let left = noise.degrees - dof as f64;
+        if dof == 0 || left <= 0.0 || left.is_nan() {
+            return None;
+        }
+        let remaining = (noise.sum_of_squares - drop).max(f64::MIN_POSITIVE) / left;
+        let statistic = drop / (dof as f64 * remaining * inflation);
+        let ln_p_value = f_ln_sf(statistic, dof as f64, left).min(0.0);
+        Some(Tested { statistic, dof, p_value: ln_p_value.exp(), ln_p_value })
+    }
+
+    /// Estimate of a column alone and its standard deviation for unit weight; `None` where it is absorbed.
+    fn alone(&self, own: usize) -> Option<(f64, f64)> {
+        let c = self.range.start + own;
+        let m = self.system.information[(c, c)];
+        (m > KEPT_SHARE * self.system.length[c] && m > 0.0).then(|| (self.system.score[c] / m, m.sqrt().recip()))
+    }
+
+    /// Estimates of two columns together and their chi-square for unit weight.
+    fn pair(&self, a: usize, b: usize) -> Option<([f64; 2], f64)> {
+        let (a, b) = (self.range.start + a, self.range.start + b);
+        let System { information, score, length, .. } = self.system;
+        let m = Matrix2::new(information[(a, a)], information[(a, b)], information[(a, b)], information[(b, b)]);
+        if m.determinant() <= KEPT_SHARE.powi(2) * length[a] * length[b] {
+            return None;
+        }
+        let s = Vector2::new(score[a], score[b]);
+        let x = m.try_inverse()? * s;
+        Some(([x.x, x.y], s.dot(&x)))
+    }
+
+    /// Joint estimates of columns, `None` where the base model leaves too little of one.
+    fn estimates(&self, own: &[usize]) -> Option<DVector<f64>> {
+        let columns = self.columns(own);
+        let pivoted = self.system.pivoted(&columns);
+        if pivoted.kept.len() < own.len() {
+            return None;
+        }
+        let estimate = pivoted.estimate();
+        let of = |c: &usize| pivoted.kept.iter().position(|kept| kept == c).map(|k| estimate[k]);
+        Some(DVector::from_iterator(own.len(), columns.iter().filter_map(of)))
     }
 }
 
@@ -128,6 +278,8 @@ struct Found {
     tests: Vec<StructureTest>,
     skipped: Vec<(&'static str, String)>,
     pictures: Pictures,
+    /// Columns that stand for a test where they are not all of its own.
+    shapes: Vec<(&'static str, Vec<usize>)>,
 }
 
 impl Found {
@@ -152,6 +304,133 @@ impl Found {
     }
 }
 
+/// Coordinates of antennas whose redundancy is taken; of more, an even sample.
+const REDUNDANCY_SAMPLE: usize = 300;
+/// Name of the columns that tell the redundancy of the positions; no test.
+const REDUNDANCY: &str = "(redundancy)";
+
+/// The tests of a fit, laid out as columns.
+pub struct Layout<'a> {
+    context: Context<'a>,
+    cells: sensor::Cells,
+    spectrum: Option<spectrum::Spectrum>,
+    covariates: Vec<Covariate<'a>>,
+    found: Found,
+}
+
+impl<'a> Layout<'a> {
+    /// Of a fit and its `measurements`.
+    ///
+    /// # Errors
+    /// A state that cannot be evaluated.
+    pub fn new(problem: &'a Problem, state: &'a State, measurements: &'a [Local]) -> Result<Self, AdjustError> {
+        let context = Context::new(problem, state, measurements)?;
+        let mut found = Found::default();
+        let cells = sensor::Cells::new(&context);
+        let spectrum = spectrum::Spectrum::new(&context, &mut found);
+        let covariates = covariates::all(&context, &mut found);
+        Ok(Self { context, cells, spectrum, covariates, found })
+    }
+
+    /// Calls `with` with the columns of all tests.
+    fn families(&self) -> Families<'_> {
+        let problem = self.context.problem;
+        let mut list = vec![self.cells.family()];
+        list.extend(self.spectrum.as_ref().map(spectrum::Spectrum::family));
+        if problem.image_contexts.len() <= image::MOST_IMAGES {
+            list.push(image::family(problem.image_contexts.len()));
+        }
+        for covariate in &self.covariates {
+            let Family { against, count, local, fill, .. } = &covariate.family;
+            let fill = move |place: &Place, to: &mut columns::Writer<'_>| fill(place, to);
+            let (against, count, local) = (*against, *count, *local);
+            list.push(Family { against, count, local, fill: Box::new(fill), coordinates: None });
+        }
+        list.extend(gnss::DIRECTIONS.iter().filter_map(|(name, _)| gnss::family(problem, name)));
+        list.push(redundancy(problem));
+        Families::new(problem, self.context.state, list)
+    }
+
+    /// Hands the columns of all tests to `test`, and judges what comes back: a system in which they are the last columns, and its scores.
+    pub fn analyse<T, E>(
+        mut self,
+        comparison: Option<&Comparison>,
+        significance: f64,
+        test: impl FnOnce(&dyn Columns) -> Result<(T, System, ScoreSystem), E>,
+    ) -> Result<(T, Structure), E> {
+        let mut found = std::mem::take(&mut self.found);
+        let families = self.families();
+        let (tested, system, scores) = test(&families)?;
+        let first = system.len() - families.dense() - families.local();
+        let names: Vec<&'static str> = families.list.iter().map(|family| family.against).collect();
+        let ranges: Vec<Range<usize>> =
+            families.ranges().into_iter().map(|range| first + range.start..first + range.end).collect();
+        drop(families);
+        let asked = |name: &str| {
+            let position = names.iter().position(|other| *other == name)?;
+            Some(Asked { system: &system, scores: &scores, range: ranges[position].clone(), noise: self.context.noise })
+        };
+        if let Some(rows) = asked(REDUNDANCY).filter(|rows| !rows.range.is_empty()) {
+            let share = rows.range.clone().map(|c| system.information[(c, c)]).sum::<f64>() / rows.range.len() as f64;
+            self.context.gnss_noise.degrees = share * (3 * self.context.problem.gnss.len()) as f64;
+        }
+        let context = &self.context;
+        if context.noise.degrees > 0.0 {
+            asked("sensor").iter().for_each(|asked| self.cells.judge(asked, &mut found));
+            if let (Some(spectrum), Some(asked)) = (&self.spectrum, asked("spectrum")) {
+                spectrum.judge(&asked, &mut found);
+            }
+            let mut values = image::values(context);
+            match asked("image") {
+                Some(asked) => image::judge(context, &mut values, &asked, &mut found),
+                None => found.skip("image", "too many images to test each"),
+            }
+            found.pictures.images = values.into_iter().filter(|value| value.n > 0).collect();
+            for covariate in &self.covariates {
+                let name = covariate.family.against;
+                let Some(asked) = asked(name) else { continue };
+                let all: Vec<usize> = (0..covariate.family.count).collect();
+                found.push(name, asked.test(&all), covariate.description.clone());
+            }
+            covariates::draw(context, &self.covariates, &mut found);
+            autocorrelation::test(context, &mut found);
+            for (name, _) in gnss::DIRECTIONS {
+                match asked(name) {
+                    Some(asked) => gnss::judge(context, name, &asked, &mut found),
+                    None if context.problem.gnss.is_empty() => {}
+                    None => found.skip(name, "no velocities, or too many flights"),
+                }
+            }
+        } else {
+            found.skip("sensor", "no redundancy");
+        }
+        check::test(comparison, &mut found);
+        holm(&mut found.tests);
+        let of_name = |name: &'static str| {
+            let shape = found.shapes.iter().find(|(other, _)| *other == name).map(|(_, columns)| columns.clone());
+            let position = names.iter().position(|other| *other == name)?;
+            Some((name, shape.unwrap_or_else(|| ranges[position].clone().collect())))
+        };
+        let columns = found.tests.iter().filter(|test| test.decides).filter_map(|test| of_name(test.against)).collect();
+        let Found { tests, skipped, pictures, .. } = found;
+        Ok((tested, Structure { tests, skipped, pictures, significance, columns }))
+    }
+}
+
+/// Coordinates of antennas as columns: what is left of each is its redundancy.
+fn redundancy(problem: &Problem) -> Family<'_> {
+    let stride = (3 * problem.gnss.len()).div_ceil(REDUNDANCY_SAMPLE).max(1);
+    let count = 3 * problem.gnss.len().div_ceil(stride);
+    let coordinates = move |coordinate: Coordinate, to: &mut dyn FnMut(usize, f64)| {
+        let Coordinate::Gnss(g, axis) = coordinate else { return };
+        if g.is_multiple_of(stride) {
+            to(3 * (g / stride) + axis, problem.gnss[g].sigma[axis]);
+        }
+    };
+    let coordinates: Option<columns::FillCoordinate<'_>> = Some(Box::new(coordinates));
+    Family { against: REDUNDANCY, count, local: true, fill: Box::new(|_, _| {}), coordinates }
+}
+
 /// Tests the residuals of `problem` at its solution `state`; `comparison` is of the same solution, for the check points. `significance` is
 /// that of the family of tests.
 ///
@@ -162,28 +441,24 @@ pub fn analyse(
     state: &State,
     comparison: Option<&Comparison>,
     significance: f64,
+    threads: usize,
 ) -> Result<Structure, AdjustError> {
-    let base = Base::new(problem, state)?;
-    let places = place::places(&base);
-    let context = Context { base: &base, places: &places };
-    let mut found = Found::default();
-    if base.degrees > 0.0 {
-        sensor::test(&context, &mut found);
-        spectrum::test(&context, &mut found);
-        covariates::test(&context, &mut found);
-        autocorrelation::test(&context, &mut found);
-        gnss::test(&context, &mut found);
-    } else {
-        found.skip("sensor", "no redundancy");
-    }
-    check::test(comparison, &mut found);
-    if !base.exact() {
-        let why = format!("more than {} camera unknowns: p-values are upper bounds", base::MAX_CAMERA_UNKNOWNS);
-        found.skip("cameras", &why);
-    }
-    holm(&mut found.tests);
-    let Found { tests, skipped, pictures } = found;
-    Ok(Structure { tests, skipped, pictures, significance })
+    let null = NullModel::new(problem.clone(), state.clone(), Vec::new(), threads)?;
+    let measurements = null.measurements();
+    let test = |columns: &dyn Columns| -> Result<((), System, ScoreSystem), AdjustError> {
+        let scores = null.test(columns)?;
+        let system = System {
+            score: scores.score.clone(),
+            information: scores.information.clone(),
+            length: scores.length.clone(),
+            least: vec![0.0; scores.score.len()],
+            chi_square: null.chi_square(),
+            redundancy: problem.redundancy().2 as f64,
+        };
+        Ok(((), system, scores))
+    };
+    let ((), structure) = Layout::new(problem, state, &measurements)?.analyse(comparison, significance, test)?;
+    Ok(structure)
 }
 
 /// Holm's step-down correction over the tests that decide.

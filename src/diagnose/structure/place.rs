@@ -1,7 +1,8 @@
 //! Where each measurement lies: on the sensor, in time, in space. Taken at the *predicted* image point: columns at the measured one
 //! would correlate with the noise.
 
-use super::base::Base;
+use crate::camera::{DCX, DCY};
+use crate::problem::{ImageObservation, Problem, State};
 use nalgebra::Vector3;
 
 /// Below this sine of the nadir angle (0.06 degrees) the direction away from the nadir is not defined.
@@ -47,49 +48,48 @@ fn unit([x, y]: [f64; 2]) -> [f64; 2] {
     if length > 0.0 { [x / length, y / length] } else { [0.0; 2] }
 }
 
-/// Places of every measurement.
-pub fn places(base: &Base<'_>) -> Vec<Place> {
-    let (problem, state) = (base.problem, base.state);
-    let mut places = Vec::with_capacity(problem.observations.len());
-    for (j, point) in state.points.iter().enumerate() {
-        for k in problem.point_start[j]..problem.point_start[j + 1] {
-            let observation = &problem.observations[k];
-            let image = observation.image as usize;
-            let context = &problem.image_contexts[image];
-            let interior = &state.interiors[context.camera as usize];
-            let pose = &state.poses[image];
-            let [x, y] = [observation.x - base.residual[k][0], observation.y - base.residual[k][1]];
-            let half = 0.5 * context.width_px.hypot(context.height_px);
-            let from_centre = [x - interior[3], y - interior[4]];
-            let ray = point - pose.centre;
-            let in_camera = pose.rotation * ray;
-            let motion = pose.rotation * context.velocity;
-            // How the image point moves when the ray turns away from the nadir.
-            let length = ray.norm();
-            let cosine = (-ray.z / length).clamp(-1.0, 1.0);
-            let turn = pose.rotation * (ray / length * cosine + Vector3::z());
-            let slope = |k: usize| turn[k] - in_camera[k] / in_camera.z * turn.z;
-            let outward = if turn.norm() > SMALLEST_NADIR_SINE { unit([slope(0), slope(1)]) } else { [0.0; 2] };
-            places.push(Place {
-                image,
-                camera: context.camera as usize,
-                flight: context.flight as usize,
-                x,
-                y,
-                u: (x - 0.5 * context.width_px) / half,
-                v: (y - 0.5 * context.height_px) / half,
-                radius: from_centre[0].hypot(from_centre[1]),
-                radial: unit(from_centre),
-                row: 2.0 * y / context.height_px - 1.0,
-                depth: in_camera.z,
-                nadir: cosine.acos(),
-                azimuth: ray.x.atan2(ray.y),
-                outward,
-                along: if motion.x.is_finite() { unit([motion.x, motion.y]) } else { [0.0; 2] },
-            });
+impl Place {
+    /// Of a measurement with the predicted image point `[x, y]` of `point`.
+    pub fn new(
+        problem: &Problem,
+        state: &State,
+        observation: &ImageObservation,
+        [x, y]: [f64; 2],
+        point: &Vector3<f64>,
+    ) -> Self {
+        let image = observation.image as usize;
+        let context = &problem.image_contexts[image];
+        let interior = &state.interiors[context.camera as usize];
+        let pose = &state.poses[image];
+        let half = 0.5 * context.width_px.hypot(context.height_px);
+        let from_centre = [x - interior[DCX], y - interior[DCY]];
+        let ray = point - pose.centre;
+        let in_camera = pose.rotation * ray;
+        let motion = pose.rotation * context.velocity;
+        // How the image point moves when the ray turns away from the nadir.
+        let length = ray.norm();
+        let cosine = (-ray.z / length).clamp(-1.0, 1.0);
+        let turn = pose.rotation * (ray / length * cosine + Vector3::z());
+        let slope = |k: usize| turn[k] - in_camera[k] / in_camera.z * turn.z;
+        let outward = if turn.norm() > SMALLEST_NADIR_SINE { unit([slope(0), slope(1)]) } else { [0.0; 2] };
+        Self {
+            image,
+            camera: context.camera as usize,
+            flight: context.flight as usize,
+            x,
+            y,
+            u: (x - 0.5 * context.width_px) / half,
+            v: (y - 0.5 * context.height_px) / half,
+            radius: from_centre[0].hypot(from_centre[1]),
+            radial: unit(from_centre),
+            row: 2.0 * y / context.height_px - 1.0,
+            depth: in_camera.z,
+            nadir: cosine.acos(),
+            azimuth: ray.x.atan2(ray.y),
+            outward,
+            along: if motion.x.is_finite() { unit([motion.x, motion.y]) } else { [0.0; 2] },
         }
     }
-    places
 }
 
 /// A linear scaling of a quantity to -1..1 over its range; `None` where it is unknown somewhere or the same everywhere.

@@ -4,10 +4,10 @@
 //! The p-value is that of the exact test times the number of frequencies looked at. It holds whatever way the candidates were found;
 //! neighbouring frequencies are correlated, so it is somewhat too large.
 
-use super::columns::Entry;
+use super::columns::{Family, Writer};
 use super::pictures::{Peak, SpectrumGrid};
-use super::score::Tested;
-use super::{Context, Found};
+use super::place::Place;
+use super::{Asked, Context, Found, Tested};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -36,41 +36,90 @@ struct Frequency {
     power: f64,
 }
 
-pub(super) fn test(context: &Context<'_>, found: &mut Found) {
-    let cameras = context.base.problem.camera_free.len();
-    let mut candidates = Vec::new();
-    let mut searched = 0;
-    for camera in 0..cameras {
-        if let Some((grid, mut peaks, count)) = screen(context, camera) {
-            peaks.sort_by(|a, b| b.power.total_cmp(&a.power));
-            peaks.truncate(CANDIDATES);
-            candidates.extend(peaks);
-            searched += count;
-            found.pictures.spectrum.push(grid);
+/// Frequencies that stand out, to be tested exactly.
+pub(super) struct Spectrum {
+    candidates: Vec<Frequency>,
+    searched: usize,
+}
+
+impl Spectrum {
+    /// Looks for them; `None` where a block does not allow it.
+    pub fn new(context: &Context<'_>, found: &mut Found) -> Option<Self> {
+        let mut candidates = Vec::new();
+        let mut searched = 0;
+        for camera in 0..context.problem.camera_free.len() {
+            if let Some((grid, mut peaks, count)) = screen(context, camera) {
+                peaks.sort_by(|a, b| b.power.total_cmp(&a.power));
+                peaks.truncate(CANDIDATES);
+                candidates.extend(peaks);
+                searched += count;
+                found.pictures.spectrum.push(grid);
+            }
         }
+        if candidates.is_empty() {
+            found.skip("spectrum", "too few measurements on the sensor, or a sensor that is too small or too large");
+            return None;
+        }
+        Some(Self { candidates, searched })
     }
-    if candidates.is_empty() {
-        found.skip("spectrum", "too few measurements on the sensor, or a sensor that is too small or too large");
-        return;
+
+    /// Cosine and sine of each frequency in both components.
+    pub fn family(&self) -> Family<'_> {
+        let fill = |place: &Place, to: &mut Writer<'_>| {
+            for (c, frequency) in self.candidates.iter().enumerate().filter(|(_, f)| f.camera == place.camera) {
+                let (sine, cosine) = (TAU * (frequency.x * place.x + frequency.y * place.y)).sin_cos();
+                for (k, displacement) in
+                    [[cosine, 0.0], [sine, 0.0], [0.0, cosine], [0.0, sine]].into_iter().enumerate()
+                {
+                    to.entry(4 * c + k, displacement);
+                }
+            }
+        };
+        let count = 4 * self.candidates.len();
+        Family { against: "spectrum", count, local: false, fill: Box::new(fill), coordinates: None }
     }
-    let mut peaks = exact(context, &candidates, searched);
-    peaks.sort_by(|(_, a), (_, b)| a.ln_p_value.total_cmp(&b.ln_p_value));
-    let best = peaks.first().map(|(_, tested)| *tested);
-    let description = peaks.first().map_or(String::new(), |(peak, _)| {
-        format!(
-            "{searched} frequencies down to {SHORTEST:.0} px; strongest: wavelength {:.0} px, direction {:.0} degrees, amplitude \
-             {:.3} px in x and {:.3} px in y",
-            peak.wavelength, peak.direction_deg, peak.amplitude[0], peak.amplitude[1]
-        )
-    });
-    found.pictures.peaks = peaks.into_iter().map(|(peak, _)| peak).collect();
-    found.push("spectrum", best, description);
+
+    /// Tests each; those that the base model absorbs are left out. Columns of the strongest come first in what is found to be left.
+    pub fn judge(&self, asked: &Asked<'_>, found: &mut Found) {
+        let mut peaks: Vec<(Peak, Tested, usize)> = Vec::new();
+        for (c, frequency) in self.candidates.iter().enumerate() {
+            let own: Vec<usize> = (4 * c..4 * c + 4).collect();
+            let Some(tested) = asked.test(&own) else { continue };
+            let amplitude = asked
+                .estimates(&own)
+                .map_or([f64::NAN; 2], |estimate| [estimate[0].hypot(estimate[1]), estimate[2].hypot(estimate[3])]);
+            let tested = tested.of_many(self.searched);
+            let peak = Peak {
+                camera: frequency.camera,
+                wavelength: frequency.x.hypot(frequency.y).recip(),
+                direction_deg: frequency.y.atan2(frequency.x).to_degrees(),
+                amplitude,
+                p_value: tested.p_value,
+            };
+            peaks.push((peak, tested, c));
+        }
+        peaks.sort_by(|(_, a, _), (_, b, _)| a.ln_p_value.total_cmp(&b.ln_p_value));
+        let best = peaks.first().map(|(_, tested, _)| *tested);
+        let description = peaks.first().map_or(String::new(), |(peak, ..)| {
+            format!(
+                "{} frequencies down to {SHORTEST:.0} px; strongest: wavelength {:.0} px, direction {:.0} degrees, \
+                 amplitude {:.3} px in x and {:.3} px in y",
+                self.searched, peak.wavelength, peak.direction_deg, peak.amplitude[0], peak.amplitude[1]
+            )
+        });
+        if let Some((.., c)) = peaks.first() {
+            found.shapes.push(("spectrum", asked.columns(&(4 * c..4 * c + 4).collect::<Vec<_>>())));
+        }
+        found.pictures.peaks = peaks.into_iter().map(|(peak, ..)| peak).collect();
+        found.push("spectrum", best, description);
+    }
 }
 
 /// Power over the frequencies of a camera, its local maxima, and the number of frequencies in the band.
 fn screen(context: &Context<'_>, camera: usize) -> Option<(SpectrumGrid, Vec<Frequency>, usize)> {
-    let own = || context.places.iter().enumerate().filter(|(_, place)| place.camera == camera);
-    let size = context.base.problem.image_contexts.iter().find(|image| image.camera as usize == camera)?;
+    let of = |k: usize| context.problem.image_contexts[context.problem.observations[k].image as usize].camera as usize;
+    let own = || context.measurements.iter().enumerate().filter(|(k, _)| of(*k) == camera);
+    let size = context.problem.image_contexts.iter().find(|image| image.camera as usize == camera)?;
     let (width, height) = (size.width_px, size.height_px);
     let bin = SHORTEST / BINS_PER_WAVE;
     let bins = |side: f64| (side / bin).ceil() as usize;
@@ -83,17 +132,17 @@ fn screen(context: &Context<'_>, camera: usize) -> Option<(SpectrumGrid, Vec<Fre
     // x and y as real and imaginary part: one transform serves both.
     let mut field = vec![Complex64::default(); nx * ny];
     let mut expected = [0.0; 2];
-    for (k, place) in own() {
-        let weight = context.base.problem.observations[k].inverse_sigma;
-        let residual = context.base.residual[k].map(|r| r * weight);
-        let i = ((place.x / bin).max(0.0) as usize).min(bx - 1);
-        let j = ((place.y / bin).max(0.0) as usize).min(by - 1);
+    for (k, local) in own() {
+        let weight = context.problem.observations[k].inverse_sigma;
+        let residual = local.residual.map(|r| r * weight);
+        let i = ((local.predicted[0] / bin).max(0.0) as usize).min(bx - 1);
+        let j = ((local.predicted[1] / bin).max(0.0) as usize).min(by - 1);
         field[j * nx + i] += Complex64::new(residual[0], residual[1]);
-        expected[0] += context.base.redundancy[k][(0, 0)];
-        expected[1] += context.base.redundancy[k][(1, 1)];
+        expected[0] += local.redundancy[(0, 0)];
+        expected[1] += local.redundancy[(1, 1)];
     }
     transform(&mut field, nx, ny);
-    let expected = expected.map(|sum| (sum * context.base.variance()).max(f64::MIN_POSITIVE));
+    let expected = expected.map(|sum| (sum * context.variance()).max(f64::MIN_POSITIVE));
     let step = [1.0 / (nx as f64 * bin), 1.0 / (ny as f64 * bin)];
     let (ax, ay) = ((1.0 / (SHORTEST * step[0])) as usize, (1.0 / (SHORTEST * step[1])) as usize);
     let shape = [ax + 1, 2 * ay + 1];
@@ -157,40 +206,4 @@ fn transform(field: &mut [Complex64], nx: usize, ny: usize) {
             field[j * nx + i] = *value;
         }
     }
-}
-
-/// Tests each candidate; those that the base model absorbs are left out.
-fn exact(context: &Context<'_>, candidates: &[Frequency], searched: usize) -> Vec<(Peak, Tested)> {
-    let columns = context.columns(4 * candidates.len(), |k, entries| {
-        let place = &context.places[k];
-        for (c, frequency) in candidates.iter().enumerate().filter(|(_, f)| f.camera == place.camera) {
-            let (sine, cosine) = (TAU * (frequency.x * place.x + frequency.y * place.y)).sin_cos();
-            let column = 4 * c as u32;
-            entries.extend([
-                Entry { column, x: cosine, y: 0.0 },
-                Entry { column: column + 1, x: sine, y: 0.0 },
-                Entry { column: column + 2, x: 0.0, y: cosine },
-                Entry { column: column + 3, x: 0.0, y: sine },
-            ]);
-        }
-    });
-    let score = context.base.score(&columns);
-    let mut peaks = Vec::new();
-    for (c, frequency) in candidates.iter().enumerate() {
-        let own: Vec<usize> = (4 * c..4 * c + 4).collect();
-        let Some(tested) = context.test(&score, &own) else { continue };
-        let tested = tested.of_many(searched);
-        let amplitude = score
-            .estimates(&own)
-            .map_or([f64::NAN; 2], |estimate| [estimate[0].hypot(estimate[1]), estimate[2].hypot(estimate[3])]);
-        let peak = Peak {
-            camera: frequency.camera,
-            wavelength: frequency.x.hypot(frequency.y).recip(),
-            direction_deg: frequency.y.atan2(frequency.x).to_degrees(),
-            amplitude,
-            p_value: tested.p_value,
-        };
-        peaks.push((peak, tested));
-    }
-    peaks
 }

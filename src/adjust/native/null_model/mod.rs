@@ -1,0 +1,326 @@
+//! The null model: a converged fit, factorised once, and what it says about any columns that it lacks.
+//!
+//! With `A` the design matrix of the base (cameras, poses, points, the effects that are taken for granted), `P` the weights and `v` the
+//! residuals, columns `C` (what they would add to the measurements) have
+//!
+//! ```text
+//! Q = P - P A (A'PA)^-1 A'P        what the base does not absorb
+//! s = C'Q v                        score
+//! M = C'Q C                        information
+//! ```
+//!
+//! and every question about them is linear algebra of the small system `(s, M)`: for linear models `s'M^-1 s` is the drop of `v'Pv` that a
+//! refit with the columns brings, `M^-1 s` their estimate, `M^-1` its covariance for unit weight. Source: Rao's score test.
+//!
+//! A pass over the points takes each of them out of all columns ([`rows`]), one factorisation takes cameras and poses out. A second pass
+//! projects chosen columns row by row ([`NullModel::parts`]): what is left of a column of which the base takes 99.9 % keeps its digits there,
+//! and the parts of `s` and `M` by image come with it.
+
+mod columns;
+mod measurements;
+mod parts;
+mod rows;
+mod sums;
+
+pub use columns::{Columns, Coordinate, Entries, Measured, NoColumns};
+pub use measurements::Local;
+pub use parts::Parts;
+
+use super::factor::{Factor, Pattern};
+use super::linearise;
+use super::point::{Curvature, Prepared};
+use super::rank::factor_of_full_rank;
+use super::structure::Structure;
+use super::system::System;
+use super::{frames, lm, pool, structure};
+use crate::adjust::{AdjustError, LinearSolver};
+use crate::effects::Scope;
+use crate::measure::Frame;
+use crate::problem::{Problem, State};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, Par};
+use nalgebra::{DMatrix, DVector, Vector3};
+use rayon::ThreadPool;
+use rayon::prelude::*;
+use rows::{EffectEntry, Source};
+use sums::Sums;
+
+/// Effects of more parameters than this are taken for fields of which a measurement sees a few (splines over the sensor).
+const MOST_DENSE_PARAMETERS: usize = 64;
+/// Columns of a product that one task computes.
+const TASK_COLUMNS: usize = 64;
+
+/// Score and information of columns for unit weight; columns of effects in scaled units.
+#[derive(Debug, Clone)]
+pub struct ScoreSystem {
+    /// `s`.
+    pub score: DVector<f64>,
+    /// `M`; its diagonal alone as a column vector where that was asked for.
+    pub information: DMatrix<f64>,
+    /// Squared length of each column before anything is taken out.
+    pub length: Vec<f64>,
+    /// Sum over the points of the squared part that each has of a score.
+    pub squares: Vec<f64>,
+    /// Information of each column while cameras and poses are held: what `squares` has in the mean where points are independent.
+    pub held: Vec<f64>,
+    /// How the base's unknowns follow one unit of each column of an effect: images by rank, then border (scaled units), column by column.
+    moves: Mat<f64>,
+}
+
+/// A converged fit, factorised. See the [module](self).
+pub struct NullModel {
+    problem: Problem,
+    state: State,
+    structure: Structure,
+    frames: Vec<Frame>,
+    system: System,
+    factor: Factor,
+    pool: ThreadPool,
+    /// Unknowns (layout) of the columns of effects, in the caller's order.
+    columns: Vec<usize>,
+    units: Vec<f64>,
+    /// Position of each among the dense or the local columns.
+    places: Vec<Place>,
+    entries: Vec<Vec<EffectEntry>>,
+    effect_columns: [usize; 2],
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Place {
+    Dense(usize),
+    Local(usize),
+}
+
+impl NullModel {
+    /// Linearises and factorises at `state`. The free unknowns of `problem` are the base; `columns` are unknowns (numbers of the layout) that
+    /// are held in it: parameters of effects, whatever their value, and camera parameters.
+    ///
+    /// # Errors
+    /// A singular base; a state that cannot be projected.
+    pub fn new(problem: Problem, state: State, columns: Vec<usize>, threads: usize) -> Result<Self, AdjustError> {
+        let structure = structure(&problem)?;
+        let frames = frames(&problem, &structure, &state)?;
+        let at = Prepared { problem: &problem, structure: &structure, state: &state, frames: &frames };
+        let pool = pool(threads)?;
+        let system = pool.install(|| linearise::linearise(&at, 0.0, Curvature::Weights))?;
+        let pattern = Pattern::new(&structure, LinearSolver::Auto);
+        let factor = factor_of_full_rank(&problem, &structure, &system, pattern.as_ref())?;
+        let mut model = Self {
+            frames,
+            system,
+            factor,
+            pool,
+            units: columns.iter().map(|unknown| scale_of(&problem, *unknown)).collect(),
+            columns,
+            places: Vec::new(),
+            entries: Vec::new(),
+            effect_columns: [0; 2],
+            structure,
+            problem,
+            state,
+        };
+        model.place_columns();
+        Ok(model)
+    }
+
+    /// The problem: base and columns.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// The state that it was linearised at.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// `v'Pv`.
+    pub fn chi_square(&self) -> f64 {
+        self.system.chi_square
+    }
+
+    /// Unknown (number of the layout) of a column of an effect.
+    pub fn unknown(&self, column: usize) -> usize {
+        self.columns[column]
+    }
+
+    /// Raw unit per scaled unit of the columns of effects.
+    pub fn units(&self) -> &[f64] {
+        &self.units
+    }
+
+    /// The threads that it uses.
+    pub fn pool(&self) -> &ThreadPool {
+        &self.pool
+    }
+
+    fn place_columns(&mut self) {
+        let layout = self.problem.layout();
+        let local = |unknown: usize| {
+            let Some(t) = unknown.checked_sub(layout.theta(0)) else { return false };
+            let entry = &self.problem.theta[t];
+            let instance = &self.problem.effects[entry.effect as usize];
+            instance.slots[entry.parameter as usize].0 == Scope::Image || instance.slots.len() > MOST_DENSE_PARAMETERS
+        };
+        let mut counts = [0; 2];
+        let mut place_of = vec![None; layout.pose(0, 0)];
+        for unknown in &self.columns {
+            let place = if local(*unknown) {
+                counts[1] += 1;
+                Place::Local(counts[1] - 1)
+            } else {
+                counts[0] += 1;
+                Place::Dense(counts[0] - 1)
+            };
+            self.places.push(place);
+            place_of[*unknown] = Some(place);
+        }
+        self.effect_columns = counts;
+        let entry = |source: usize, unknown: usize| {
+            let (column, local) = match place_of[unknown]? {
+                Place::Dense(column) => (column as u32, false),
+                Place::Local(column) => (column as u32, true),
+            };
+            Some(EffectEntry { source: source as u32, column, local, scale: scale_of(&self.problem, unknown) })
+        };
+        let of_image = |image: usize| -> Vec<EffectEntry> {
+            let camera = self.problem.image_contexts[image].camera as usize;
+            let cameras = (0..12).filter_map(|k| entry(k, layout.camera(camera, k)));
+            let thetas = self.structure.stages.theta_indices(&self.problem, image).into_iter().enumerate();
+            cameras.chain(thetas.filter_map(|(p, t)| entry(12 + p, layout.theta(t)))).collect()
+        };
+        self.entries = (0..layout.images).map(of_image).collect();
+    }
+
+    fn source<'s>(&'s self, extra: &'s dyn Columns) -> Source<'s> {
+        Source {
+            problem: &self.problem,
+            state: &self.state,
+            structure: &self.structure,
+            frames: &self.frames,
+            effects: &self.entries,
+            effect_columns: self.effect_columns,
+            extra,
+            carry: None,
+        }
+    }
+
+    /// Score and information of the columns of effects, then of the dense and the local columns of `extra`.
+    ///
+    /// # Errors
+    /// A state that cannot be projected.
+    pub fn test(&self, extra: &dyn Columns) -> Result<ScoreSystem, AdjustError> {
+        self.pool.install(|| self.sums(extra, false))
+    }
+
+    /// Score and information of each column alone: `information` is a column vector. For scans of many shapes.
+    ///
+    /// # Errors
+    /// A state that cannot be projected.
+    pub fn test_each(&self, extra: &dyn Columns) -> Result<ScoreSystem, AdjustError> {
+        self.pool.install(|| self.sums(extra, true))
+    }
+
+    fn sums(&self, extra: &dyn Columns, each_alone: bool) -> Result<ScoreSystem, AdjustError> {
+        let source = self.source(extra);
+        let sums = Sums::of(&source, each_alone)?;
+        let border = self.structure.border.len();
+        let [effects_dense, effects_local] = self.effect_columns;
+        let dense = (0..extra.dense()).map(|k| Place::Dense(effects_dense + k));
+        let local = (0..extra.local()).map(|k| Place::Local(effects_local + k));
+        let places: Vec<Place> = self.places.iter().copied().chain(dense).chain(local).collect();
+        let (q, n, d, l) = (places.len(), self.structure.images * self.structure.dim, sums.dense, sums.local);
+        // Columns of the sums that the caller's are.
+        let own = |place: Place| match place {
+            Place::Dense(k) => border + k,
+            Place::Local(k) => d + k,
+        };
+        let with_base = Mat::from_fn(n + border, q, |i, c| match (i < n, own(places[c])) {
+            (true, k) if k < d => sums.image_dense[i * d + k],
+            (true, k) => sums.image_local[i * l + k - d],
+            (false, k) if k < d => sums.dense_dense[(i - n) * d + k],
+            (false, k) => sums.local_dense[(k - d) * d + i - n],
+        });
+        let among = |a: usize, b: usize| match (a.min(b), a.max(b)) {
+            (a, b) if b < d => sums.dense_dense[a * d + b],
+            (a, b) if a < d => sums.local_dense[(b - d) * d + a],
+            (a, b) if each_alone => {
+                if a == b {
+                    sums.local_local[a - d]
+                } else {
+                    0.0
+                }
+            }
+            (a, b) => sums.local_local[(a - d) * l + b - d],
+        };
+        let solved = self.factor.solve_columns(&with_base);
+        let rhs = |i: usize| if i < n { self.system.rhs_images[i] } else { self.system.rhs_border[i - n] };
+        let score = DVector::from_fn(q, |c, _| {
+            let own = own(places[c]);
+            let before = if own < d { sums.score_dense[own] } else { sums.score_local[own - d] };
+            before - solved.col_as_slice(c).iter().enumerate().map(|(i, x)| x * rhs(i)).sum::<f64>()
+        });
+        let own_places = || places.iter().map(|place| own(*place));
+        let length =
+            own_places().map(|k| if k < d { sums.length_dense[k] } else { sums.length_local[k - d] }).collect();
+        let squares =
+            own_places().map(|k| if k < d { sums.squares_dense[k] } else { sums.squares_local[k - d] }).collect();
+        let held = own_places().map(|k| among(k, k)).collect();
+        let information = if each_alone {
+            DMatrix::from_fn(q, 1, |c, _| {
+                let taken: f64 = with_base.col_as_slice(c).iter().zip(solved.col_as_slice(c)).map(|(a, b)| a * b).sum();
+                among(own(places[c]), own(places[c])) - taken
+            })
+        } else {
+            let taken = product(&with_base, &solved);
+            DMatrix::from_fn(q, q, |i, j| {
+                let (i, j) = (i.max(j), i.min(j));
+                among(own(places[i]), own(places[j])) - taken[j * q + i]
+            })
+        };
+        let moves = Mat::from_fn(n + border, self.columns.len(), |i, c| -solved[(i, c)]);
+        Ok(ScoreSystem { score, information, length, squares, held, moves })
+    }
+
+    /// The state when the columns of effects change by `change` (scaled units) and the base follows, to first order.
+    pub fn moved(&self, system: &ScoreSystem, change: &[f64]) -> State {
+        let n = self.structure.images * self.structure.dim;
+        let mut base = vec![0.0; system.moves.nrows()];
+        for (c, change) in change.iter().enumerate().filter(|(_, change)| **change != 0.0) {
+            rows::add(&mut base, *change, system.moves.col_as_slice(c));
+        }
+        let mut state = self.state.clone();
+        let turn = lm::move_images_and_border(&self.problem, &self.structure, &mut state, &base[..n], &base[n..]);
+        let layout = self.problem.layout();
+        for ((unknown, unit), change) in self.columns.iter().zip(&self.units).zip(change) {
+            match unknown.checked_sub(layout.theta(0)) {
+                Some(t) => state.theta[t] += change * unit,
+                None => state.interiors[unknown / 12][unknown % 12] += change * unit,
+            }
+        }
+        for point in &mut state.points {
+            *point = turn.position(point, &Vector3::zeros());
+        }
+        state
+    }
+}
+
+/// Raw unit per scaled unit of an unknown of cameras or effects.
+fn scale_of(problem: &Problem, unknown: usize) -> f64 {
+    match unknown.checked_sub(problem.layout().theta(0)) {
+        Some(t) => problem.theta[t].scale,
+        None => problem.camera_scales[unknown / 12][unknown % 12],
+    }
+}
+
+/// Lower triangle of `a'b`, column by column; the same sums for every number of threads.
+fn product(a: &Mat<f64>, b: &Mat<f64>) -> Vec<f64> {
+    let q = a.ncols();
+    let mut result = vec![0.0; q * q];
+    result.par_chunks_mut((TASK_COLUMNS * q).max(1)).enumerate().for_each(|(task, columns)| {
+        let (first, count) = (task * TASK_COLUMNS, columns.len() / q.max(1));
+        let columns = faer::MatMut::from_column_major_slice_mut(columns, q, count).subrows_mut(first, q - first);
+        let (left, right) = (a.subcols(first, q - first), b.subcols(first, count));
+        matmul(columns, Accum::Replace, left.transpose(), right, 1.0, Par::Seq);
+    });
+    result
+}

@@ -1,0 +1,101 @@
+//! Chosen columns projected row by row, and what each image has of their score and information.
+
+use super::rows::{Carry, Source};
+use super::sums::waves;
+use super::{NoColumns, NullModel, Place, ScoreSystem};
+use crate::adjust::AdjustError;
+use crate::adjust::native::structure::NONE;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Parts of score and information by image: rows of an image are one unit that may err together. Rows of surveyed coordinates are the last
+/// part.
+#[derive(Debug, Clone)]
+pub struct Parts {
+    /// Columns of effects, in the order of the null model, that were projected.
+    pub columns: Vec<usize>,
+    /// Per image, and last what belongs to none: score and information over these columns.
+    pub parts: Vec<(DVector<f64>, DMatrix<f64>)>,
+}
+
+impl NullModel {
+    /// Projects the dense columns of effects row by row, and puts their scores and information, which have more digits, into `system`.
+    ///
+    /// # Errors
+    /// A state that cannot be projected.
+    pub fn parts(&self, system: &mut ScoreSystem) -> Result<Parts, AdjustError> {
+        let dense: Vec<usize> =
+            (0..self.columns.len()).filter(|c| matches!(self.places[*c], Place::Dense(_))).collect();
+        let count = dense.len();
+        let unknowns = system.moves.nrows();
+        let mut moves = vec![0.0; unknowns * count];
+        for (position, c) in dense.iter().enumerate() {
+            for (i, value) in system.moves.col_as_slice(*c).iter().enumerate() {
+                moves[i * count + position] = *value;
+            }
+        }
+        let carry = Carry { columns: count, moves };
+        // Local columns are not projected: an entry that is looked for would only cost.
+        let entries = self.entries.iter().map(|of| of.iter().copied().filter(|entry| !entry.local).collect());
+        let entries: Vec<Vec<_>> = entries.collect();
+        let extra = NoColumns;
+        let source =
+            Source { effects: &entries, effect_columns: [count, 0], carry: Some(&carry), ..self.source(&extra) };
+        let border = self.structure.border.len();
+        let images = self.structure.images;
+        let mut parts = vec![(DVector::zeros(count), DMatrix::zeros(count, count)); images + 1];
+        let image_of_rank: Vec<usize> = {
+            let mut of = vec![0; images];
+            self.structure.rank.iter().enumerate().for_each(|(image, rank)| of[*rank as usize] = image);
+            of
+        };
+        let width = source.dense();
+        let mut by_rank = vec![(DVector::zeros(count), DMatrix::zeros(count, count)); images + 1];
+        let done = self.pool.install(|| {
+            waves(&source, |batches| {
+                let size = (images + 1).div_ceil(2 * rayon::current_num_threads()).max(1);
+                by_rank.par_chunks_mut(size).enumerate().for_each(|(task, own)| {
+                    let first = task * size;
+                    for batch in batches {
+                        for (row, line) in batch.rows.iter().zip(batch.panel.chunks_exact(width)) {
+                            let rank = if row.rank == NONE { images } else { row.rank as usize };
+                            if let Some(part) = rank.checked_sub(first).and_then(|position| own.get_mut(position)) {
+                                add_row(part, &line[border..border + count], row.v);
+                            }
+                        }
+                    }
+                });
+            })
+        });
+        done?;
+        for (rank, mut part) in by_rank.into_iter().enumerate() {
+            part.1.fill_lower_triangle_with_upper_triangle();
+            let to = image_of_rank.get(rank).copied().unwrap_or(images);
+            parts[to] = part;
+        }
+        for (a, to) in dense.iter().enumerate() {
+            system.score[*to] = parts.iter().map(|(score, _)| score[a]).sum();
+            for (b, other) in dense.iter().enumerate() {
+                system.information[(*to, *other)] = parts.iter().map(|(_, information)| information[(a, b)]).sum();
+            }
+        }
+        Ok(Parts { columns: dense, parts })
+    }
+}
+
+/// Adds one finished row with misclosure `v`; of the information its upper triangle.
+fn add_row((score, information): &mut (DVector<f64>, DMatrix<f64>), row: &[f64], v: f64) {
+    for (sum, value) in score.iter_mut().zip(row) {
+        *sum += v * value;
+    }
+    // Column-major storage.
+    for ((c, value), column) in
+        row.iter().enumerate().zip(information.as_mut_slice().chunks_exact_mut(row.len().max(1)))
+    {
+        if *value != 0.0 {
+            for (sum, other) in column[..=c].iter_mut().zip(row) {
+                *sum += value * other;
+            }
+        }
+    }
+}

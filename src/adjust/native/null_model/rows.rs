@@ -1,0 +1,397 @@
+//! Rows of the design matrix for a batch of points: linearised, weighted, and with the points taken out.
+//!
+//! Taking a point out is a projection of its rows, `X <- X - J V^-1 J'X` with `J` the derivatives by the point and `V = J'J`. Sums over the
+//! projected rows are sums over what the points leave, and small rests of columns keep their digits.
+
+use super::columns::{Columns, Coordinate, Entries, Measured};
+use crate::adjust::AdjustError;
+use crate::adjust::native::MAX_DIM;
+use crate::adjust::native::linearise::rays_do_not_meet;
+use crate::adjust::native::point::{inverse_of_damped, rho};
+use crate::adjust::native::structure::{NONE, Structure};
+use crate::measure::{self, Frame, MeasureError, Prediction};
+use crate::problem::{Problem, State};
+use nalgebra::{Matrix3, Vector3};
+use std::ops::Range;
+
+/// A column of an effect or of a held camera parameter in the measurements of one image.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EffectEntry {
+    /// Derivative to take: camera parameter (below 12), or 12 + position in the image's local list of effect parameters.
+    pub source: u32,
+    /// Dense column, or local one.
+    pub column: u32,
+    /// Is it a local one?
+    pub local: bool,
+    /// Raw unit per scaled unit.
+    pub scale: f64,
+}
+
+/// What every batch needs.
+pub(super) struct Source<'a> {
+    pub problem: &'a Problem,
+    pub state: &'a State,
+    pub structure: &'a Structure,
+    pub frames: &'a [Frame],
+    /// Columns of effects, by image.
+    pub effects: &'a [Vec<EffectEntry>],
+    /// Number of dense and of local columns of effects.
+    pub effect_columns: [usize; 2],
+    /// Further columns.
+    pub extra: &'a dyn Columns,
+    /// Moves of the base that take it out of the dense columns, too.
+    pub carry: Option<&'a Carry>,
+}
+
+/// Moves of the base's unknowns (scaled units) that go with one unit of each dense column behind the base's own.
+pub(super) struct Carry {
+    /// Number of columns.
+    pub columns: usize,
+    /// Unknown of the images (by rank) or of the border, column fastest.
+    pub moves: Vec<f64>,
+}
+
+/// One row.
+pub(super) struct Row {
+    /// Rank of its image; [`NONE`] for surveyed coordinates.
+    pub rank: u32,
+    /// By the image's unknowns.
+    pub image: [f64; MAX_DIM],
+    /// By the point.
+    pub point: [f64; 3],
+    /// Misclosure, the point taken out.
+    pub v: f64,
+    /// Its entries of local columns, as they are.
+    pub locals: Range<usize>,
+    /// Point of the batch that it belongs to.
+    pub group: u32,
+}
+
+/// Share of a local column that a point takes.
+pub(super) struct Share {
+    pub column: u32,
+    /// `J' L`.
+    pub moved: [f64; 3],
+    /// `V^-1 J' L`.
+    pub taken: [f64; 3],
+    /// `L'v`, the point taken out.
+    pub score: f64,
+}
+
+/// Rows of some points.
+pub(super) struct Batch {
+    pub rows: Vec<Row>,
+    /// Dense columns, row by row, the points taken out: the base's border first.
+    pub panel: Vec<f64>,
+    /// Local columns: number and entry.
+    pub locals: Vec<(u32, f64)>,
+    /// Per point: its local columns.
+    pub shares: Vec<Share>,
+    /// Per point: range of its shares.
+    pub groups: Vec<Range<usize>>,
+    /// Sum of squares of each dense column before anything is taken out.
+    pub length: Vec<f64>,
+}
+
+impl Source<'_> {
+    /// Number of dense columns: the base's border, effects, further ones; one of zeros where there is none, so that rows are never empty.
+    pub fn dense(&self) -> usize {
+        (self.structure.border.len() + self.effect_columns[0] + self.extra.dense()).max(1)
+    }
+
+    /// Number of local columns: of effects, further ones.
+    pub fn local(&self) -> usize {
+        self.effect_columns[1] + self.extra.local()
+    }
+
+    /// Rows of the points of a range.
+    pub fn batch(&self, points: Range<usize>) -> Result<Batch, AdjustError> {
+        let mut filler = Filler::new(self);
+        for j in points {
+            filler.point(j)?;
+        }
+        Ok(filler.batch)
+    }
+
+    /// Rows of observed antennas.
+    pub fn antennas(&self, range: Range<usize>) -> Result<Batch, AdjustError> {
+        let mut filler = Filler::new(self);
+        for g in range {
+            filler.antenna(g)?;
+        }
+        Ok(filler.batch)
+    }
+}
+
+struct Filler<'a> {
+    source: &'a Source<'a>,
+    batch: Batch,
+    prediction: Prediction,
+    /// Local entries of the rows that are being filled: of x and y, or of three coordinates.
+    lists: [Vec<(u32, f64)>; 3],
+    slot: Vec<u32>,
+}
+
+impl<'a> Filler<'a> {
+    fn new(source: &'a Source<'a>) -> Self {
+        let batch = Batch {
+            rows: Vec::new(),
+            panel: Vec::new(),
+            locals: Vec::new(),
+            shares: Vec::new(),
+            groups: Vec::new(),
+            length: vec![0.0; source.dense()],
+        };
+        Self {
+            source,
+            batch,
+            prediction: Prediction::default(),
+            lists: Default::default(),
+            slot: vec![NONE; source.local()],
+        }
+    }
+
+    /// Appends an empty row; gives its number.
+    fn row(&mut self, rank: u32, image: [f64; MAX_DIM], point: [f64; 3], v: f64) -> usize {
+        let dense = self.source.dense();
+        self.batch.panel.resize(self.batch.panel.len() + dense, 0.0);
+        let group = self.batch.groups.len() as u32;
+        self.batch.rows.push(Row { rank, image, point, v, locals: 0..0, group });
+        self.batch.rows.len() - 1
+    }
+
+    /// Takes the local entries of the rows from `first` on out of their lists.
+    fn keep_lists(&mut self, first: usize) {
+        for (row, list) in self.batch.rows[first..].iter_mut().zip(&mut self.lists) {
+            let start = self.batch.locals.len();
+            self.batch.locals.append(list);
+            row.locals = start..self.batch.locals.len();
+        }
+    }
+
+    /// Entries of the base's border and of effects in the last rows, one per derivative.
+    fn fill_effects(&mut self, first: usize, image: usize, weights: &[f64], derivative: impl Fn(usize, usize) -> f64) {
+        let Source { structure, effects, .. } = self.source;
+        let (dense, border) = (self.source.dense(), structure.border.len());
+        for (i, weight) in weights.iter().enumerate() {
+            let panel = &mut self.batch.panel[(first + i) * dense..(first + i + 1) * dense];
+            for column in &structure.local[image] {
+                panel[column.column as usize] = derivative(i, column.source as usize) * weight * column.scale;
+            }
+            for entry in &effects[image] {
+                let value = derivative(i, entry.source as usize) * weight * entry.scale;
+                if !entry.local {
+                    panel[border + entry.column as usize] = value;
+                } else if value != 0.0 {
+                    self.lists[i].push((entry.column, value));
+                }
+            }
+        }
+    }
+
+    fn point(&mut self, j: usize) -> Result<(), AdjustError> {
+        let Source { problem, state, structure, frames, extra, .. } = self.source;
+        let first_row = self.batch.rows.len();
+        let [first_dense, first_local] =
+            [structure.border.len() + self.source.effect_columns[0], self.source.effect_columns[1]];
+        for number in problem.point_start[j]..problem.point_start[j + 1] {
+            let observation = &problem.observations[number];
+            let image = observation.image as usize;
+            let mut prediction = std::mem::take(&mut self.prediction);
+            let frame = &frames[image];
+            let object = &state.points[j];
+            measure::predict(problem, &structure.stages, frame, observation, object, &mut prediction)
+                .ok_or_else(|| MeasureError::image_point(problem, j, image))?;
+            let p = &prediction;
+            let misclosure = [observation.x - p.point[0], observation.y - p.point[1]];
+            let s = (misclosure[0].powi(2) + misclosure[1].powi(2)) * observation.inverse_sigma.powi(2);
+            let weight = observation.inverse_sigma * rho(problem.loss, s).1.sqrt();
+            let base = structure.rank[image] as usize * structure.dim;
+            let first = self.batch.rows.len();
+            for i in 0..2 {
+                let mut by_image = [0.0; MAX_DIM];
+                for k in 0..6 {
+                    if structure.image_unknowns[base + k] != usize::MAX {
+                        by_image[k] = p.d_pose[i][k] * weight;
+                    }
+                }
+                for column in &structure.own[image] {
+                    by_image[column.row as usize] = p.d_theta[i][column.source as usize] * weight * column.scale;
+                }
+                self.row(structure.rank[image], by_image, p.d_point[i].map(|d| d * weight), misclosure[i] * weight);
+            }
+            self.fill_effects(first, image, &[weight; 2], |i, source| match source {
+                k if k < 12 => p.d_camera[i][k],
+                k => p.d_theta[i][k - 12],
+            });
+            let measured = Measured { number, point: j, observation, predicted: p.point, interior: &frame.interior };
+            let dense = self.source.dense();
+            let (x_panel, y_panel) = self.batch.panel[first * dense..].split_at_mut(dense);
+            let [of_x, of_y, _] = &mut self.lists;
+            let first_local = first_local as u32;
+            let mut x = Entries { dense: &mut x_panel[first_dense..], local: of_x, first_local, weight };
+            let mut y = Entries { dense: &mut y_panel[first_dense..], local: of_y, first_local, weight };
+            extra.image(&measured, &mut x, &mut y);
+            self.keep_lists(first);
+            self.prediction = prediction;
+        }
+        self.control(j)?;
+        self.finish(first_row, Some(j))
+    }
+
+    fn control(&mut self, j: usize) -> Result<(), AdjustError> {
+        let Source { problem, state, structure, .. } = self.source;
+        let Ok(c) = problem.control.binary_search_by_key(&(j as u32), |observation| observation.index) else {
+            return Ok(());
+        };
+        let observation = &problem.control[c];
+        let p = measure::predict_surveyed(problem, &structure.stages, &state.theta, &state.points[j])
+            .ok_or_else(|| MeasureError::surveyed(problem, j))?;
+        let first = self.batch.rows.len();
+        let weights: [f64; 3] = std::array::from_fn(|i| 1.0 / observation.sigma[i]);
+        for i in 0..3 {
+            let by_point = std::array::from_fn(|k| p.derivative[(i, 3 + k)] * weights[i]);
+            self.row(NONE, [0.0; MAX_DIM], by_point, (observation.position[i] - p.position[i]) * weights[i]);
+        }
+        // Control effects have no image of their own: any image's list of global parameters serves.
+        self.fill_effects(first, 0, &weights, |i, source| if source < 12 { 0.0 } else { p.d_theta[source - 12][i] });
+        self.position(first, &weights, |i| Coordinate::Control(c, i));
+        Ok(())
+    }
+
+    /// Entries of further columns in the rows of an observed position.
+    fn position(&mut self, first: usize, weights: &[f64; 3], coordinate: impl Fn(usize) -> Coordinate) {
+        let Source { structure, effect_columns, extra, .. } = self.source;
+        let (dense, first_dense) = (self.source.dense(), structure.border.len() + effect_columns[0]);
+        for i in 0..3 {
+            let mut entries = Entries {
+                dense: &mut self.batch.panel[(first + i) * dense + first_dense..(first + i + 1) * dense],
+                local: &mut self.lists[i],
+                first_local: effect_columns[1] as u32,
+                weight: weights[i],
+            };
+            extra.coordinate(coordinate(i), &mut entries);
+        }
+        self.keep_lists(first);
+    }
+
+    fn antenna(&mut self, g: usize) -> Result<(), AdjustError> {
+        let Source { problem, structure, frames, .. } = self.source;
+        let observation = &problem.gnss[g];
+        let image = observation.index as usize;
+        let p = measure::predict_antenna(problem, &structure.stages, &frames[image], image)
+            .ok_or_else(|| MeasureError::antenna(problem, image))?;
+        let base = structure.rank[image] as usize * structure.dim;
+        let first = self.batch.rows.len();
+        let weights: [f64; 3] = std::array::from_fn(|i| 1.0 / observation.sigma[i]);
+        for i in 0..3 {
+            let mut by_image = [0.0; MAX_DIM];
+            for k in 0..6 {
+                if structure.image_unknowns[base + k] != usize::MAX {
+                    by_image[k] = p.derivative[(i, k)] * weights[i];
+                }
+            }
+            for column in &structure.own[image] {
+                by_image[column.row as usize] = p.d_theta[column.source as usize][i] * weights[i] * column.scale;
+            }
+            let v = (observation.position[i] - p.position[i]) * weights[i];
+            self.row(structure.rank[image], by_image, [0.0; 3], v);
+        }
+        let derivative = |i: usize, source: usize| if source < 12 { 0.0 } else { p.d_theta[source - 12][i] };
+        self.fill_effects(first, image, &weights, derivative);
+        self.position(first, &weights, |i| Coordinate::Gnss(g, i));
+        self.finish(first, None)
+    }
+
+    /// Takes the base (where asked for) and the point out of the rows from `first` on.
+    fn finish(&mut self, first: usize, point: Option<usize>) -> Result<(), AdjustError> {
+        let dense = self.source.dense();
+        let Batch { rows, panel, locals, shares, groups, length } = &mut self.batch;
+        let rows = &mut rows[first..];
+        let panel = &mut panel[first * dense..];
+        for line in panel.chunks_exact(dense) {
+            for (sum, value) in length.iter_mut().zip(line) {
+                *sum += value * value;
+            }
+        }
+        if let Some(carry) = self.source.carry {
+            take_base_out(self.source, carry, rows, panel, dense);
+        }
+        let start = shares.len();
+        if let Some(j) = point {
+            let mut normal = Matrix3::zeros();
+            let mut gradient = Vector3::zeros();
+            for row in rows.iter() {
+                let by_point = Vector3::from(row.point);
+                normal += by_point * by_point.transpose();
+                gradient += by_point * row.v;
+            }
+            let inverse = inverse_of_damped(&normal, 0.0).ok_or_else(|| rays_do_not_meet(self.source.problem, j))?;
+            let solved = inverse * gradient;
+            let mut moved = vec![0.0; 3 * dense];
+            for (row, line) in rows.iter().zip(panel.chunks_exact(dense)) {
+                for a in 0..3 {
+                    add(&mut moved[a * dense..(a + 1) * dense], row.point[a], line);
+                }
+            }
+            for (row, line) in rows.iter_mut().zip(panel.chunks_exact_mut(dense)) {
+                let taken = inverse * Vector3::from(row.point);
+                for a in 0..3 {
+                    add(line, -taken[a], &moved[a * dense..(a + 1) * dense]);
+                }
+                row.v -= Vector3::from(row.point).dot(&solved);
+            }
+            for row in rows.iter() {
+                for (column, value) in &locals[row.locals.clone()] {
+                    let slot = &mut self.slot[*column as usize];
+                    if *slot == NONE {
+                        *slot = (shares.len() - start) as u32;
+                        shares.push(Share { column: *column, moved: [0.0; 3], taken: [0.0; 3], score: 0.0 });
+                    }
+                    let share = &mut shares[start + *slot as usize];
+                    share.score += row.v * value;
+                    for a in 0..3 {
+                        share.moved[a] += row.point[a] * value;
+                    }
+                }
+            }
+            for share in &mut shares[start..] {
+                self.slot[share.column as usize] = NONE;
+                share.taken = (inverse * Vector3::from(share.moved)).into();
+            }
+            shares[start..].sort_unstable_by_key(|share| share.column);
+        }
+        groups.push(start..shares.len());
+        Ok(())
+    }
+}
+
+/// Takes the base's unknowns out of the dense columns behind its own.
+fn take_base_out(source: &Source<'_>, carry: &Carry, rows: &[Row], panel: &mut [f64], dense: usize) {
+    let (dim, border) = (source.structure.dim, source.structure.border.len());
+    let first_border = source.structure.images * dim;
+    for (row, line) in rows.iter().zip(panel.chunks_exact_mut(dense)) {
+        let (own, columns) = line.split_at_mut(border);
+        let mut take = |unknown: usize, value: f64| {
+            if value != 0.0 {
+                add(columns, value, &carry.moves[unknown * carry.columns..(unknown + 1) * carry.columns]);
+            }
+        };
+        if row.rank != NONE {
+            for k in 0..dim {
+                take(row.rank as usize * dim + k, row.image[k]);
+            }
+        }
+        for (l, value) in own.iter().enumerate() {
+            take(first_border + l, *value);
+        }
+    }
+}
+
+/// `line += a x`.
+#[inline]
+pub(super) fn add(line: &mut [f64], a: f64, x: &[f64]) {
+    for (l, x) in line.iter_mut().zip(x) {
+        *l += a * x;
+    }
+}

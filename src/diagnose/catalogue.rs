@@ -1,0 +1,92 @@
+//! The candidates of a fit, each in the variants that are tested: values of a lag, kinds of coordinates that are of a map.
+
+use super::candidate::{Addition, Candidate, candidates as all};
+use super::fit::Fit;
+use super::linearised::Added;
+use super::select::Search;
+use crate::block::Block;
+use crate::effects::{Domain, Role, Stage};
+use crate::model::EffectRef;
+use crate::problem::Problem;
+
+/// Values that are tried besides the default: the domain's end and its halves, since a lag acts by its ratio to the length of a flight.
+const HALVINGS: i32 = 6;
+
+/// Every candidate that is not in the model: those that the block can test, in each variant, and those that it cannot, with what they need.
+pub fn candidates(
+    block: &Block,
+    fit: &Fit,
+    added: &Added,
+    plugins: &[EffectRef],
+) -> (Vec<(Candidate, Search)>, Vec<Candidate>) {
+    let Fit { model, problem, solution } = fit;
+    let (mut tested, mut untested) = (Vec::new(), Vec::new());
+    for mut candidate in all(block, problem, model, plugins) {
+        let is_in = model.effects.iter().any(|term| term.effect.descriptor().id == candidate.id)
+            || added.freed.contains_key(&candidate.id);
+        if is_in {
+            continue;
+        }
+        if candidate.testable() && !super::domain::holds(problem, &solution.state, &candidate) {
+            candidate.needs.push("every measured point inside the effect's domain".into());
+        }
+        match candidate.testable() {
+            true => tested.extend(variants(problem, candidate)),
+            false => untested.push(candidate),
+        }
+    }
+    (tested, untested)
+}
+
+fn variants(problem: &Problem, candidate: Candidate) -> Vec<(Candidate, Search)> {
+    if candidate.scanned() {
+        return vec![(candidate, Search::None)];
+    }
+    let lags = lags(problem, &candidate);
+    let frames = frames(problem, &candidate);
+    match (lags.is_empty(), frames.is_empty()) {
+        (false, _) => lags,
+        (_, false) => frames,
+        _ => vec![(candidate, Search::None)],
+    }
+}
+
+/// The candidate at each value of a range that one of its parameters is searched over, held there.
+fn lags(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Search)> {
+    let timed = problem.image_contexts.iter().all(|context| !context.time_s.is_nan());
+    let Some(term) = candidate.term() else { return Vec::new() };
+    let range = term.effect.descriptor().parameters.iter().find_map(|parameter| match parameter.role {
+        Role::Searched(Domain::Range(a, b)) => Some((parameter.name.to_string(), parameter.nominal, (a, b))),
+        _ => None,
+    });
+    let Some((name, nominal, domain)) = range else { return Vec::new() };
+    let mut values = vec![nominal];
+    if timed {
+        values.extend((0..HALVINGS).rev().map(|k| domain.0 + (domain.1 - domain.0) * 0.5f64.powi(k)));
+    }
+    let at = |value: f64| (with(candidate, &name, value, true), Search::Range(value));
+    values.into_iter().map(at).collect()
+}
+
+/// The candidate for each kind of coordinates that it may act on, where the block has both.
+fn frames(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Search)> {
+    let Some(term) = candidate.term() else { return Vec::new() };
+    let descriptor = term.effect.descriptor();
+    if descriptor.stage != Stage::Frame || problem.gnss.is_empty() || problem.control.is_empty() {
+        return Vec::new();
+    }
+    let Some(parameter) = descriptor.parameters.iter().find(|p| p.name == "in") else { return Vec::new() };
+    let Role::Given(values) = &parameter.role else { return Vec::new() };
+    values.iter().map(|(_, value)| (with(candidate, "in", *value, false), Search::Variant)).collect()
+}
+
+fn with(candidate: &Candidate, name: &str, value: f64, held: bool) -> Candidate {
+    let mut candidate = candidate.clone();
+    if let Addition::Effect(term) = &mut candidate.addition {
+        term.values.insert(name.to_string(), value);
+        if held {
+            term.held.push(name.to_string());
+        }
+    }
+    candidate
+}

@@ -1,0 +1,133 @@
+//! What an effect does in object space: how far surveyed points move when it is taken in, to first order; without surveyed points, a sample of
+//! tie points after a similarity, which the block does not feel.
+
+use super::linearised::Linearised;
+use super::select::{Judged, Nature, Situation, Taken};
+use crate::block::{Block, PointId, Role};
+use crate::evaluate::Similarity;
+use crate::measure::Predictor;
+use crate::problem::{Problem, State};
+use crate::run;
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Points over which an impact is averaged at most: a mean over this many evenly spaced points is good to some percent.
+const SAMPLE: usize = 200;
+/// Steps of an intersection that starts at the adjusted point.
+const STEPS: usize = 2;
+
+/// How far points move, RMS.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Impact {
+    /// In space, m.
+    pub rms_m: f64,
+    /// In height alone, m.
+    pub height_m: f64,
+    /// Of surveyed points; of a sample of tie points otherwise.
+    pub surveyed: bool,
+}
+
+/// Impact of each candidate beside what is in.
+pub fn of_candidates(
+    block: &Block,
+    linearised: &Linearised,
+    situation: &Situation<'_>,
+    judged: &[Judged],
+) -> Vec<Option<Impact>> {
+    let probe = Probe::new(block, linearised);
+    let now = linearised.solution(situation);
+    let before = probe.positions(&linearised.moved(&now));
+    let of = |one: &Judged| {
+        let mut with = situation.clone();
+        let variance = one.component.as_ref().map_or(0.0, |c| c.deviation.powi(2) / c.variance);
+        with.taken.push(Taken { set: one.set, variance, removable: true });
+        if linearised.sets[one.set].nature == Nature::Chance && variance == 0.0 {
+            return None;
+        }
+        let after = probe.positions(&linearised.moved(&linearised.solution(&with)));
+        probe.impact(&before, &after)
+    };
+    judged.iter().map(of).collect()
+}
+
+/// Points whose moves are looked at.
+struct Probe<'a> {
+    problem: &'a Problem,
+    state: &'a State,
+    /// The block with the marks of a sample of its surveyed points alone.
+    sample: Block,
+    surveyed: bool,
+}
+
+impl<'a> Probe<'a> {
+    fn new(block: &Block, linearised: &'a Linearised) -> Self {
+        let sample = sampled(block);
+        let surveyed = !sample.marks.is_empty();
+        Self { problem: linearised.null.problem(), state: linearised.null.state(), sample, surveyed }
+    }
+
+    fn positions(&self, state: &State) -> BTreeMap<usize, Vector3<f64>> {
+        if self.surveyed {
+            let comparison = run::compare_state(&self.sample, self.problem, state).ok().flatten();
+            let rows = comparison.into_iter().flat_map(|comparison| comparison.rows);
+            return rows.map(|row| (PointId::index(row.point), row.d)).collect();
+        }
+        let points = self.problem.point_sources.len();
+        let stride = points.div_ceil(SAMPLE).max(1);
+        let Ok(predictor) = Predictor::new(self.problem, state) else { return BTreeMap::new() };
+        let intersected = |j: usize| Some((j, self.intersect(&predictor, j)?));
+        (0..points).step_by(stride).filter_map(intersected).collect()
+    }
+
+    /// A tie point intersected from the images of a state.
+    fn intersect(&self, predictor: &Predictor<'_>, j: usize) -> Option<Vector3<f64>> {
+        let mut object = self.state.points[j];
+        for _ in 0..STEPS {
+            let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+            for row in &self.problem.observations[self.problem.point_start[j]..self.problem.point_start[j + 1]] {
+                let (computed, by_point) = predictor.image_point(row.image as usize, [row.x, row.y], &object)?;
+                let v = nalgebra::Vector2::new(row.x - computed[0], row.y - computed[1]);
+                normal += by_point.transpose() * by_point;
+                right += by_point.transpose() * v;
+            }
+            object += normal.try_inverse()? * right;
+        }
+        Some(object)
+    }
+
+    fn impact(&self, before: &BTreeMap<usize, Vector3<f64>>, after: &BTreeMap<usize, Vector3<f64>>) -> Option<Impact> {
+        let pairs: Vec<(Vector3<f64>, Vector3<f64>)> =
+            before.iter().filter_map(|(point, position)| Some((*position, *after.get(point)?))).collect();
+        let alignment = match self.surveyed {
+            true => Similarity::identity(),
+            false => similarity(&pairs)?,
+        };
+        let moves: Vec<Vector3<f64>> = pairs.iter().map(|(from, to)| alignment.apply(to) - from).collect();
+        let n = moves.len() as f64;
+        (!moves.is_empty()).then(|| Impact {
+            rms_m: (moves.iter().map(Vector3::norm_squared).sum::<f64>() / n).sqrt(),
+            height_m: (moves.iter().map(|d| d.z * d.z).sum::<f64>() / n).sqrt(),
+            surveyed: self.surveyed,
+        })
+    }
+}
+
+fn similarity(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Option<Similarity> {
+    let (to, from): (Vec<_>, Vec<_>) = pairs.iter().copied().unzip();
+    Some(crate::evaluate::similarity::target_from_source(&from, &to, None).ok()?.similarity)
+}
+
+/// The block with its control points and evenly spaced check points alone marked.
+fn sampled(block: &Block) -> Block {
+    let checks: Vec<usize> = (0..block.surveyed.len()).filter(|k| block.surveyed[*k].role == Role::Check).collect();
+    let stride = checks.len().div_ceil(SAMPLE).max(1);
+    let kept: BTreeSet<usize> = checks.into_iter().step_by(stride).collect();
+    let mut sample = block.clone();
+    sample.ties = Vec::new();
+    sample.marks.retain(|mark| {
+        let point = mark.point.index();
+        block.surveyed[point].role == Role::Control || kept.contains(&point)
+    });
+    sample
+}

@@ -1,0 +1,386 @@
+//! Add and watch: the loop that carries out what the rules ask for, and keeps the ledger. Check points only watch.
+
+use super::fit::{DiagnoseError, Fit, fit, solve};
+use super::heldout::{HeldOut, held_out};
+use super::linearised::{Added, Linearised, linearise};
+use super::models::{at_solution, predicted_drop, with_set, without_effect};
+use super::select::challenge::{self, Structure};
+use super::select::{Event, Nature, Situation, Taken, next};
+use super::weights;
+use crate::adjust::native::Native;
+use crate::adjust::{CovarianceOf, Options, Solver};
+use crate::block::Block;
+use crate::model::{EffectRef, Model};
+use crate::problem::Problem;
+use crate::run;
+use std::collections::BTreeSet;
+use std::ops::ControlFlow;
+
+/// Effects that one improvement adds at most: more than this is not a diagnosis any more.
+const MOST_EFFECTS: usize = 6;
+/// Refits for the standard deviation of random values: each estimate beside the last leaves a tenth of its error.
+const VARIANCE_REFITS: usize = 3;
+/// Change of a standard deviation, in its own relative uncertainty `1 / sqrt(2 n)`, that asks for another refit.
+const VARIANCE_CHANGE: f64 = 0.1;
+/// Iterations of a refit at most: five times what one takes that starts where nearly the same model ended.
+const REFIT_ITERATIONS: usize = 50;
+
+/// What an improvement needs besides block and model.
+pub struct Settings<'a> {
+    /// Effects from plug-ins.
+    pub plugins: &'a [EffectRef],
+    /// Options of every fit.
+    pub options: Options,
+    /// Family-wise significance level.
+    pub significance: f64,
+    /// Told what is being done.
+    pub tell: &'a dyn Fn(&str),
+}
+
+/// What happened in a step of the ledger.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Change {
+    /// The base.
+    Base,
+    /// An effect came in.
+    Added(String),
+    /// An effect was taken out.
+    Removed(String),
+    /// Outliers or weights changed.
+    Reweighted,
+}
+
+/// One row of the ledger.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// What happened.
+    pub change: Change,
+    /// Why, in words; empty for the base.
+    pub why: String,
+    /// Model of the step, start values those of its solution.
+    pub model: Model,
+    /// `sqrt(v'Pv / redundancy)`.
+    pub sigma0: f64,
+    /// RMS of tie residuals per coordinate, px.
+    pub tie_rms_px: f64,
+    /// Typical error of predictions of left-out measurements, px.
+    pub heldout_px: f64,
+    /// 3D RMS at check points, m.
+    pub check_rms_m: Option<f64>,
+    /// `v'Pv` of the step before less that of this one, on the same measurements and weights.
+    pub drop: f64,
+    /// Drop that the null model predicted.
+    pub predicted: f64,
+    /// Logarithm of the p-value that let it in.
+    pub ln_p: f64,
+    /// Iterations of its refit.
+    pub iterations: usize,
+}
+
+/// A candidate that was refitted.
+#[derive(Debug, Clone)]
+pub struct Confirmation {
+    /// Id.
+    pub id: String,
+    /// Predicted drop.
+    pub predicted: f64,
+    /// Drop of the refit.
+    pub drop: f64,
+    /// Held-out error before and after, px.
+    pub before_px: f64,
+    /// See `before_px`.
+    pub after_px: f64,
+    /// It was kept.
+    pub kept: bool,
+    /// Why not.
+    pub reason: String,
+}
+
+/// A model on its way: its fit, and what is known of how it came about.
+pub struct Improvement {
+    /// Ledger.
+    pub steps: Vec<Step>,
+    /// Refits, in order.
+    pub confirmations: Vec<Confirmation>,
+    /// The base fit.
+    pub base: Fit,
+    /// The fit as it stands.
+    pub fit: Fit,
+    /// What the fit predicts of left-out measurements.
+    pub heldout: HeldOut,
+    /// Ids of what was added, in order of entry.
+    pub added: Vec<String>,
+    /// Effects and groups that the diagnosis took in.
+    pub parts: Added,
+    refused: BTreeSet<String>,
+    left_before: BTreeSet<String>,
+}
+
+impl Improvement {
+    /// Begins with a fit of the base model.
+    pub fn new(block: &Block, base: Fit, settings: &Settings<'_>) -> Result<Self, DiagnoseError> {
+        let heldout = held_out(&base, &settings.options)?;
+        let own = base.model.effects.len();
+        let mut improvement = Self {
+            steps: Vec::new(),
+            confirmations: Vec::new(),
+            fit: base.clone(),
+            base,
+            heldout,
+            added: Vec::new(),
+            parts: Added { own, ..Added::default() },
+            refused: BTreeSet::new(),
+            left_before: BTreeSet::new(),
+        };
+        improvement.note(block, Change::Base, "")?;
+        Ok(improvement)
+    }
+
+    /// Takes in and out what the rules ask for, until they ask for nothing. Gives the last linearisation; `first` keeps that of the base.
+    pub fn advance(
+        &mut self,
+        block: &Block,
+        settings: &Settings<'_>,
+        first: &mut Option<Linearised>,
+    ) -> Result<Linearised, DiagnoseError> {
+        loop {
+            (settings.tell)(&format!("testing what may be missing (step {})", self.steps.len()));
+            let linearised = linearise(block, &self.fit, &self.parts, settings)?;
+            let situation = linearised.situation(settings, &self.refused);
+            match next(&situation) {
+                Some(Event::Added { set }) if self.added.len() < MOST_EFFECTS => {
+                    self.take_in(block, &linearised, &situation, set, settings)?;
+                    self.weigh(block, settings)?;
+                    first.get_or_insert(linearised);
+                }
+                Some(Event::Removed { id, why }) => self.take_out(block, &id, &why, settings)?,
+                _ => return Ok(linearised),
+            }
+        }
+    }
+
+    /// Takes out an effect that a structure could itself be. Was there one?
+    pub fn challenged(
+        &mut self,
+        block: &Block,
+        situation: &Situation<'_>,
+        structures: &[Structure],
+        settings: &Settings<'_>,
+    ) -> Result<bool, DiagnoseError> {
+        let Some(Event::Removed { id, why }) = challenge::rule(situation, structures) else { return Ok(false) };
+        self.take_out(block, &id, &why, settings)?;
+        self.refused.insert(id);
+        Ok(true)
+    }
+
+    /// Ids that may not enter any more.
+    pub fn refused(&self) -> &BTreeSet<String> {
+        &self.refused
+    }
+
+    fn take_in(
+        &mut self,
+        block: &Block,
+        linearised: &Linearised,
+        situation: &Situation<'_>,
+        set: usize,
+        settings: &Settings<'_>,
+    ) -> Result<(), DiagnoseError> {
+        let id = linearised.sets[set].id.clone();
+        (settings.tell)(&format!("adding {id} and adjusting again"));
+        let beside = situation.beside();
+        let judged = situation.judge(set, &beside);
+        let (predicted, ln_p) =
+            judged.map_or((0.0, 0.0), |judged| (predicted_drop(linearised, &beside, &judged), judged.ln_p));
+        let mut with = situation.clone();
+        with.taken.push(Taken { set, variance: 0.0, removable: true });
+        if linearised.sets[set].nature == Nature::Chance {
+            let variance = linearised.variance(&with, set);
+            with.taken.last_mut().expect("just pushed").variance = variance;
+        }
+        let mut confirmation = Confirmation {
+            id: id.clone(),
+            predicted,
+            drop: 0.0,
+            before_px: self.heldout.px(),
+            after_px: f64::NAN,
+            kept: false,
+            reason: String::new(),
+        };
+        let values = linearised.solution(&with);
+        let mut parts = self.parts.clone();
+        let (model, problem) = with_set(block, &self.fit, linearised, &with, set, &values, &mut parts)?;
+        let few = Options {
+            max_iterations: REFIT_ITERATIONS.min(settings.options.max_iterations),
+            ..settings.options.clone()
+        };
+        let chance = linearised.sets[set].nature == Nature::Chance;
+        let refitted = match solve(&model, problem, &few) {
+            // A distortion that is missing may have driven the base far away: the block's approximations are the second choice.
+            Err(_) if !chance => fit(block, &model, None, &settings.options).map_err(DiagnoseError::from),
+            refitted => refitted.map_err(DiagnoseError::from),
+        };
+        let refitted = refitted.and_then(|fit| self.settle(block, fit, &parts, settings));
+        match refitted.and_then(|fit| Ok((held_out(&fit, &settings.options)?, fit))) {
+            Ok((heldout, fit)) => {
+                confirmation.drop = self.fit.chi_square() - fit.chi_square();
+                confirmation.after_px = heldout.px();
+                confirmation.kept = confirmation.drop > 0.0;
+                if confirmation.kept {
+                    (self.fit, self.heldout, self.parts) = (fit, heldout, parts);
+                    self.added.push(id.clone());
+                    self.note(block, Change::Added(id), "")?;
+                    if let Some(step) = self.steps.last_mut() {
+                        (step.drop, step.predicted, step.ln_p) = (confirmation.drop, predicted, ln_p);
+                    }
+                } else {
+                    confirmation.reason = "its refit takes nothing of v'Pv away".into();
+                    self.refused.insert(id);
+                }
+            }
+            Err(error) => {
+                confirmation.reason = format!("its refit failed: {error}");
+                (settings.tell)(&format!("{id} is not kept: {}", confirmation.reason));
+                self.refused.insert(id);
+            }
+        }
+        self.confirmations.push(confirmation);
+        Ok(())
+    }
+
+    /// Fits again with the standard deviations of random values that the fit asks for.
+    fn settle(
+        &self,
+        block: &Block,
+        mut fit: Fit,
+        parts: &Added,
+        settings: &Settings<'_>,
+    ) -> Result<Fit, DiagnoseError> {
+        fit.model = at_solution(&fit);
+        let random = |fit: &Fit| fit.problem.theta.iter().any(|entry| is_random(&fit.problem, entry));
+        for _ in 0..VARIANCE_REFITS {
+            if !random(&fit) {
+                break;
+            }
+            let linearised = super::linearised::without_candidates(block, &fit, parts, settings)?;
+            let situation = linearised.situation(settings, &BTreeSet::new());
+            let mut problem = fit.problem.clone();
+            let mut known = true;
+            for taken in situation.taken.iter().filter(|taken| situation.sets[taken.set].nature == Nature::Chance) {
+                let set = &situation.sets[taken.set];
+                let variance = linearised.variance(&situation, taken.set);
+                let deviation = variance.sqrt().max(SMALLEST_DEVIATION);
+                let change = (deviation / taken.variance.sqrt()).ln().abs();
+                known &= change < VARIANCE_CHANGE / (2.0 * set.columns.len() as f64).sqrt();
+                for entry in problem.theta.iter_mut() {
+                    let of = &fit.problem.effects[entry.effect as usize];
+                    if of.effect.descriptor().id == set.id && entry.prior_sigma.is_some() {
+                        entry.prior_sigma = Some(deviation * entry.scale);
+                    }
+                }
+            }
+            if known {
+                break;
+            }
+            problem.start = fit.solution.state.clone();
+            fit = solve(&fit.model.clone(), problem, &settings.options)?;
+            fit.model = at_solution(&fit);
+        }
+        Ok(fit)
+    }
+
+    /// Takes an effect out again.
+    fn take_out(&mut self, block: &Block, id: &str, why: &str, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
+        (settings.tell)(&format!("taking {id} out: {why}"));
+        let mut parts = self.parts.clone();
+        let model = without_effect(&self.fit, id, &mut parts);
+        let before = self.fit.chi_square();
+        let after = match fit(block, &model, Some(&self.fit), &settings.options) {
+            Ok(after) => self.settle(block, after, &parts, settings)?,
+            Err(error) => {
+                (settings.tell)(&format!("{id} stays, for without it: {error}"));
+                self.left_before.insert(id.to_string());
+                self.refused.insert(id.to_string());
+                return Err(error.into());
+            }
+        };
+        self.heldout = held_out(&after, &settings.options)?;
+        (self.fit, self.parts) = (after, parts);
+        self.added.retain(|other| other != id);
+        // What was taken out twice does not come back: two that take each other's place would go on for ever.
+        if !self.left_before.insert(id.to_string()) {
+            self.refused.insert(id.to_string());
+        }
+        let drop = before - self.fit.chi_square();
+        self.note(block, Change::Removed(id.to_string()), why)?;
+        if let Some(step) = self.steps.last_mut() {
+            step.drop = drop;
+        }
+        Ok(())
+    }
+
+    /// The same model on other measurements, or with other weights.
+    pub fn replace(
+        &mut self,
+        block: &Block,
+        fit: Fit,
+        why: &str,
+        settings: &Settings<'_>,
+    ) -> Result<(), DiagnoseError> {
+        self.heldout = held_out(&fit, &settings.options)?;
+        self.fit = self.settle(block, fit, &self.parts, settings)?;
+        self.note(block, Change::Reweighted, why)
+    }
+
+    /// Estimates the weights of groups of observations anew; fits again where they changed.
+    pub fn weigh(&mut self, block: &Block, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
+        let Some(factors) = weights::factors(block, &self.fit, &self.parts, settings)? else { return Ok(()) };
+        let model = Model { sigma_factors: factors, ..self.fit.model.clone() };
+        let fit = fit(block, &model, Some(&self.fit), &settings.options)?;
+        self.replace(block, fit, "weights from the residuals", settings)
+    }
+
+    /// Solves the model as it stands to the last digit, and its row of the ledger with it. Where it does not come that far, the row stays.
+    pub fn finish(&mut self, block: &Block, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
+        let mut problem = self.fit.problem.clone();
+        problem.start = self.fit.solution.state.clone();
+        let options = Options { covariance: CovarianceOf::Nothing, ..settings.options.clone() };
+        let Ok(solution) = Native.solve(&problem, &options, &mut |_| ControlFlow::Continue(())) else { return Ok(()) };
+        self.fit.solution = solution;
+        self.fit.model = at_solution(&self.fit);
+        let Some(Step { change, why, drop, predicted, ln_p, iterations, .. }) = self.steps.pop() else { return Ok(()) };
+        self.note(block, change, &why)?;
+        if let Some(step) = self.steps.last_mut() {
+            (step.drop, step.predicted, step.ln_p, step.iterations) = (drop, predicted, ln_p, iterations);
+        }
+        Ok(())
+    }
+
+    /// Appends the fit as it stands to the ledger.
+    fn note(&mut self, block: &Block, change: Change, why: &str) -> Result<(), DiagnoseError> {
+        let Fit { model, problem, solution } = &self.fit;
+        let comparison = run::compare(block, problem, solution)?;
+        self.steps.push(Step {
+            change,
+            why: why.into(),
+            model: model.clone(),
+            sigma0: (self.fit.chi_square() / problem.redundancy().2 as f64).sqrt(),
+            tie_rms_px: run::tie_rms_px(block, problem, &solution.state)?,
+            heldout_px: self.heldout.px(),
+            check_rms_m: comparison.and_then(|comparison| comparison.check).map(|check| check.rms_m.xyz),
+            drop: 0.0,
+            predicted: 0.0,
+            ln_p: 0.0,
+            iterations: solution.iterations,
+        });
+        Ok(())
+    }
+}
+
+/// Standard deviation (typical sizes) below which random values are none.
+const SMALLEST_DEVIATION: f64 = 1e-4;
+
+fn is_random(problem: &Problem, entry: &crate::problem::ThetaEntry) -> bool {
+    let parameters = &problem.effects[entry.effect as usize].effect.descriptor().parameters;
+    matches!(parameters[entry.parameter as usize].role, crate::effects::Role::Random(_)) && entry.prior_sigma.is_some()
+}

@@ -1,0 +1,109 @@
+//! What is left beside the effects that are in: structure that no named effect explains, and what it may take out.
+
+use super::catalogue;
+use super::fit::{DiagnoseError, Fit};
+use super::improve::{Improvement, Settings};
+use super::linearised::{Linearised, with_candidates};
+use super::select::challenge::Structure as Shape;
+use super::select::{Judged, Situation};
+use super::structure::{self, Structure};
+use super::test::{System, fixed};
+use crate::adjust::native::null_model::NullModel;
+use crate::block::Block;
+use crate::run;
+
+/// What is left.
+pub struct Left {
+    /// Every candidate beside what is in, surest first.
+    pub judged: Vec<Judged>,
+    /// Empirical fields that are significant.
+    pub fields: Vec<String>,
+    /// Tests of structure.
+    pub structure: Structure,
+    /// The fit with the columns of empirical fields and of all tests of structure.
+    shapes: Linearised,
+}
+
+/// Tests that tell properties of the noise: they take no effect out.
+const NOISE: [&str; 1] = ["autocorrelation"];
+/// Structures that are held against an effect at most.
+const MOST_SHAPES: usize = 4;
+
+/// Judges what the model as it stands leaves.
+pub fn analyse(
+    block: &Block,
+    improvement: &Improvement,
+    linearised: &Linearised,
+    settings: &Settings<'_>,
+) -> Result<Left, DiagnoseError> {
+    let situation = linearised.situation(settings, improvement.refused());
+    let judged = situation.judge_all(&situation.beside());
+    let is_field = |judged: &&Judged| !linearised.sets[judged.set].physical && judged.ln_p < situation.ln_level;
+    let fields = judged.iter().filter(is_field).map(|judged| linearised.sets[judged.set].id.clone()).collect();
+    let (shapes, structure) = structure_of(block, improvement, settings)?;
+    Ok(Left { judged, fields, structure, shapes })
+}
+
+fn structure_of(
+    block: &Block,
+    improvement: &Improvement,
+    settings: &Settings<'_>,
+) -> Result<(Linearised, Structure), DiagnoseError> {
+    let fit = &improvement.fit;
+    let Fit { problem, solution, .. } = fit;
+    let state = &solution.state;
+    let comparison = run::compare(block, problem, solution)?;
+    let null = NullModel::new(problem.clone(), state.clone(), Vec::new(), settings.options.threads)?;
+    let measurements = null.measurements();
+    let layout = structure::Layout::new(problem, state, &measurements)?;
+    let (mut fields, _) = catalogue::candidates(block, fit, &improvement.parts, settings.plugins);
+    fields.retain(|(candidate, _)| !candidate.physical);
+    layout.analyse(comparison.as_ref(), settings.significance, |columns| {
+        let linearised = with_candidates(block, fit, &improvement.parts, fields, Vec::new(), columns, settings)?;
+        let beside = linearised.situation(settings, &Default::default()).beside();
+        let scores = linearised.scores.clone();
+        Ok((linearised, beside, scores))
+    })
+}
+
+/// Takes out an effect that what is left could itself be. Was there one?
+pub fn challenge(
+    block: &Block,
+    improvement: &mut Improvement,
+    left: &Left,
+    settings: &Settings<'_>,
+) -> Result<bool, DiagnoseError> {
+    if improvement.added.is_empty() {
+        return Ok(false);
+    }
+    let situation = left.shapes.situation(settings, improvement.refused());
+    let shapes = least_shapes(&situation, left, settings.significance);
+    improvement.challenged(block, &situation, &shapes, settings)
+}
+
+/// The fewest structures that explain what is left: the surest, then the surest beside it, and so on.
+fn least_shapes(situation: &Situation<'_>, left: &Left, significance: f64) -> Vec<Shape> {
+    let significant = |against: &str| {
+        let test = left.structure.test(against);
+        test.is_some_and(|test| test.family_p_value < significance) && !NOISE.contains(&against)
+    };
+    let tests = left.structure.columns.iter().filter(|(against, _)| significant(against));
+    let mut open: Vec<Shape> =
+        tests.map(|(against, columns)| Shape { name: against.to_string(), columns: columns.clone() }).collect();
+    let fields = situation.sets.iter().filter(|set| left.fields.contains(&set.id));
+    open.extend(fields.map(|set| Shape { name: set.id.clone(), columns: set.columns.clone() }));
+    let mut beside: System = situation.beside();
+    let mut shapes = Vec::new();
+    while shapes.len() < MOST_SHAPES {
+        let judged = open
+            .iter()
+            .enumerate()
+            .filter_map(|(position, shape)| Some((position, fixed::test(&beside, &shape.columns, |_| 1.0)?.ln_p)));
+        let surest = judged.min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((position, _)) = surest.filter(|(_, ln_p)| *ln_p < situation.ln_level) else { break };
+        let shape = open.swap_remove(position);
+        beside = beside.beside(&shape.columns, &[]);
+        shapes.push(shape);
+    }
+    shapes
+}

@@ -1,0 +1,344 @@
+//! A fit as a small system: every candidate, and every effect that the diagnosis took in, as columns of one null model.
+//!
+//! Effects of the user's own model belong to the base and are taken for granted. An effect that was taken in later is a column like every
+//! candidate, with a value: whatever is asked of it, it is asked by the same rule.
+
+use super::candidate::{Addition, Candidate};
+use super::catalogue;
+use super::fit::{DiagnoseError, Fit};
+use super::improve::Settings;
+use super::scan;
+use super::select::{Nature, Search, Set, Situation, Taken};
+use super::test::design_effect::Clusters;
+use super::test::{System, random};
+use crate::adjust::native::null_model::{Columns, NoColumns, NullModel, Parts, ScoreSystem};
+use crate::block::Block;
+use crate::effects::Role;
+use crate::model::EffectTerm;
+use crate::problem::{Problem, State};
+use nalgebra::DVector;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What the diagnosis took into a model, beside the user's own effects.
+#[derive(Debug, Clone, Default)]
+pub struct Added {
+    /// Effects that are the user's own: the first so many of the model.
+    pub own: usize,
+    /// Groups of camera parameters that were set free, with the values that they were held at, by camera.
+    pub freed: BTreeMap<String, Vec<(usize, Vec<f64>)>>,
+}
+
+/// A fit with everything that is asked of it.
+pub struct Linearised {
+    /// The null model: base, candidates, and what was taken in.
+    pub null: NullModel,
+    /// Its score and information, as they come.
+    pub scores: ScoreSystem,
+    /// The same at zero.
+    pub system: System,
+    /// Sets of columns.
+    pub sets: Vec<Set>,
+    /// Candidate of each set; `None` for what is in.
+    pub candidates: Vec<Option<Candidate>>,
+    /// Candidates that the block cannot test, with what they need.
+    pub untested: Vec<Candidate>,
+    /// Values of the columns in the fit.
+    pub values: Vec<f64>,
+    /// What is in.
+    pub taken: Vec<Taken>,
+    plausible: Vec<Option<[f64; 2]>>,
+    clusters: Clusters,
+    clustered: Vec<Option<usize>>,
+    /// Effects of the null model's problem whose values are those of the fit or of a set: first and last of what is in.
+    in_effects: std::ops::Range<usize>,
+    /// Further columns, behind those of the sets.
+    pub extra_columns: std::ops::Range<usize>,
+}
+
+/// Linearises a fit with every candidate of the catalogue beside it.
+pub fn linearise(
+    block: &Block,
+    fit: &Fit,
+    added: &Added,
+    settings: &Settings<'_>,
+) -> Result<Linearised, DiagnoseError> {
+    let (mut tested, mut untested) = catalogue::candidates(block, fit, added, settings.plugins);
+    scan::place(fit, &mut tested, &mut untested, settings.options.threads)?;
+    with_candidates(block, fit, added, tested, untested, &NoColumns, settings)
+}
+
+/// Linearises a fit with what was taken in alone.
+pub fn without_candidates(
+    block: &Block,
+    fit: &Fit,
+    added: &Added,
+    settings: &Settings<'_>,
+) -> Result<Linearised, DiagnoseError> {
+    with_candidates(block, fit, added, Vec::new(), Vec::new(), &NoColumns, settings)
+}
+
+/// Linearises a fit with some candidates, and further columns behind those of all sets.
+pub fn with_candidates(
+    block: &Block,
+    fit: &Fit,
+    added: &Added,
+    tested: Vec<(Candidate, Search)>,
+    untested: Vec<Candidate>,
+    extra: &dyn Columns,
+    settings: &Settings<'_>,
+) -> Result<Linearised, DiagnoseError> {
+    let clustered = !tested.is_empty() && extra.dense() + extra.local() == 0;
+    let Fit { model, problem, solution } = fit;
+    let threads = settings.options.threads;
+    let terms: Vec<EffectTerm> = tested.iter().filter_map(|(candidate, _)| candidate.term().cloned()).collect();
+    let (mut problem, state) = problem.with_effects(block, model.datum, &terms, &solution.state)?;
+    let layout = problem.layout();
+    let mut sets = Vec::new();
+    let mut candidates = Vec::new();
+    let mut columns: Vec<usize> = Vec::new();
+    let mut values: Vec<f64> = Vec::new();
+    let mut variances = Vec::new();
+    let first_candidate = model.effects.len();
+    let of_effect = |problem: &Problem, effect: usize, held_searched: bool| -> Vec<usize> {
+        let column = |(_, entry): &(usize, &crate::problem::ThetaEntry)| {
+            let parameters = &problem.effects[entry.effect as usize].effect.descriptor().parameters;
+            let searched = matches!(parameters[entry.parameter as usize].role, Role::Searched(_));
+            entry.effect as usize == effect && entry.free && !(held_searched && searched)
+        };
+        problem.theta.iter().enumerate().filter(column).map(|(t, _)| t).collect()
+    };
+    let nature_of = |term: &EffectTerm| {
+        let random = |p: &crate::effects::Parameter| matches!(p.role, Role::Random(_));
+        if term.effect.descriptor().parameters.iter().any(random) { Nature::Chance } else { Nature::Law }
+    };
+    // What is in, first.
+    for (effect, term) in model.effects.iter().enumerate().skip(added.own) {
+        let thetas = of_effect(&problem, effect, false);
+        let nature = nature_of(term);
+        let own = columns.len()..columns.len() + thetas.len();
+        for t in thetas {
+            let entry = &problem.theta[t];
+            let role = &term.effect.descriptor().parameters[entry.parameter as usize].role;
+            let nominal = if matches!(role, Role::Searched(_)) { state.theta[t] } else { entry.prior_mean };
+            values.push((state.theta[t] - nominal) / entry.scale);
+            variances.push((entry.prior_sigma.unwrap_or(0.0) / entry.scale).powi(2));
+            columns.push(layout.theta(t));
+        }
+        let id = term.effect.descriptor().id.to_string();
+        let physical = term.effect.descriptor().kind == crate::effects::Kind::Physical;
+        sets.push(Set { id, columns: own.collect(), nature, physical, search: Search::None });
+        candidates.push(None);
+    }
+    for (id, held) in &added.freed {
+        let first = columns.len();
+        for (k, at) in held {
+            for (camera, at) in at.iter().enumerate() {
+                if problem.camera_free[camera][*k] {
+                    columns.push(layout.camera(camera, *k));
+                    values.push((state.interiors[camera][*k] - at) / problem.camera_scales[camera][*k]);
+                    variances.push(0.0);
+                }
+            }
+        }
+        let columns = (first..columns.len()).collect();
+        sets.push(Set { id: id.clone(), columns, nature: Nature::Law, physical: true, search: Search::None });
+        candidates.push(None);
+    }
+    let taken: Vec<Taken> = sets
+        .iter()
+        .enumerate()
+        .map(|(set, own)| {
+            let variance = own.columns.first().map_or(0.0, |c| variances[*c]);
+            Taken { set, variance, removable: true }
+        })
+        .collect();
+    let mut effect = first_candidate;
+    for (candidate, search) in tested {
+        let first = columns.len();
+        let nature = match &candidate.addition {
+            Addition::Effect(term) => {
+                columns.extend(of_effect(&problem, effect, true).into_iter().map(|t| layout.theta(t)));
+                effect += 1;
+                nature_of(term)
+            }
+            Addition::Free(indices) => {
+                let cameras = 0..problem.camera_free.len();
+                let used = |camera: &usize| {
+                    let context = |image: usize| problem.image_contexts[image].camera as usize == *camera;
+                    (0..problem.pose_free.len()).any(|i| context(i) && problem.pose_free[i] != [false; 6])
+                };
+                columns.extend(cameras.filter(used).flat_map(|c| indices.iter().map(move |k| layout.camera(c, *k))));
+                Nature::Law
+            }
+        };
+        values.resize(columns.len(), 0.0);
+        sets.push(Set {
+            id: candidate.id.clone(),
+            columns: (first..columns.len()).collect(),
+            nature,
+            physical: candidate.physical,
+            search,
+        });
+        candidates.push(Some(candidate));
+    }
+    for unknown in columns.iter().filter(|unknown| **unknown < layout.theta(0)) {
+        problem.camera_free[unknown / 12][unknown % 12] = false;
+    }
+    // The base has none of them, neither as unknowns nor by their priors.
+    for entry in problem.theta.iter_mut().filter(|entry| entry.effect as usize >= added.own) {
+        entry.free = false;
+        entry.prior_sigma = None;
+    }
+    let mut least: Vec<f64> = columns.iter().map(|unknown| least_information(&problem, *unknown)).collect();
+    let count = columns.len() + extra.dense() + extra.local();
+    let mut plausible: Vec<Option<[f64; 2]>> =
+        columns.iter().map(|unknown| plausible_values(&problem, *unknown)).collect();
+    plausible.resize(count, None);
+    least.resize(count, 0.0);
+    values.resize(count, 0.0);
+    let redundancy = problem.redundancy().2 as f64;
+    let null = NullModel::new(problem, state, columns, threads)?;
+    let mut scores = null.test(extra)?;
+    // Only where effects may enter or leave does a design effect decide.
+    let parts = match clustered {
+        true => null.parts(&mut scores)?,
+        false => Parts { columns: Vec::new(), parts: Vec::new() },
+    };
+    let system = at_zero(&scores, &values, least, null.chi_square(), redundancy);
+    let extra_columns = count - (extra.dense() + extra.local())..count;
+    let mut clustered = vec![None; values.len()];
+    parts.columns.iter().enumerate().for_each(|(position, column)| clustered[*column] = Some(position));
+    // Surveyed coordinates are no cluster: each is a measurement of its own.
+    let mut clusters = parts.parts;
+    clusters.pop();
+    let in_effects = added.own..first_candidate;
+    Ok(Linearised {
+        null,
+        scores,
+        system,
+        sets,
+        candidates,
+        untested,
+        values,
+        plausible,
+        taken,
+        clusters: Clusters { parts: clusters },
+        clustered,
+        in_effects,
+        extra_columns,
+    })
+}
+
+/// Score, information and `v'Pv` where all columns are zero.
+fn at_zero(scores: &ScoreSystem, values: &[f64], least: Vec<f64>, chi_square: f64, redundancy: f64) -> System {
+    let values = DVector::from_column_slice(values);
+    let moved = &scores.information * &values;
+    System {
+        chi_square: chi_square + 2.0 * scores.score.dot(&values) + values.dot(&moved),
+        score: &scores.score + moved,
+        information: scores.information.clone(),
+        length: scores.length.clone(),
+        least,
+        redundancy,
+    }
+}
+
+/// Information (unit weight, scaled units) below which a parameter is known to no better than what is plausible of it, or where nothing is said
+/// of that, than its domain.
+fn least_information(problem: &Problem, unknown: usize) -> f64 {
+    let layout = problem.layout();
+    if let Some((camera, k)) = layout.camera_parameter(unknown) {
+        return (problem.camera_scales[camera][k] / problem.camera_domains[camera][k]).powi(2);
+    }
+    let entry = &problem.theta[unknown - layout.theta(0)];
+    let parameter = &problem.effects[entry.effect as usize].effect.descriptor().parameters[entry.parameter as usize];
+    match (&parameter.role, plausible_values(problem, unknown)) {
+        (Role::Estimated, Some([min, max])) => (max - min).recip().powi(2),
+        (Role::Estimated, None) => crate::adjust::native::EFFECT_DOMAIN.powi(-2),
+        _ => 0.0,
+    }
+}
+
+/// What is plausible of a parameter, scaled units.
+fn plausible_values(problem: &Problem, unknown: usize) -> Option<[f64; 2]> {
+    let entry = &problem.theta[unknown.checked_sub(problem.layout().theta(0))?];
+    let parameter = &problem.effects[entry.effect as usize].effect.descriptor().parameters[entry.parameter as usize];
+    let plausible = parameter.plausible.as_ref()?;
+    Some([plausible.min / entry.scale, plausible.max / entry.scale])
+}
+
+impl Linearised {
+    /// What the rules see.
+    pub fn situation(&self, settings: &Settings<'_>, refused: &BTreeSet<String>) -> Situation<'_> {
+        Situation {
+            system: &self.system,
+            sets: &self.sets,
+            values: &self.values,
+            plausible: &self.plausible,
+            clusters: &self.clusters,
+            clustered: &self.clustered,
+            taken: self.taken.clone(),
+            ln_level: self.ln_level(settings.significance),
+            refused: refused.clone(),
+        }
+    }
+
+    /// Logarithm of the level of a single test: family-wise over the candidates of the catalogue, in or not.
+    pub fn ln_level(&self, significance: f64) -> f64 {
+        let ids: BTreeSet<&str> = self.sets.iter().map(|set| set.id.as_str()).collect();
+        (significance / ids.len().max(1) as f64).ln()
+    }
+
+    /// Values of all columns when the sets of `situation` are fitted together.
+    pub fn solution(&self, situation: &Situation<'_>) -> Vec<f64> {
+        let (fixed, random) = situation.parts_in();
+        let system = self.system.beside(&[], &random);
+        let laws = system.pivoted(&fixed);
+        let mut values = vec![0.0; self.values.len()];
+        for (column, value) in laws.kept.iter().zip(laws.estimate().iter()) {
+            values[*column] = *value;
+        }
+        let chance: Vec<(usize, f64)> = random
+            .iter()
+            .filter(|set| set.variance > 0.0)
+            .flat_map(|set| set.columns.iter().map(|column| (*column, 1.0 / set.variance)))
+            .collect();
+        let n = chance.len();
+        let mut own = nalgebra::DMatrix::from_fn(n, n, |i, j| self.system.information[(chance[i].0, chance[j].0)]);
+        (0..n).for_each(|i| own[(i, i)] += chance[i].1);
+        let laws: DVector<f64> = &self.system.information * DVector::from_column_slice(&values);
+        let right = DVector::from_fn(n, |i, _| self.system.score[chance[i].0] - laws[chance[i].0]);
+        if let Some(factor) = own.cholesky() {
+            for ((column, _), value) in chance.iter().zip(factor.solve(&right).iter()) {
+                values[*column] = *value;
+            }
+        }
+        values
+    }
+
+    /// Where everything goes when the columns take these values.
+    pub fn moved(&self, values: &[f64]) -> State {
+        let of_effects = 0..self.extra_columns.start;
+        let change: Vec<f64> = of_effects.map(|c| values[c] - self.values[c]).collect();
+        self.null.moved(&self.scores, &change)
+    }
+
+    /// Variance of chance values of largest likelihood beside what else is in, in the units of their columns squared.
+    pub fn variance(&self, situation: &Situation<'_>, set: usize) -> f64 {
+        let without = situation.without(&self.sets[set].id);
+        let beside = without.beside();
+        let judged = random::test(&beside, &self.sets[set].columns, situation.ln_level);
+        let unit = judged.map_or(1.0, |component| component.variance);
+        random::estimate(&beside, &self.sets[set].columns, unit, 0.0)
+    }
+
+    /// Raw value of a column per scaled unit.
+    pub fn unit(&self, column: usize) -> f64 {
+        self.null.units()[column]
+    }
+
+    /// Effects of the null model's problem that are in the fit and were not the user's own.
+    pub fn in_effects(&self) -> std::ops::Range<usize> {
+        self.in_effects.clone()
+    }
+}

@@ -1,0 +1,72 @@
+//! What is left may take an effect out only where it could itself be the effect.
+
+use super::{Event, Situation};
+use crate::diagnose::test::{System, fixed, separability};
+
+/// A structure overlaps an effect where it could take the larger part of what the effect explains.
+const OVERLAP: f64 = 0.5;
+/// An effect that explains less than this share of what it and the structure explain together is a part of the structure.
+const SHARE: f64 = 0.5;
+
+/// A structure that is left: columns of the same system, significant beside everything that is in. Properties of the noise (neighbours that
+/// err together, tails, weights) are none: they take no effect out.
+#[derive(Debug, Clone)]
+pub struct Structure {
+    /// What it is called.
+    pub name: String,
+    /// Its columns.
+    pub columns: Vec<usize>,
+}
+
+/// The effect that a structure takes out: one that the structure overlaps, and that beside it is not significant any more, or explains less
+/// than half of what both explain together.
+pub fn rule(situation: &Situation<'_>, structures: &[Structure]) -> Option<Event> {
+    for taken in situation.taken.iter().filter(|taken| taken.removable) {
+        let id = &situation.sets[taken.set].id;
+        let without = situation.without(id);
+        let beside = without.beside();
+        let Some(judged) = without.judge(taken.set, &beside) else { continue };
+        for structure in structures {
+            let pattern = beside.pivoted(&structure.columns);
+            if separability::seen_by(&beside, &judged.pivoted, &pattern).powi(2) < OVERLAP {
+                continue;
+            }
+            let (share, significant) =
+                beside_structure(situation, &beside, &judged.pivoted.kept, structure, judged.drop);
+            if share < SHARE || !significant {
+                let why = format!(
+                    "explains {:.0} % of what {} and it explain together{}",
+                    100.0 * share,
+                    structure.name,
+                    if significant { "" } else { ", and nothing beside it" }
+                );
+                return Some(Event::Removed { id: id.clone(), why });
+            }
+        }
+    }
+    None
+}
+
+/// Share of the effect in what both explain together (less what chance explains with as many columns), and is it significant beside the
+/// structure?
+fn beside_structure(
+    situation: &Situation<'_>,
+    beside: &System,
+    effect: &[usize],
+    structure: &Structure,
+    drop: f64,
+) -> (f64, bool) {
+    let all: Vec<usize> = effect.iter().chain(&structure.columns).copied().collect();
+    let together = beside.pivoted(&all);
+    let rest = beside.redundancy - together.kept.len() as f64;
+    let variance = (beside.chi_square - together.drop()) / rest;
+    let by_chance = variance * (together.kept.len() - effect.len().min(together.kept.len())) as f64;
+    let share = drop / (together.drop() - by_chance).max(drop);
+    let alone = fixed::test(&beside.beside(&structure.columns, &[]), effect, |_| 1.0);
+    // A field of many columns holds every smooth law: that nothing is left beside it says nothing.
+    let rich = structure.columns.len() > FIELD_COLUMNS;
+    (share, rich || alone.is_some_and(|tested| tested.ln_p < situation.ln_level))
+}
+
+/// A structure of more columns than this is a field, not a shape.
+const FIELD_COLUMNS: usize = 24;

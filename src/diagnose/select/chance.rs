@@ -1,0 +1,47 @@
+//! Structure before chance: a law (drift, step, temperature, lag) explains what independent values per image of the same quantity explain, and
+//! more simply; independent values enter only for what remains beside it. And the other way round: a law that is no more than chance among
+//! such values is none.
+
+use super::{Judged, Nature, Situation, entry::may_enter};
+use crate::diagnose::test::random::law_beside_chance;
+use crate::diagnose::test::{System, separability};
+
+/// A law is of the same quantity as chance values where these can take all of it; what they cannot take is the rounding of a law that holds
+/// within an image, too.
+const SAME_QUANTITY: f64 = 0.99;
+
+/// The law to take in instead of `values`: the surest that is significant beside chance among these very values.
+pub fn law_instead(situation: &Situation<'_>, beside: &System, judged: &[Judged], values: &Judged) -> Option<usize> {
+    let own = &situation.sets[values.set].columns;
+    let laws = judged.iter().filter(|law| {
+        let set = &situation.sets[law.set];
+        set.nature == Nature::Law && may_enter(situation, law)
+    });
+    let mut best: Option<(f64, usize)> = None;
+    for law in laws.filter(|law| same_quantity(beside, law, own)) {
+        let Some(ln_p) = law_beside_chance(beside, &law.pivoted.kept, own) else { continue };
+        if ln_p < situation.ln_level && best.is_none_or(|(other, _)| ln_p < other) {
+            best = Some((ln_p, law.set));
+        }
+    }
+    best.map(|(_, set)| set)
+}
+
+/// The chance values to take in instead of `law`: those of its quantity, where they are significant and the law is no more than chance among
+/// them.
+pub fn instead_of_law(situation: &Situation<'_>, beside: &System, judged: &[Judged], law: &Judged) -> Option<usize> {
+    let values = judged.iter().find(|values| {
+        let set = &situation.sets[values.set];
+        set.nature == Nature::Chance && may_enter(situation, values) && same_quantity(beside, law, &set.columns)
+    })?;
+    let ln_p = law_beside_chance(beside, &law.pivoted.kept, &situation.sets[values.set].columns)?;
+    if ln_p < situation.ln_level {
+        return None;
+    }
+    // Another law of the quantity may still be one.
+    Some(law_instead(situation, beside, judged, values).unwrap_or(values.set))
+}
+
+fn same_quantity(beside: &System, law: &Judged, values: &[usize]) -> bool {
+    separability::seen_by(beside, &law.pivoted, &beside.pivoted(values)) > SAME_QUANTITY
+}

@@ -1,0 +1,42 @@
+//! Which effects belong to the model: rules over the small system of a null model, each one function from a [`Situation`] to an [`Event`].
+//!
+//! | rule | says |
+//! |---|---|
+//! | [`need`] | what is in stays significant beside everything else that is in, and predicts images that its estimate did not see |
+//! | [`entry`] | the surest of what is significant among all candidates enters |
+//! | [`chance`] | a law enters before independent values per image of the same quantity, and these only for what remains beside it |
+//! | [`challenge`] | a structure that is left takes out only what it could itself be |
+//!
+//! The same tests decide entry and need. No rule refits: whoever carries an event out fits, linearises again and asks again.
+
+pub mod challenge;
+pub mod chance;
+pub mod entry;
+pub mod need;
+mod situation;
+#[cfg(test)]
+mod tests;
+
+pub use situation::{Judged, Nature, Search, Set, Situation, Taken};
+
+/// What a rule asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Event {
+    /// Take a set in.
+    Added {
+        /// Position of the set.
+        set: usize,
+    },
+    /// Take an effect out.
+    Removed {
+        /// Its id.
+        id: String,
+        /// Why, in words.
+        why: String,
+    },
+}
+
+/// What is asked for next: what has to leave leaves before anything enters. `None`: nothing enters, nothing leaves.
+pub fn next(situation: &Situation<'_>) -> Option<Event> {
+    need::rule(situation).or_else(|| entry::rule(situation))
+}

@@ -1,0 +1,21 @@
+//! What is in must stay significant beside everything else that is in, by the rule that let it in.
+
+use super::{Event, Situation};
+
+/// The least sure of what is in and not significant any more leaves.
+pub fn rule(situation: &Situation<'_>) -> Option<Event> {
+    let mut least: Option<(f64, String)> = None;
+    for taken in situation.taken.iter().filter(|taken| taken.removable) {
+        let id = &situation.sets[taken.set].id;
+        let without = situation.without(id);
+        let judged = without.judge(taken.set, &without.beside());
+        let ln_p = judged.map_or(0.0, |judged| judged.ln_p);
+        if ln_p > situation.ln_level && least.as_ref().is_none_or(|(other, _)| ln_p > *other) {
+            least = Some((ln_p, id.clone()));
+        }
+    }
+    least.map(|(ln_p, id)| {
+        let why = format!("not significant beside the others any more (p = {:.2e})", ln_p.exp());
+        Event::Removed { id, why }
+    })
+}

@@ -1,0 +1,286 @@
+//! What the rules see: sets of columns, which of them are in, and what each says beside those.
+
+use crate::diagnose::test::design_effect::Clusters;
+use crate::diagnose::test::system::Pivoted;
+use crate::diagnose::test::{Penalised, System, fixed, multiple, random, separability};
+use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeSet;
+
+/// Laws or chance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Nature {
+    /// Values that the measurements determine: a law.
+    Law,
+    /// Independent values per image, of which only the variance is asked.
+    Chance,
+}
+
+/// How the columns of a set were found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Search {
+    /// Not at all.
+    None,
+    /// The best of so many places; `drop` is that on the grid: finer grids about the best place find a larger one without counted tests.
+    Places {
+        /// Number of places.
+        count: f64,
+        /// Drop of `v'Pv` at the best of them.
+        drop: f64,
+    },
+    /// One value of a range, at this place of the order along it.
+    Range(f64),
+    /// One of some variants.
+    Variant,
+}
+
+/// A set of columns: an effect, or a group of camera parameters that the model holds.
+#[derive(Debug, Clone)]
+pub struct Set {
+    /// Id of the effect, `free:f` and so on; variants share it.
+    pub id: String,
+    /// Its columns.
+    pub columns: Vec<usize>,
+    /// Law or chance.
+    pub nature: Nature,
+    /// Names a cause; an empirical field does not.
+    pub physical: bool,
+    /// How it was found.
+    pub search: Search,
+}
+
+/// A set that is in the model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Taken {
+    /// Position of the set.
+    pub set: usize,
+    /// Variance of its values where they are chance, in the units of their columns squared; unused for laws.
+    pub variance: f64,
+    /// The diagnosis took it in and may take it out.
+    pub removable: bool,
+}
+
+/// What the rules see.
+#[derive(Clone)]
+pub struct Situation<'a> {
+    /// Score and information of all columns at zero.
+    pub system: &'a System,
+    /// Sets.
+    pub sets: &'a [Set],
+    /// Values that the columns have in the fit that was linearised.
+    pub values: &'a [f64],
+    /// Values (scaled) that physics allows each column; `None` where it says nothing.
+    pub plausible: &'a [Option<[f64; 2]>],
+    /// Parts by image of the columns `clustered`, at that fit.
+    pub clusters: &'a Clusters,
+    /// Position of each column in the parts.
+    pub clustered: &'a [Option<usize>],
+    /// What is in.
+    pub taken: Vec<Taken>,
+    /// Logarithm of the level of a single test: family-wise over all candidates.
+    pub ln_level: f64,
+    /// Ids that may not enter any more.
+    pub refused: BTreeSet<String>,
+}
+
+/// What a set says beside what is in.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// Position of the set.
+    pub set: usize,
+    /// Drop of `v'Pv` that it brings.
+    pub drop: f64,
+    /// Degrees of freedom.
+    pub dof: f64,
+    /// F, or for chance the standardised sum of squared scores.
+    pub statistic: f64,
+    /// Natural logarithm of the p-value, corrected for what was searched.
+    pub ln_p: f64,
+    /// See [`fixed::Tested::design_effect`].
+    pub design_effect: f64,
+    /// Variance factor beside it, design effect included.
+    pub inflation: f64,
+    /// Columns that are left, and their factorisation.
+    pub pivoted: Pivoted,
+    /// Variance component, of chance.
+    pub component: Option<random::Component>,
+    /// Drop of `v'Pv` in images that the estimate did not see; `None` where that cannot be told.
+    pub predicted_drop: Option<f64>,
+    /// An estimate lies beyond what physics allows by more than chance: a shape that looks like the effect, but not its cause.
+    pub implausible: bool,
+}
+
+/// Standard deviations by which an estimate must be beyond its plausible range to be no chance: one in 700.
+const BEYOND_SIGMAS: f64 = 3.0;
+
+impl Situation<'_> {
+    /// Is an effect in?
+    pub fn has(&self, id: &str) -> bool {
+        self.taken.iter().any(|taken| self.sets[taken.set].id == id)
+    }
+
+    /// The same without one of the effects that are in.
+    pub fn without(&self, id: &str) -> Self {
+        let mut situation = self.clone();
+        situation.taken.retain(|taken| self.sets[taken.set].id != id);
+        situation
+    }
+
+    /// Columns of the laws, and the chances, that are in.
+    pub fn parts_in(&self) -> (Vec<usize>, Vec<Penalised>) {
+        let of = |nature: Nature| self.taken.iter().filter(move |taken| self.sets[taken.set].nature == nature);
+        let fixed = of(Nature::Law).flat_map(|taken| self.sets[taken.set].columns.iter().copied()).collect();
+        let random = of(Nature::Chance)
+            .map(|taken| Penalised { columns: self.sets[taken.set].columns.clone(), variance: taken.variance })
+            .collect();
+        (fixed, random)
+    }
+
+    /// The system beside everything that is in.
+    pub fn beside(&self) -> System {
+        let (fixed, random) = self.parts_in();
+        self.system.beside(&fixed, &random)
+    }
+
+    /// Every set that is not in, judged beside what is in; of several variants the surest, its p-value corrected for the choice. Surest first.
+    pub fn judge_all(&self, beside: &System) -> Vec<Judged> {
+        let mut best: Vec<Judged> = Vec::new();
+        let mut done = BTreeSet::new();
+        for (s, set) in self.sets.iter().enumerate() {
+            if self.has(&set.id) || !done.insert(&set.id) {
+                continue;
+            }
+            let variants: Vec<usize> = (s..self.sets.len()).filter(|other| self.sets[*other].id == set.id).collect();
+            let judged = variants.iter().filter_map(|variant| self.judge(*variant, beside)).collect();
+            best.extend(self.best_variant(judged, beside));
+        }
+        best.sort_by(|a, b| a.ln_p.total_cmp(&b.ln_p).then_with(|| b.drop.total_cmp(&a.drop)));
+        best
+    }
+
+    /// Judges a set beside what is in; `beside` is the system there. `None` where nothing of it is left.
+    pub fn judge(&self, set: usize, beside: &System) -> Option<Judged> {
+        let Set { columns, nature, search, .. } = &self.sets[set];
+        match nature {
+            Nature::Law => self.judge_law(set, columns, *search, beside),
+            Nature::Chance => {
+                let component = random::test(beside, columns, self.ln_level)?;
+                let variance = component.deviation.powi(2) / component.variance;
+                let with = beside.beside(&[], &[Penalised { columns: columns.clone(), variance }]);
+                Some(Judged {
+                    set,
+                    drop: beside.chi_square - with.chi_square,
+                    dof: 1.0,
+                    statistic: component.statistic,
+                    ln_p: component.ln_p,
+                    design_effect: 1.0,
+                    inflation: component.variance,
+                    pivoted: beside.pivoted(&[]),
+                    implausible: self.beyond(columns[0], component.deviation, component.sigma),
+                    component: Some(component),
+                    predicted_drop: None,
+                })
+            }
+        }
+    }
+
+    fn judge_law(&self, set: usize, columns: &[usize], search: Search, beside: &System) -> Option<Judged> {
+        let mut predicted_drop = None;
+        let tested = fixed::test(beside, columns, |pivoted| {
+            let Some((directions, change)) = self.directions(pivoted) else { return 1.0 };
+            predicted_drop = self.clusters.predicted_drop(&directions, &change);
+            let variance = (beside.chi_square - pivoted.drop()) / (beside.redundancy - pivoted.kept.len() as f64);
+            self.clusters.design_effect(&directions, &change, variance)
+        })?;
+        let mut ln_p = tested.ln_p;
+        if let Search::Places { count, drop } = search {
+            let rest = beside.redundancy - tested.dof;
+            let statistic = tested.drop.min(drop.max(0.0)) / (tested.dof * tested.inflation());
+            let at_grid = crate::math::statistics::f_ln_sf(statistic, tested.dof, rest).min(0.0);
+            ln_p = multiple::best_of(at_grid, count);
+        }
+        let (estimate, variances) = (tested.set.estimate(), tested.set.variances());
+        let sigma = |k: usize| (variances[k] * tested.inflation()).sqrt();
+        let implausible = tested.set.kept.iter().enumerate().any(|(k, c)| self.beyond(*c, estimate[k], sigma(k)));
+        Some(Judged {
+            set,
+            implausible,
+            drop: tested.drop,
+            dof: tested.dof,
+            statistic: tested.statistic,
+            ln_p,
+            design_effect: tested.design_effect,
+            inflation: tested.inflation(),
+            pivoted: tested.set,
+            component: None,
+            predicted_drop,
+        })
+    }
+
+    /// Is a value of a column beyond its plausible range?
+    fn beyond(&self, column: usize, value: f64, sigma: f64) -> bool {
+        let margin = BEYOND_SIGMAS * sigma;
+        self.plausible[column].is_some_and(|[min, max]| value + margin < min || value - margin > max)
+    }
+
+    /// Over the clustered columns: directions that whiten a set beside the laws that are in, and what all columns change by when it is fitted.
+    /// `None` where a column of the set has no parts.
+    fn directions(&self, set: &Pivoted) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let count = self.clusters.parts.first()?.0.len();
+        let (fixed, random) = self.parts_in();
+        let whitening = set.whitening();
+        let dof = set.kept.len();
+        let mut directions = DMatrix::zeros(count, dof);
+        for (i, column) in set.kept.iter().enumerate() {
+            let to = self.clustered[*column]?;
+            (0..dof).for_each(|k| directions[(to, k)] = whitening[(i, k)]);
+        }
+        // What is in follows: minus M_ff^-1 M_fc.
+        let system = self.system.beside(&[], &random);
+        let own = system.pivoted(&fixed);
+        let n = own.kept.len();
+        let mut cross = DMatrix::from_fn(n, dof, |i, k| {
+            set.kept
+                .iter()
+                .enumerate()
+                .map(|(j, column)| system.information[(own.kept[i], *column)] * own.scale[i] * whitening[(j, k)])
+                .sum()
+        });
+        own.factor.solve_lower_triangular_mut(&mut cross);
+        own.factor.tr_solve_lower_triangular_mut(&mut cross);
+        for (i, column) in own.kept.iter().enumerate() {
+            let Some(to) = self.clustered[*column] else { continue };
+            (0..dof).for_each(|k| directions[(to, k)] -= cross[(i, k)] * own.scale[i]);
+        }
+        let all: Vec<usize> = fixed.iter().copied().chain(set.kept.iter().copied()).collect();
+        let together = system.pivoted(&all);
+        let mut change = DVector::zeros(count);
+        for (column, value) in all.iter().filter_map(|column| Some((self.clustered[*column]?, self.values[*column]))) {
+            change[column] = -value;
+        }
+        for (column, value) in together.kept.iter().zip(together.estimate().iter()) {
+            if let Some(to) = self.clustered[*column] {
+                change[to] += value;
+            }
+        }
+        Some((directions, change))
+    }
+
+    /// The surest of variants, its p-value corrected for the choice.
+    fn best_variant(&self, mut judged: Vec<Judged>, beside: &System) -> Option<Judged> {
+        let range = |j: &Judged| match self.sets[j.set].search {
+            Search::Range(place) => place,
+            _ => f64::NAN,
+        };
+        let count = judged.len();
+        judged.sort_by(|a, b| range(a).total_cmp(&range(b)));
+        let seen = |a: &Judged, b: &Judged| separability::seen_by(beside, &a.pivoted, &b.pivoted);
+        let angle: f64 = judged.windows(2).map(|pair| seen(&pair[0], &pair[1]).clamp(0.0, 1.0).acos()).sum();
+        let mut best = judged.into_iter().min_by(|a, b| a.ln_p.total_cmp(&b.ln_p).then(b.drop.total_cmp(&a.drop)))?;
+        best.ln_p = match self.sets[best.set].search {
+            Search::Range(_) if count > 1 => multiple::best_over_range(best.ln_p, best.drop / best.inflation, angle),
+            Search::Variant => multiple::best_of(best.ln_p, count as f64),
+            _ => best.ln_p,
+        };
+        Some(best)
+    }
+}

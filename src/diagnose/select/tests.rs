@@ -1,0 +1,208 @@
+//! Rules on small systems: regressions of a few hundred measurements in images, no block.
+
+use super::challenge::{self, Structure};
+use super::{Event, Nature, Search, Set, Situation, Taken, next};
+use crate::diagnose::test::System;
+use crate::diagnose::test::design_effect::Clusters;
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use std::collections::BTreeSet;
+
+const IMAGES: usize = 24;
+/// Measurements of an image.
+const EACH: usize = 40;
+
+/// Measurements as sums of columns and noise of unit weight.
+struct Regression {
+    columns: Vec<Vec<f64>>,
+    sets: Vec<Set>,
+    v: Vec<f64>,
+    taken: Vec<Taken>,
+    refused: BTreeSet<String>,
+    plausible: Option<[f64; 2]>,
+}
+
+fn normal(count: usize, seed: u64) -> Vec<f64> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    (0..count).map(|_| StandardNormal.sample(&mut random)).collect()
+}
+
+/// A column that every measurement feels, unlike those of other seeds.
+fn wave(seed: u64) -> Vec<f64> {
+    normal(IMAGES * EACH, 1000 + seed)
+}
+
+/// The column that image `i` has to itself.
+fn of_image(i: usize) -> Vec<f64> {
+    (0..IMAGES * EACH).map(|k| if k / EACH == i { 1.0 } else { 0.0 }).collect()
+}
+
+/// A law of the place of the image in the block.
+fn drift() -> Vec<f64> {
+    (0..IMAGES * EACH).map(|k| (k / EACH) as f64 / IMAGES as f64 - 0.5).collect()
+}
+
+impl Regression {
+    fn new(seed: u64) -> Self {
+        let v = normal(IMAGES * EACH, seed);
+        Self { columns: vec![], sets: vec![], v, taken: vec![], refused: BTreeSet::new(), plausible: None }
+    }
+
+    fn set(mut self, id: &str, nature: Nature, columns: Vec<Vec<f64>>) -> Self {
+        let first = self.columns.len();
+        let columns_of = (first..first + columns.len()).collect();
+        let (id, physical, search) = (id.to_string(), true, Search::None);
+        self.sets.push(Set { id, columns: columns_of, nature, physical, search });
+        self.columns.extend(columns);
+        self
+    }
+
+    /// What the measurements have of a column.
+    fn truth(mut self, column: &[f64], size: f64) -> Self {
+        self.v.iter_mut().zip(column).for_each(|(v, c)| *v += size * c);
+        self
+    }
+
+    fn with_in(mut self, set: usize) -> Self {
+        self.taken.push(Taken { set, variance: 0.0, removable: true });
+        self
+    }
+
+    /// Calls `ask` with the situation.
+    fn ask<T>(&self, ask: impl FnOnce(&Situation<'_>) -> T) -> T {
+        let (n, q) = (self.v.len(), self.columns.len());
+        let c = DMatrix::from_fn(n, q, |k, j| self.columns[j][k]);
+        let v = DVector::from_column_slice(&self.v);
+        let system = System {
+            score: c.tr_mul(&v),
+            information: c.tr_mul(&c),
+            length: (0..q).map(|j| c.column(j).norm_squared()).collect(),
+            least: vec![0.0; q],
+            chi_square: v.norm_squared(),
+            redundancy: n as f64,
+        };
+        let part = |i: usize| {
+            let (c, v) = (c.rows(i * EACH, EACH), v.rows(i * EACH, EACH));
+            (c.tr_mul(&v), c.tr_mul(&c))
+        };
+        let clusters = Clusters { parts: (0..IMAGES).map(part).collect() };
+        let clustered: Vec<Option<usize>> = (0..q).map(Some).collect();
+        ask(&Situation {
+            system: &system,
+            sets: &self.sets,
+            values: &vec![0.0; q],
+            plausible: &vec![self.plausible; q],
+            clusters: &clusters,
+            clustered: &clustered,
+            taken: self.taken.clone(),
+            ln_level: 1e-4f64.ln(),
+            refused: self.refused.clone(),
+        })
+    }
+
+    fn next(&self) -> Option<Event> {
+        self.ask(next)
+    }
+}
+
+fn images() -> Vec<Vec<f64>> {
+    (0..IMAGES).map(of_image).collect()
+}
+
+#[test]
+fn noise_lets_nothing_in() {
+    for seed in 0..20 {
+        let quiet = Regression::new(seed)
+            .set("a", Nature::Law, vec![wave(1)])
+            .set("b", Nature::Law, vec![wave(2), wave(3)])
+            .set("image", Nature::Chance, images());
+        assert_eq!(quiet.next(), None, "seed {seed}");
+    }
+}
+
+#[test]
+fn the_surest_enters() {
+    let both = Regression::new(1)
+        .set("weak", Nature::Law, vec![wave(1)])
+        .set("strong", Nature::Law, vec![wave(2)])
+        .truth(&wave(1), 0.2)
+        .truth(&wave(2), 0.4);
+    assert_eq!(both.next(), Some(Event::Added { set: 1 }));
+    assert_eq!(both.with_in(1).next(), Some(Event::Added { set: 0 }), "beside the strong one the weak one enters");
+}
+
+#[test]
+fn what_was_refused_or_is_impossible_does_not_enter() {
+    let strong = || Regression::new(1).set("strong", Nature::Law, vec![wave(2)]).truth(&wave(2), 0.5);
+    assert_eq!(strong().next(), Some(Event::Added { set: 0 }));
+    let mut refused = strong();
+    refused.refused.insert("strong".into());
+    assert_eq!(refused.next(), None);
+    let mut impossible = strong();
+    impossible.plausible = Some([0.0, 0.1]);
+    assert_eq!(impossible.next(), None, "0.5 +- 0.03 where physics allows 0.1");
+    impossible.plausible = Some([0.0, 0.45]);
+    assert_eq!(impossible.next(), Some(Event::Added { set: 0 }), "beyond by less than three sigma");
+}
+
+#[test]
+fn what_is_not_needed_leaves() {
+    let mut mixed = wave(1);
+    mixed.iter_mut().zip(wave(2)).for_each(|(a, b)| *a = 0.9 * *a + 0.4 * b);
+    let both = Regression::new(3)
+        .set("true", Nature::Law, vec![wave(1)])
+        .set("alike", Nature::Law, vec![mixed])
+        .truth(&wave(1), 0.5)
+        .with_in(0)
+        .with_in(1);
+    assert!(matches!(both.next(), Some(Event::Removed { id, .. }) if id == "alike"));
+}
+
+#[test]
+fn a_law_enters_before_chance_of_the_same_quantity() {
+    let drifting = Regression::new(4)
+        .set("image", Nature::Chance, images())
+        .set("drift", Nature::Law, vec![drift()])
+        .truth(&drift(), 3.0);
+    assert_eq!(drifting.next(), Some(Event::Added { set: 1 }));
+    assert_eq!(drifting.with_in(1).next(), None, "nothing is left for chance");
+}
+
+#[test]
+fn chance_that_happens_to_drift_is_no_law() {
+    let sizes = normal(IMAGES, 77);
+    let hunting = (0..IMAGES).fold(
+        Regression::new(5).set("drift", Nature::Law, vec![drift()]).set("image", Nature::Chance, images()),
+        |regression, i| regression.truth(&of_image(i), 2.0 * sizes[i]),
+    );
+    assert_eq!(hunting.next(), Some(Event::Added { set: 1 }));
+}
+
+#[test]
+fn a_structure_takes_out_what_it_could_itself_be() {
+    let pattern = wave(9);
+    let mut alike = pattern.clone();
+    alike.iter_mut().zip(wave(2)).for_each(|(a, b)| *a = 0.75 * *a + 0.66 * b);
+    let false_name = Regression::new(6)
+        .set("false", Nature::Law, vec![alike])
+        .set("pattern", Nature::Law, vec![pattern.clone()])
+        .truth(&pattern, 0.6)
+        .with_in(0);
+    let structure = [Structure { name: "pattern".into(), columns: vec![1] }];
+    let removed = false_name.ask(|situation| challenge::rule(situation, &structure));
+    assert!(matches!(removed, Some(Event::Removed { id, .. }) if id == "false"));
+}
+
+#[test]
+fn a_structure_elsewhere_takes_nothing_out() {
+    let drift_of_positions = Regression::new(7)
+        .set("true", Nature::Law, vec![wave(1)])
+        .set("pattern", Nature::Law, vec![wave(9)])
+        .truth(&wave(1), 0.3)
+        .truth(&wave(9), 1.5)
+        .with_in(0);
+    let structure = [Structure { name: "pattern".into(), columns: vec![1] }];
+    assert_eq!(drift_of_positions.ask(|situation| challenge::rule(situation, &structure)), None);
+}

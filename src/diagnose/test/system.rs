@@ -1,0 +1,301 @@
+//! Score and information of columns, and what remains of both when some of them are taken for granted.
+
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Accum, MatMut, MatRef, Par};
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// A column of which less than this share of its squared length is left is absorbed: its rest is of the size of the base's own linearisation
+/// errors.
+pub const KEPT_SHARE: f64 = 1e-5;
+
+/// Score `s = C'Qv` and information `M = C'QC` of columns `C` at zero, for unit weight.
+#[derive(Debug, Clone)]
+pub struct System {
+    /// `s`.
+    pub score: DVector<f64>,
+    /// `M`.
+    pub information: DMatrix<f64>,
+    /// Squared length of each column before anything was taken out of it.
+    pub length: Vec<f64>,
+    /// Least information of a column for its value to be known to its plausible range, at unit weight; zero where there is none.
+    pub least: Vec<f64>,
+    /// `v'Pv` without any of the columns.
+    pub chi_square: f64,
+    /// Redundancy without any of the columns.
+    pub redundancy: f64,
+}
+
+/// Random values: columns, and the variance of each value, in units of the variance of unit weight.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Penalised {
+    /// Columns.
+    pub columns: Vec<usize>,
+    /// Variance of each value, in the units of the columns squared.
+    pub variance: f64,
+}
+
+/// A Cholesky factorisation with pivoting over the columns of a set: those that are left something of, in the order in which they were taken.
+#[derive(Debug, Clone)]
+pub struct Pivoted {
+    /// Columns kept.
+    pub kept: Vec<usize>,
+    /// Lower factor of `M` over the kept columns, scaled: `M = S^-1 L L' S^-1` with `S` the diagonal of `scale`.
+    pub factor: DMatrix<f64>,
+    /// One over the length of each kept column.
+    pub scale: Vec<f64>,
+    /// `L^-1 S s`: independent, of the variance of unit weight, mean zero without an effect.
+    pub white: DVector<f64>,
+}
+
+impl System {
+    /// Number of columns.
+    pub fn len(&self) -> usize {
+        self.score.len()
+    }
+
+    /// No columns?
+    pub fn is_empty(&self) -> bool {
+        self.score.is_empty()
+    }
+
+    /// Factorises `M` over a set of columns, most independent first, and leaves out those that the others and the base absorb.
+    pub fn pivoted(&self, set: &[usize]) -> Pivoted {
+        let mut columns: Vec<usize> = set.iter().copied().filter(|c| self.length[*c] > 0.0).collect();
+        let n = columns.len();
+        let scale_of = |c: usize| self.length[c].sqrt().recip();
+        let mut factor = DMatrix::<f64>::zeros(n, n);
+        let mut diagonal: Vec<f64> = columns.iter().map(|c| self.information[(*c, *c)] / self.length[*c]).collect();
+        let mut white: Vec<f64> = columns.iter().map(|c| self.score[*c] * scale_of(*c)).collect();
+        let least: Vec<f64> = columns.iter().map(|c| (self.least[*c] / self.length[*c]).max(KEPT_SHARE)).collect();
+        let mut least = least;
+        let mut kept = 0;
+        for step in 0..n {
+            let best = (step..n)
+                .max_by(|i, k| (diagonal[*i] / least[*i]).total_cmp(&(diagonal[*k] / least[*k])).then(k.cmp(i)));
+            let Some(best) = best.filter(|best| diagonal[*best] > least[*best]) else { break };
+            columns.swap(step, best);
+            diagonal.swap(step, best);
+            least.swap(step, best);
+            white.swap(step, best);
+            factor.swap_rows(step, best);
+            let pivot = diagonal[step].sqrt();
+            factor[(step, step)] = pivot;
+            let own = scale_of(columns[step]);
+            // Column by column, which is how they are stored.
+            let mut next: Vec<f64> = (step + 1..n)
+                .map(|i| self.information[(columns[i], columns[step])] * scale_of(columns[i]) * own)
+                .collect();
+            for done in 0..step {
+                let row = factor[(step, done)];
+                let column = factor.column(done);
+                for (value, other) in next.iter_mut().zip(column.rows(step + 1, n - step - 1).iter()) {
+                    *value -= row * other;
+                }
+            }
+            white[step] /= pivot;
+            for (i, value) in (step + 1..n).zip(next) {
+                let value = value / pivot;
+                factor[(i, step)] = value;
+                diagonal[i] -= value * value;
+                white[i] -= value * white[step];
+            }
+            kept = step + 1;
+        }
+        columns.truncate(kept);
+        Pivoted {
+            scale: columns.iter().map(|c| scale_of(*c)).collect(),
+            factor: factor.view((0, 0), (kept, kept)).into_owned(),
+            white: DVector::from_vec(white).rows(0, kept).into_owned(),
+            kept: columns,
+        }
+    }
+
+    /// `s'(M + I / variance)^-1 s` over the kept columns of a set: the drop of `v'Pv` that it brings where each value has a prior of that
+    /// variance, in the units of the columns squared.
+    pub fn drop_with_prior(&self, set: &[usize], variance: f64) -> f64 {
+        let kept = self.pivoted(set).kept;
+        let prior = |i: usize, j: usize| if i == j { 1.0 / variance } else { 0.0 };
+        let own = |i: usize, j: usize| self.information[(kept[i], kept[j])] + prior(i, j);
+        let score = DVector::from_fn(kept.len(), |i, _| self.score[kept[i]]);
+        let factor = Cholesky::new(DMatrix::from_fn(kept.len(), kept.len(), own));
+        factor.map_or(0.0, |factor| score.dot(&factor.solve(&score)))
+    }
+
+    /// The system beside columns that are taken in: random values first, then fixed sets. Columns that are taken in keep no information.
+    pub fn beside(&self, fixed: &[usize], random: &[Penalised]) -> System {
+        let mut system = self.clone();
+        for values in random {
+            system = system.beside_random(values);
+        }
+        if !fixed.is_empty() {
+            system = system.beside_fixed(fixed);
+        }
+        system
+    }
+
+    fn beside_fixed(&self, set: &[usize]) -> System {
+        let pivoted = self.pivoted(set);
+        let n = pivoted.kept.len();
+        let mut cross =
+            DMatrix::from_fn(n, self.len(), |i, c| self.information[(pivoted.kept[i], c)] * pivoted.scale[i]);
+        solve_lower(&pivoted.factor, &mut cross);
+        let mut system = self.less(&cross, &pivoted.white);
+        system.chi_square -= pivoted.white.norm_squared();
+        system.redundancy -= n as f64;
+        system.forget(set);
+        system
+    }
+
+    fn beside_random(&self, values: &Penalised) -> System {
+        let set = &values.columns;
+        let n = set.len();
+        let mut own = DMatrix::from_fn(n, n, |i, j| self.information[(set[i], set[j])]);
+        if values.variance <= 0.0 {
+            return self.clone();
+        }
+        for i in 0..n {
+            own[(i, i)] += 1.0 / values.variance;
+        }
+        // Positive definite by its penalty; rounding apart.
+        let Some(factor) = Cholesky::new(own) else { return self.clone() };
+        let mut cross = DMatrix::from_fn(n, self.len(), |i, c| self.information[(set[i], c)]);
+        let mut white = DVector::from_fn(n, |i, _| self.score[set[i]]);
+        let lower = factor.l();
+        solve_lower(&lower, &mut cross);
+        lower.solve_lower_triangular_mut(&mut white);
+        let mut system = self.less(&cross, &white);
+        system.chi_square -= white.norm_squared();
+        system
+    }
+
+    fn less(&self, cross: &DMatrix<f64>, white: &DVector<f64>) -> System {
+        let mut system = self.clone();
+        let n = self.len();
+        let information = MatMut::from_column_major_slice_mut(system.information.as_mut_slice(), n, n);
+        let cross_ref = MatRef::from_column_major_slice(cross.as_slice(), cross.nrows(), n);
+        matmul(information, Accum::Add, cross_ref.transpose(), cross_ref, -1.0, Par::Seq);
+        system.score -= cross.tr_mul(white);
+        system
+    }
+
+    fn forget(&mut self, set: &[usize]) {
+        for c in set {
+            self.score[*c] = 0.0;
+            self.information.row_mut(*c).fill(0.0);
+            self.information.column_mut(*c).fill(0.0);
+        }
+    }
+
+    /// The same columns in other units: column `c` times `factor[c]`.
+    pub fn scaled(&self, factor: &[f64]) -> System {
+        let n = self.len();
+        System {
+            score: DVector::from_fn(n, |i, _| self.score[i] * factor[i]),
+            information: DMatrix::from_fn(n, n, |i, j| self.information[(i, j)] * factor[i] * factor[j]),
+            length: (0..n).map(|i| self.length[i] * factor[i] * factor[i]).collect(),
+            least: (0..n).map(|i| self.least[i] * factor[i] * factor[i]).collect(),
+            ..*self
+        }
+    }
+}
+
+/// Replaces `right` by `L^-1 right`.
+fn solve_lower(lower: &DMatrix<f64>, right: &mut DMatrix<f64>) {
+    let (n, columns) = (right.nrows(), right.ncols());
+    let lower = MatRef::from_column_major_slice(lower.as_slice(), n, n);
+    let right = MatMut::from_column_major_slice_mut(right.as_mut_slice(), n, columns);
+    solve_lower_triangular_in_place(lower, right, Par::Seq);
+}
+
+impl Pivoted {
+    /// `s'M^-1 s` over the kept columns.
+    pub fn drop(&self) -> f64 {
+        self.white.norm_squared()
+    }
+
+    /// `M^-1 s`: estimates of the kept columns.
+    pub fn estimate(&self) -> DVector<f64> {
+        let mut values = self.white.clone();
+        self.factor.tr_solve_lower_triangular_mut(&mut values);
+        DVector::from_fn(values.len(), |i, _| values[i] * self.scale[i])
+    }
+
+    /// `T` with `T'MT = I`, over the kept columns: its columns are directions of unit information.
+    pub fn whitening(&self) -> DMatrix<f64> {
+        let n = self.kept.len();
+        let mut whitening = DMatrix::identity(n, n);
+        self.factor.tr_solve_lower_triangular_mut(&mut whitening);
+        DMatrix::from_fn(n, n, |i, k| whitening[(i, k)] * self.scale[i])
+    }
+
+    /// Variances of the estimates for unit weight.
+    pub fn variances(&self) -> Vec<f64> {
+        let whitening = self.whitening();
+        (0..self.kept.len()).map(|i| whitening.row(i).norm_squared()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    /// Columns of a small regression: `M = C'C`, `s = C'v`.
+    pub fn regression(columns: &[&[f64]], v: &[f64]) -> System {
+        let c = DMatrix::from_fn(v.len(), columns.len(), |i, j| columns[j][i]);
+        let v = DVector::from_column_slice(v);
+        System {
+            score: c.transpose() * &v,
+            information: c.transpose() * &c,
+            length: (0..columns.len()).map(|j| c.column(j).norm_squared()).collect(),
+            least: vec![0.0; columns.len()],
+            chi_square: v.norm_squared(),
+            redundancy: v.len() as f64,
+        }
+    }
+
+    const A: [f64; 5] = [1.0, 1.0, 1.0, 1.0, 1.0];
+    const B: [f64; 5] = [0.0, 1.0, 2.0, 3.0, 4.0];
+    const V: [f64; 5] = [1.0, 3.0, 5.0, 7.0, 9.5];
+
+    #[test]
+    fn a_set_is_a_regression() {
+        let system = regression(&[&A, &B], &V);
+        let pivoted = system.pivoted(&[0, 1]);
+        let estimate = pivoted.estimate();
+        let of = |c: usize| estimate[pivoted.kept.iter().position(|k| *k == c).unwrap()];
+        // The line through the points by hand: slope 2.1, value 0.9 at zero.
+        assert_relative_eq!(of(0), 0.9, epsilon = 1e-12);
+        assert_relative_eq!(of(1), 2.1, epsilon = 1e-12);
+        assert_relative_eq!(pivoted.drop(), V.iter().map(|v| v * v).sum::<f64>() - 0.1, epsilon = 1e-10);
+    }
+
+    #[test]
+    fn beside_is_what_remains_of_a_regression() {
+        let system = regression(&[&A, &B], &V);
+        let beside = system.beside(&[0], &[]);
+        let alone = beside.pivoted(&[1]);
+        assert_relative_eq!(alone.estimate()[0], 2.1, epsilon = 1e-12);
+        assert_relative_eq!(beside.chi_square - alone.drop(), 0.1, epsilon = 1e-10);
+        assert_eq!(beside.redundancy, 4.0);
+        assert!(beside.pivoted(&[0]).kept.is_empty(), "nothing is left of what is in");
+    }
+
+    #[test]
+    fn absorbed_columns_are_left_out() {
+        let twice: Vec<f64> = B.iter().map(|b| 2.0 * b).collect();
+        let system = regression(&[&A, &B, &twice], &V);
+        assert_eq!(system.pivoted(&[0, 1, 2]).kept.len(), 2);
+        assert_relative_eq!(system.pivoted(&[1, 2]).drop(), system.pivoted(&[1]).drop(), epsilon = 1e-10);
+    }
+
+    #[test]
+    fn random_values_shrink() {
+        // One value of variance 1 under unit weight: M = 1, so half of the score is believed.
+        let one = regression(&[&[1.0, 0.0], &[1.0, 1.0]], &[2.0, 0.0]);
+        let beside = one.beside(&[], &[Penalised { columns: vec![0], variance: 1.0 }]);
+        assert_relative_eq!(beside.score[1], 1.0, epsilon = 1e-12);
+        assert_relative_eq!(beside.information[(1, 1)], 1.5, epsilon = 1e-12);
+    }
+}
