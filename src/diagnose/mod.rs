@@ -1,6 +1,6 @@
 //! Which physical effect is missing: every question of a converged fit is linear algebra of one small system ([`linearised`]).
 //!
-//! - [`test`]: pure statistics of such systems, without a block.
+//! - [`mod@test`]: pure statistics of such systems, without a block.
 //! - [`select`]: which effects belong to the model, rules over what the tests say.
 //! - [`improve`]: carries out what the rules ask for, refits, and keeps the ledger; [`run`] a whole diagnosis.
 //! - [`structure`]: what is left in the residuals, whatever its cause; [`outliers`]: data snooping.

@@ -186,18 +186,6 @@ impl System {
             self.information.column_mut(*c).fill(0.0);
         }
     }
-
-    /// The same columns in other units: column `c` times `factor[c]`.
-    pub fn scaled(&self, factor: &[f64]) -> System {
-        let n = self.len();
-        System {
-            score: DVector::from_fn(n, |i, _| self.score[i] * factor[i]),
-            information: DMatrix::from_fn(n, n, |i, j| self.information[(i, j)] * factor[i] * factor[j]),
-            length: (0..n).map(|i| self.length[i] * factor[i] * factor[i]).collect(),
-            least: (0..n).map(|i| self.least[i] * factor[i] * factor[i]).collect(),
-            ..*self
-        }
-    }
 }
 
 /// Replaces `right` by `L^-1 right`.

@@ -12,7 +12,7 @@
 //! and every question about them is linear algebra of the small system `(s, M)`: for linear models `s'M^-1 s` is the drop of `v'Pv` that a
 //! refit with the columns brings, `M^-1 s` their estimate, `M^-1` its covariance for unit weight. Source: Rao's score test.
 //!
-//! A pass over the points takes each of them out of all columns ([`rows`]), one factorisation takes cameras and poses out. A second pass
+//! A pass over the points takes each of them out of all columns (`rows`), one factorisation takes cameras and poses out. A second pass
 //! projects chosen columns row by row ([`NullModel::parts`]): what is left of a column of which the base takes 99.9 % keeps its digits there,
 //! and the parts of `s` and `M` by image come with it.
 
