@@ -12,6 +12,8 @@ use std::collections::BTreeMap;
 
 /// Family-wise level of the screenings; no test here depends on it.
 pub const SIGNIFICANCE: f64 = 1e-3;
+/// Effects whose size these blocks, at most some hundred metres across, would know worse than physics limits it.
+pub const UNTESTABLE: [&str; 2] = ["earth-curvature", "refraction"];
 /// Seed of the blocks' geometry.
 const GEOMETRY: u64 = 1;
 

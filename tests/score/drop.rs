@@ -1,7 +1,9 @@
 //! The predicted drop of `v'Pv` against that of the refit, for every candidate that is linear in its parameters: within five per cent up to ten
 //! standard deviations. Random and scanned effects are not: their refits estimate a variance, or a place.
 
-use super::blocks::{everything_free, fitted, measured_under, options, preset, settings, small, with_noise};
+use super::blocks::{
+    UNTESTABLE, everything_free, fitted, measured_under, options, preset, settings, small, with_noise,
+};
 use misclosure::block::Block;
 use misclosure::diagnose::candidate::{Addition, Candidate, candidates};
 use misclosure::diagnose::fit::{Fit, solve};
@@ -135,5 +137,7 @@ fn the_predicted_drop_is_that_of_the_refit() {
     };
     let all: BTreeSet<String> =
         effects::catalogue().iter().filter(linear).map(|effect| effect.descriptor().id.to_string()).collect();
-    assert_eq!(tested, all, "every linear effect is tested in some block");
+    let untestable: BTreeSet<String> = UNTESTABLE.iter().map(|id| id.to_string()).collect();
+    assert!(tested.is_disjoint(&untestable), "blocks of this size cannot tell these: {UNTESTABLE:?}");
+    assert_eq!(&tested | &untestable, all, "every other linear effect is tested in some block");
 }

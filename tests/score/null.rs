@@ -4,7 +4,7 @@
 //! The p-value of a linear candidate is that of F with the estimated variance factor, as the program computes it: exactly uniform, for any
 //! redundancy, while the base is linear over the size of the noise. Family-wise over all candidates: Bonferroni.
 
-use super::blocks::{everything_free, fitted, settings, small, with_noise};
+use super::blocks::{UNTESTABLE, everything_free, fitted, settings, small, with_noise};
 use misclosure::block::Block;
 use misclosure::camera;
 use misclosure::diagnose::linearised::{Added, linearise};
@@ -18,9 +18,6 @@ use std::collections::{BTreeMap, BTreeSet};
 const BLOCKS: u64 = 240;
 /// Probability that any candidate fails though all p-values are what they should be.
 const FAMILY_LEVEL: f64 = 0.05;
-
-/// Effects whose size this block, tens of metres across, would know worse than physics limits it.
-const UNTESTABLE: [&str; 2] = ["earth-curvature", "refraction"];
 
 /// What is known of a candidate's p-value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
