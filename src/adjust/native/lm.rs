@@ -105,7 +105,14 @@ pub fn minimise(
             increments = solve(&system, damping);
             // A direction without any information is the caller's to name.
             if increments.as_ref().is_none_or(|x| system.decrement(x) < small) {
-                let system = if robust { linearised(&state, &frames, 0.0, Curvature::Weights)? } else { system };
+                // The step is at hand: taken, it leaves rounding where its promise left a share of sigma.
+                let at = Prepared { problem, structure, state: &state, frames: &frames };
+                let last =
+                    increments.and_then(|x| pool.install(|| try_step(&at, &system, &x, damping, Curvature::Newton)));
+                if let Some(step) = last.filter(|step| step.chi_square < chi_square) {
+                    (state, frames) = (step.state, step.frames);
+                }
+                let system = linearised(&state, &frames, 0.0, Curvature::Weights)?;
                 return Ok(Outcome { state, iterations, system, frames });
             }
         }
