@@ -9,14 +9,14 @@ use super::fit::{DiagnoseError, Fit};
 use super::improve::Settings;
 use super::scan;
 use super::select::{Nature, Search, Set, Situation, Taken};
-use super::test::design_effect::Clusters;
+use super::test::design_effect::{Clusters, of_values};
 use super::test::{System, random};
 use crate::adjust::native::null_model::{Columns, NoColumns, NullModel, Parts, ScoreSystem};
 use crate::block::Block;
 use crate::effects::Role;
 use crate::model::EffectTerm;
 use crate::problem::{Problem, State};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What the diagnosis took into a model, beside the user's own effects.
@@ -49,6 +49,7 @@ pub struct Linearised {
     plausible: Vec<Option<[f64; 2]>>,
     clusters: Clusters,
     clustered: Vec<Option<usize>>,
+    design_effects: Vec<f64>,
     /// Effects of the null model's problem whose values are those of the fit or of a set: first and last of what is in.
     in_effects: std::ops::Range<usize>,
     /// Further columns, behind those of the sets.
@@ -204,6 +205,7 @@ pub fn with_candidates(
         true => null.parts(&mut scores)?,
         false => Parts { columns: Vec::new(), parts: Vec::new() },
     };
+    let design_effects = design_effects(&null, &sets, null.chi_square() / redundancy);
     let system = at_zero(&scores, &values, least, null.chi_square(), redundancy);
     let extra_columns = count - (extra.dense() + extra.local())..count;
     let mut clustered = vec![None; values.len()];
@@ -224,9 +226,30 @@ pub fn with_candidates(
         taken,
         clusters: Clusters { parts: clusters },
         clustered,
+        design_effects,
         in_effects,
         extra_columns,
     })
+}
+
+/// Design effect of every set of values per image; one for laws.
+fn design_effects(null: &NullModel, sets: &[Set], variance: f64) -> Vec<f64> {
+    let images = null.image_cells();
+    let of = |set: &Set| {
+        if set.nature == Nature::Law {
+            return 1.0;
+        }
+        let own = images.iter().map(|image| {
+            let is_own = |position: &usize| set.columns.contains(&image.columns[*position]);
+            let rows: Vec<usize> = (0..image.columns.len()).filter(is_own).collect();
+            let part = |(score, information): &(DVector<f64>, DMatrix<f64>)| {
+                (score.select_rows(&rows), information.select_rows(&rows).select_columns(&rows))
+            };
+            if rows.is_empty() { Vec::new() } else { image.parts.iter().map(part).collect() }
+        });
+        of_values(own, variance)
+    };
+    sets.iter().map(of).collect()
 }
 
 /// Score, information and `v'Pv` where all columns are zero.
@@ -277,6 +300,7 @@ impl Linearised {
             plausible: &self.plausible,
             clusters: &self.clusters,
             clustered: &self.clustered,
+            design_effects: &self.design_effects,
             taken: self.taken.clone(),
             ln_level: self.ln_level(settings.significance),
             refused: refused.clone(),
@@ -304,7 +328,7 @@ impl Linearised {
             .flat_map(|set| set.columns.iter().map(|column| (*column, 1.0 / set.variance)))
             .collect();
         let n = chance.len();
-        let mut own = nalgebra::DMatrix::from_fn(n, n, |i, j| self.system.information[(chance[i].0, chance[j].0)]);
+        let mut own = DMatrix::from_fn(n, n, |i, j| self.system.information[(chance[i].0, chance[j].0)]);
         (0..n).for_each(|i| own[(i, i)] += chance[i].1);
         let laws: DVector<f64> = &self.system.information * DVector::from_column_slice(&values);
         let right = DVector::from_fn(n, |i, _| self.system.score[chance[i].0] - laws[chance[i].0]);
@@ -327,7 +351,7 @@ impl Linearised {
     pub fn variance(&self, situation: &Situation<'_>, set: usize) -> f64 {
         let without = situation.without(&self.sets[set].id);
         let beside = without.beside();
-        let judged = random::test(&beside, &self.sets[set].columns, situation.ln_level);
+        let judged = random::test(&beside, &self.sets[set].columns, self.design_effects[set], situation.ln_level);
         let unit = judged.map_or(1.0, |component| component.variance);
         random::estimate(&beside, &self.sets[set].columns, unit, 0.0)
     }

@@ -3,12 +3,32 @@
 //! such values is none.
 
 use super::{Judged, Nature, Situation, entry::may_enter};
-use crate::diagnose::test::random::law_beside_chance;
+use crate::diagnose::test::random::{self, law_beside_chance};
 use crate::diagnose::test::{System, separability};
 
 /// A law is of the same quantity as chance values where these can take all of it; what they cannot take is the rounding of a law that holds
 /// within an image, too.
 const SAME_QUANTITY: f64 = 0.99;
+
+/// Of the chance values that may enter the likeliest. Each has one variance, so that likelihoods compare; the sums of squared scores, which
+/// tell whether a variance is zero, do not tell whose it is.
+pub fn likeliest<'a>(situation: &Situation<'_>, beside: &System, judged: &'a [Judged]) -> Option<&'a Judged> {
+    let open = judged
+        .iter()
+        .filter(|judged| situation.sets[judged.set].nature == Nature::Chance && may_enter(situation, judged));
+    let open: Vec<&Judged> = open.collect();
+    if open.len() < 2 {
+        return open.first().copied();
+    }
+    let likelihood = |judged: &&Judged| {
+        let component = judged.component.as_ref()?;
+        random::largest_likelihood_ratio(beside, &situation.sets[judged.set].columns, component.variance)
+    };
+    open.into_iter()
+        .filter_map(|judged| Some((likelihood(&judged)?, judged)))
+        .max_by(|(a, _), (b, _)| a.total_cmp(b))
+        .map(|(_, judged)| judged)
+}
 
 /// The law to take in instead of `values`: the surest that is significant beside chance among these very values.
 pub fn law_instead(situation: &Situation<'_>, beside: &System, judged: &[Judged], values: &Judged) -> Option<usize> {
@@ -19,7 +39,7 @@ pub fn law_instead(situation: &Situation<'_>, beside: &System, judged: &[Judged]
     });
     let mut best: Option<(f64, usize)> = None;
     for law in laws.filter(|law| same_quantity(beside, law, own)) {
-        let Some(ln_p) = law_beside_chance(beside, &law.pivoted.kept, own) else { continue };
+        let Some(ln_p) = law_beside_chance(beside, &law.pivoted.kept, own, values.design_effect) else { continue };
         if ln_p < situation.ln_level && best.is_none_or(|(other, _)| ln_p < other) {
             best = Some((ln_p, law.set));
         }
@@ -34,7 +54,7 @@ pub fn instead_of_law(situation: &Situation<'_>, beside: &System, judged: &[Judg
         let set = &situation.sets[values.set];
         set.nature == Nature::Chance && may_enter(situation, values) && same_quantity(beside, law, &set.columns)
     })?;
-    let ln_p = law_beside_chance(beside, &law.pivoted.kept, &situation.sets[values.set].columns)?;
+    let ln_p = law_beside_chance(beside, &law.pivoted.kept, &situation.sets[values.set].columns, values.design_effect)?;
     if ln_p < situation.ln_level {
         return None;
     }

@@ -11,7 +11,10 @@ pub fn rule(situation: &Situation<'_>) -> Option<Event> {
     let first = significant.next()?;
     let set = match situation.sets[first.set].nature {
         Nature::Law => chance::instead_of_law(situation, &beside, &judged, first).unwrap_or(first.set),
-        Nature::Chance => chance::law_instead(situation, &beside, &judged, first).unwrap_or(first.set),
+        Nature::Chance => {
+            let values = chance::likeliest(situation, &beside, &judged).unwrap_or(first);
+            chance::law_instead(situation, &beside, &judged, values).unwrap_or(values.set)
+        }
     };
     Some(Event::Added { set })
 }

@@ -74,6 +74,8 @@ pub struct Situation<'a> {
     pub clusters: &'a Clusters,
     /// Position of each column in the parts.
     pub clustered: &'a [Option<usize>],
+    /// Design effect of the sets that are chance; one for laws.
+    pub design_effects: &'a [f64],
     /// What is in.
     pub taken: Vec<Taken>,
     /// Logarithm of the level of a single test: family-wise over all candidates.
@@ -163,7 +165,7 @@ impl Situation<'_> {
         match nature {
             Nature::Law => self.judge_law(set, columns, *search, beside),
             Nature::Chance => {
-                let component = random::test(beside, columns, self.ln_level)?;
+                let component = random::test(beside, columns, self.design_effects[set], self.ln_level)?;
                 let variance = component.deviation.powi(2) / component.variance;
                 let with = beside.beside(&[], &[Penalised { columns: columns.clone(), variance }]);
                 Some(Judged {
@@ -172,7 +174,7 @@ impl Situation<'_> {
                     dof: 1.0,
                     statistic: component.statistic,
                     ln_p: component.ln_p,
-                    design_effect: 1.0,
+                    design_effect: self.design_effects[set],
                     inflation: component.variance,
                     pivoted: beside.pivoted(&[]),
                     implausible: self.beyond(columns[0], component.deviation, component.sigma),

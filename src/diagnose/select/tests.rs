@@ -96,6 +96,7 @@ impl Regression {
             plausible: &vec![self.plausible; q],
             clusters: &clusters,
             clustered: &clustered,
+            design_effects: &vec![1.0; self.sets.len()],
             taken: self.taken.clone(),
             ln_level: 1e-4f64.ln(),
             refused: self.refused.clone(),

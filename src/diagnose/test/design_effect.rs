@@ -38,25 +38,72 @@ impl Clusters {
     pub fn design_effect(&self, directions: &DMatrix<f64>, change: &DVector<f64>, variance: f64) -> f64 {
         let dof = directions.ncols();
         let (touched, directions, change) = &self.touched(directions, change);
-        let (mut sum, mut squares, mut expected, mut expected_squares, mut clusters) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let mut spread = Spread::default();
         for (score, information) in &touched.parts {
             let share = (directions.transpose() * information * directions).trace();
-            if share <= 0.0 {
-                continue;
+            if share > 0.0 {
+                let size = (directions.transpose() * (score - information * change)).norm_squared();
+                spread.add(size / variance, share);
             }
-            let size = (directions.transpose() * (score - information * change)).norm_squared() / variance;
-            sum += size;
-            squares += size * size;
-            expected += share;
-            expected_squares += share * share;
-            clusters += 1.0;
         }
         // Surveyed coordinates are in no cluster: an effect that is known by them has no design effect.
-        if clusters < LEAST_CLUSTERS || expected < LEAST_SHARE * dof as f64 {
+        if spread.expected < LEAST_SHARE * dof as f64 { 1.0 } else { spread.design_effect() }
+    }
+}
+
+/// The same for independent values per image, which take all that an image has in common: clusters are cells within each image. `images` has
+/// per cell score and information of the image's own values; what the values explain is taken out.
+pub fn of_values(images: impl Iterator<Item = Vec<(DVector<f64>, DMatrix<f64>)>>, variance: f64) -> f64 {
+    let mut spread = Spread::default();
+    for cells in images {
+        let Some((first, rest)) = cells.split_first() else { continue };
+        let add =
+            |sum: (DVector<f64>, DMatrix<f64>), cell: &(DVector<f64>, DMatrix<f64>)| (sum.0 + &cell.0, sum.1 + &cell.1);
+        let (score, information) = rest.iter().fold(first.clone(), add);
+        let Some(factor) = information.cholesky() else { continue };
+        let change = factor.solve(&score);
+        let lower = factor.l();
+        for (score, information) in &cells {
+            let white = |right: &DMatrix<f64>| lower.solve_lower_triangular(right);
+            let left = score - information * &change;
+            let Some(left) = white(&DMatrix::from_column_slice(left.len(), 1, left.as_slice())) else { continue };
+            // What is left of a cell's share once the values have been fitted to all cells.
+            let Some(share) = white(information).and_then(|half| white(&half.transpose())) else { continue };
+            let own = share.trace() - (&share * &share).trace();
+            if own > 0.0 {
+                spread.add(left.norm_squared() / variance, own);
+            }
+        }
+    }
+    spread.design_effect()
+}
+
+/// Squares of scores of clusters beside what independent measurements would give.
+#[derive(Default)]
+struct Spread {
+    sum: f64,
+    squares: f64,
+    expected: f64,
+    expected_squares: f64,
+    clusters: f64,
+}
+
+impl Spread {
+    fn add(&mut self, size: f64, expected: f64) {
+        self.sum += size;
+        self.squares += size * size;
+        self.expected += expected;
+        self.expected_squares += expected * expected;
+        self.clusters += 1.0;
+    }
+
+    /// The ratio, or one where it is above one by no more than its uncertainty.
+    fn design_effect(&self) -> f64 {
+        if self.clusters < LEAST_CLUSTERS {
             return 1.0;
         }
-        let effect = sum / expected;
-        let uncertainty = squares.max(2.0 * expected_squares).sqrt() / expected;
+        let effect = self.sum / self.expected;
+        let uncertainty = self.squares.max(2.0 * self.expected_squares).sqrt() / self.expected;
         if effect > 1.0 + DESIGN_SIGMAS * uncertainty { effect } else { 1.0 }
     }
 }
@@ -85,6 +132,23 @@ mod tests {
             1.0,
             "weights that are wrong are no design effect"
         );
+    }
+
+    /// Ten images of twenty cells: a value per image, and an error per cell.
+    fn images(value: f64, error: f64) -> impl Iterator<Item = Vec<(DVector<f64>, DMatrix<f64>)>> {
+        let cell = move |image: usize, k: usize| {
+            let value = if image.is_multiple_of(2) { value } else { -value };
+            let error = if k.is_multiple_of(2) { error } else { -error };
+            (DVector::from_element(1, 4.0 * value + error), DMatrix::from_element(1, 1, 4.0))
+        };
+        (0..10).map(move |image| (0..20).map(|k| cell(image, k)).collect())
+    }
+
+    #[test]
+    fn values_per_image_are_no_design_effect_but_errors_within_are() {
+        assert_eq!(of_values(images(50.0, 2.0), 1.0), 1.0);
+        // Each cell's score has variance 4 if its measurements are independent; a twentieth of it goes with the value.
+        assert_relative_eq!(of_values(images(50.0, 6.0), 1.0), 9.0 * 20.0 / 19.0, epsilon = 1e-9);
     }
 
     #[test]

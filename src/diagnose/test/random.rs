@@ -29,17 +29,23 @@ pub struct Component {
     pub sigma: f64,
     /// Smallest `t` that the test sees with 80 % power at the level asked for.
     pub detectable: f64,
-    /// Variance factor.
+    /// Variance factor, design effect included.
     pub variance: f64,
+}
+
+/// Variance factor of the scores; an error-free block leaves rounding.
+fn variance_factor(system: &System, design_effect: f64) -> f64 {
+    (design_effect * system.chi_square / system.redundancy).max(f64::MIN_POSITIVE)
 }
 
 fn spectral(system: &System, set: &[usize]) -> Option<RandomValues> {
     RandomValues::new(set.len(), |i, j| system.information[(set[i], set[j])], |i| system.score[set[i]])
 }
 
-/// Tests that the variance is zero. `ln_level`: level of the smallest detectable deviation. `None` where the base leaves nothing.
-pub fn test(system: &System, set: &[usize], ln_level: f64) -> Option<Component> {
-    let variance = (system.chi_square / system.redundancy).max(f64::MIN_POSITIVE);
+/// Tests that the variance is zero. `design_effect`: factor on the variance of the scores from measurements that err together; `ln_level`: level
+/// of the smallest detectable deviation. `None` where the base leaves nothing.
+pub fn test(system: &System, set: &[usize], design_effect: f64, ln_level: f64) -> Option<Component> {
+    let variance = variance_factor(system, design_effect);
     let n = set.len();
     let information = Mat::from_fn(n, n, |i, j| system.information[(set[i], set[j])]);
     let square = &information * &information;
@@ -99,12 +105,18 @@ pub fn likelihood_ratio(system: &System, set: &[usize], variance: f64, size: f64
     spectral(system, set).map_or(0.0, |values| values.likelihood_ratio(variance, size))
 }
 
+/// The same of the variance of largest likelihood. `None` where the values are not determined.
+pub fn largest_likelihood_ratio(system: &System, set: &[usize], variance: f64) -> Option<f64> {
+    let values = spectral(system, set)?;
+    Some(values.likelihood_ratio(variance, values.variance(variance, 0.0)))
+}
+
 /// Is a law more than chance among random values of its own quantity? Natural logarithm of the p-value of the columns `law`, the values'
 /// variance estimated beside them. `None` where the values are not determined.
 ///
 /// The law's columns are combinations of the values' columns, so scores of the values hold all that is known of both: generalised least
 /// squares in the eigenbasis.
-pub fn law_beside_chance(system: &System, law: &[usize], values: &[usize]) -> Option<f64> {
+pub fn law_beside_chance(system: &System, law: &[usize], values: &[usize], design_effect: f64) -> Option<f64> {
     let spectral = spectral(system, values)?;
     let kept = spectral.left();
     let law = system.pivoted(law).kept;
@@ -112,7 +124,7 @@ pub fn law_beside_chance(system: &System, law: &[usize], values: &[usize]) -> Op
     if p == 0 || n <= p {
         return None;
     }
-    let variance = (system.chi_square / system.redundancy).max(f64::MIN_POSITIVE);
+    let variance = variance_factor(system, design_effect);
     let design = DMatrix::from_fn(n, p, |i, c| {
         (0..values.len()).map(|v| spectral.basis[(v, kept[i])] * system.information[(values[v], law[c])]).sum::<f64>()
     });
@@ -186,7 +198,7 @@ mod tests {
         // Uncertainty of a variance from 200 values: a tenth.
         let size = estimate(&system, &values, 1.0, 0.0);
         assert!((size / 4.0 - 1.0).abs() < 0.3, "{size}");
-        let component = test(&system, &values, -10.0).expect("a test");
+        let component = test(&system, &values, 1.0, -10.0).expect("a test");
         assert!((component.deviation / 2.0 - 1.0).abs() < 0.2 && component.ln_p < -100.0, "{component:?}");
     }
 
@@ -194,7 +206,7 @@ mod tests {
     fn nothing_is_nothing() {
         let values: Vec<usize> = (0..200).collect();
         let small = (0..40).filter(|seed| {
-            test(&images(200, 4.0, 0.0, 0.0, *seed), &values, -10.0).expect("a test").ln_p < 0.05f64.ln()
+            test(&images(200, 4.0, 0.0, 0.0, *seed), &values, 1.0, -10.0).expect("a test").ln_p < 0.05f64.ln()
         });
         // Two of 40 expected; more than seven once in a thousand sets of seeds.
         assert!(small.count() <= 7);
@@ -203,10 +215,10 @@ mod tests {
     #[test]
     fn a_law_is_told_from_chance() {
         let values: Vec<usize> = (0..60).collect();
-        let law = law_beside_chance(&images(60, 4.0, 6.0, 0.0, 3), &[60], &values).expect("a test");
+        let law = law_beside_chance(&images(60, 4.0, 6.0, 0.0, 3), &[60], &values, 1.0).expect("a test");
         assert!(law < -20.0, "{law}");
         let chance = (0..40).filter(|seed| {
-            law_beside_chance(&images(60, 4.0, 0.0, 3.0, *seed), &[60], &values).expect("a test") < 0.05f64.ln()
+            law_beside_chance(&images(60, 4.0, 0.0, 3.0, *seed), &[60], &values, 1.0).expect("a test") < 0.05f64.ln()
         });
         assert!(chance.count() <= 7);
     }

@@ -17,12 +17,14 @@
 //! and the parts of `s` and `M` by image come with it.
 
 mod columns;
+mod image_cells;
 mod measurements;
 mod parts;
 mod rows;
 mod sums;
 
 pub use columns::{Columns, Coordinate, Entries, Measured, NoColumns};
+pub use image_cells::ImageCells;
 pub use measurements::Local;
 pub use parts::Parts;
 
