@@ -1,7 +1,7 @@
 //! Add and watch: the loop that carries out what the rules ask for, and keeps the ledger. Check points only watch.
 
 use super::fit::{DiagnoseError, Fit, fit, solve};
-use super::heldout::{HeldOut, held_out};
+use super::heldout::held_out_px;
 use super::linearised::{Added, Linearised, linearise};
 use super::models::{at_solution, predicted_drop, with_set, without_effect};
 use super::select::challenge::{self, Structure};
@@ -106,8 +106,8 @@ pub struct Improvement {
     pub base: Fit,
     /// The fit as it stands.
     pub fit: Fit,
-    /// What the fit predicts of left-out measurements.
-    pub heldout: HeldOut,
+    /// Typical error of its predictions of left-out measurements, px.
+    pub heldout_px: f64,
     /// Ids of what was added, in order of entry.
     pub added: Vec<String>,
     /// Effects and groups that the diagnosis took in.
@@ -119,14 +119,14 @@ pub struct Improvement {
 impl Improvement {
     /// Begins with a fit of the base model.
     pub fn new(block: &Block, base: Fit, settings: &Settings<'_>) -> Result<Self, DiagnoseError> {
-        let heldout = held_out(&base, &settings.options)?;
+        let heldout_px = held_out_px(&base, settings.options.threads)?;
         let own = base.model.effects.len();
         let mut improvement = Self {
             steps: Vec::new(),
             confirmations: Vec::new(),
             fit: base.clone(),
             base,
-            heldout,
+            heldout_px,
             added: Vec::new(),
             parts: Added { own, ..Added::default() },
             refused: BTreeSet::new(),
@@ -202,7 +202,7 @@ impl Improvement {
             id: id.clone(),
             predicted,
             drop: 0.0,
-            before_px: self.heldout.px(),
+            before_px: self.heldout_px,
             after_px: f64::NAN,
             kept: false,
             reason: String::new(),
@@ -221,13 +221,13 @@ impl Improvement {
             refitted => refitted.map_err(DiagnoseError::from),
         };
         let refitted = refitted.and_then(|fit| self.settle(block, fit, &parts, settings));
-        match refitted.and_then(|fit| Ok((held_out(&fit, &settings.options)?, fit))) {
-            Ok((heldout, fit)) => {
+        match refitted.and_then(|fit| Ok((held_out_px(&fit, settings.options.threads)?, fit))) {
+            Ok((heldout_px, fit)) => {
                 confirmation.drop = self.fit.chi_square() - fit.chi_square();
-                confirmation.after_px = heldout.px();
+                confirmation.after_px = heldout_px;
                 confirmation.kept = confirmation.drop > 0.0;
                 if confirmation.kept {
-                    (self.fit, self.heldout, self.parts) = (fit, heldout, parts);
+                    (self.fit, self.heldout_px, self.parts) = (fit, heldout_px, parts);
                     self.added.push(id.clone());
                     self.note(block, Change::Added(id), "")?;
                     if let Some(step) = self.steps.last_mut() {
@@ -304,7 +304,7 @@ impl Improvement {
                 return Err(error.into());
             }
         };
-        self.heldout = held_out(&after, &settings.options)?;
+        self.heldout_px = held_out_px(&after, settings.options.threads)?;
         (self.fit, self.parts) = (after, parts);
         self.added.retain(|other| other != id);
         // What was taken out twice does not come back: two that take each other's place would go on for ever.
@@ -327,8 +327,8 @@ impl Improvement {
         why: &str,
         settings: &Settings<'_>,
     ) -> Result<(), DiagnoseError> {
-        self.heldout = held_out(&fit, &settings.options)?;
         self.fit = self.settle(block, fit, &self.parts, settings)?;
+        self.heldout_px = held_out_px(&self.fit, settings.options.threads)?;
         self.note(block, Change::Reweighted, why)
     }
 
@@ -366,7 +366,7 @@ impl Improvement {
             model: model.clone(),
             sigma0: (self.fit.chi_square() / problem.redundancy().2 as f64).sqrt(),
             tie_rms_px: run::tie_rms_px(block, problem, &solution.state)?,
-            heldout_px: self.heldout.px(),
+            heldout_px: self.heldout_px,
             check_rms_m: comparison.and_then(|comparison| comparison.check).map(|check| check.rms_m.xyz),
             drop: 0.0,
             predicted: 0.0,

@@ -9,9 +9,9 @@ use super::fit::{DiagnoseError, Fit};
 use super::improve::Settings;
 use super::scan;
 use super::select::{Nature, Search, Set, Situation, Taken};
-use super::test::design_effect::{Clusters, of_values};
+use super::test::design_effect::{ClusterOfValues, Clusters, of_values};
 use super::test::{System, random};
-use crate::adjust::native::null_model::{Columns, NoColumns, NullModel, Parts, ScoreSystem};
+use crate::adjust::native::null_model::{Cell, Columns, NoColumns, NullModel, Parts, ScoreSystem};
 use crate::block::Block;
 use crate::effects::Role;
 use crate::model::EffectTerm;
@@ -240,12 +240,15 @@ fn design_effects(null: &NullModel, sets: &[Set], variance: f64) -> Vec<f64> {
             return 1.0;
         }
         let own = images.iter().map(|image| {
-            let is_own = |position: &usize| set.columns.contains(&image.columns[*position]);
+            let is_own = |position: &usize| set.columns.binary_search(&image.columns[*position]).is_ok();
             let rows: Vec<usize> = (0..image.columns.len()).filter(is_own).collect();
-            let part = |(score, information): &(DVector<f64>, DMatrix<f64>)| {
-                (score.select_rows(&rows), information.select_rows(&rows).select_columns(&rows))
+            let among = |matrix: &DMatrix<f64>| matrix.select_rows(&rows).select_columns(&rows);
+            let own = |cell: &Cell| ClusterOfValues {
+                score: cell.score.select_rows(&rows),
+                information: among(&cell.information),
+                covariance: among(&cell.covariance),
             };
-            if rows.is_empty() { Vec::new() } else { image.parts.iter().map(part).collect() }
+            if rows.is_empty() { Vec::new() } else { image.cells.iter().map(own).collect() }
         });
         of_values(own, variance)
     };

@@ -7,6 +7,7 @@ use super::outliers::{self, MAX_ROUNDS, Outliers, Search, Strictness};
 use super::structure::{self, Structure};
 use super::verdict::{Diagnosis, diagnosis};
 use crate::adjust::AdjustError;
+use crate::adjust::native::pool;
 use crate::block::Block;
 use crate::model::Model;
 use crate::run::{self, RunError};
@@ -106,7 +107,7 @@ fn settle(
     let mut fitted = fit(&search.block(whole), model, near, &settings.options)?;
     for _ in 0..MAX_ROUNDS {
         let seen = outliers::Fit { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
-        let round = search.judge(whole, &seen, strictness)?;
+        let round = pool(settings.options.threads)?.install(|| search.judge(whole, &seen, strictness))?;
         if round.rejected + round.returned == 0 {
             break;
         }
@@ -125,7 +126,7 @@ fn judged_again(
 ) -> Result<bool, DiagnoseError> {
     let fitted = &improvement.fit;
     let seen = outliers::Fit { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
-    let round = search.judge(whole, &seen, strictness)?;
+    let round = pool(settings.options.threads)?.install(|| search.judge(whole, &seen, strictness))?;
     if round.rejected + round.returned == 0 {
         return Ok(false);
     }

@@ -20,18 +20,18 @@ use rayon::prelude::*;
 const WIDTH_STEP: f64 = 1.5;
 /// Distance of neighbouring places, in widths: at half of it from the next place a flaw keeps four fifths of its statistic.
 const PLACE_STEP: f64 = 0.8;
-/// Shares of these steps in the finer grids, which reach half a step of the grid before to either side.
-const REFINEMENTS: [f64; 2] = [0.25, 0.0625];
+/// Shares of these steps in the finer grids, each of which reaches beyond half a step of the grid before to either side.
+const REFINEMENTS: [f64; 3] = [0.35, 0.12, 0.04];
 /// Family-wise significance above which a place is not worth refining: the coarse grid finds four fifths of the statistic or more.
 const WORTH_REFINING: f64 = 0.05;
-/// Steps of a finer grid to either side.
-const FINE_STEPS: i32 = 2;
+/// Steps of a finer grid to either side: the best is surrounded, and the next grid goes on from there.
+const FINE_STEPS: i32 = 1;
 /// Beyond this many widths a shape is cut off, for speed: what is left correlates with the whole by 0.998 or more, sharp or smooth.
 const REACH: f64 = 2.0;
 /// Least share of a shape that the base must leave for a place to count.
 const KEPT_SHARE: f64 = 1e-3;
-/// Places of each width that are tested to the last digit: the best and all about it, in every direction two steps.
-const TESTED: usize = 25;
+/// Places of each width that are tested to the last digit: the best and all about it.
+const TESTED: usize = 9;
 
 /// What is scanned: an effect in each variant that its options give it (a sharp flaw, a smooth one), since variants can only be told apart each
 /// at its own place.

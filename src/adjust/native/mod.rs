@@ -84,6 +84,23 @@ impl Solver for Native {
     }
 }
 
+/// One Gauss-Newton step of poses, cameras and effects from `state`, where another problem than `problem`, hardly different, has its solution;
+/// points stay where they are. What it leaves is of the second order of the difference.
+///
+/// # Errors
+/// A singular problem; a state that cannot be projected.
+pub fn one_step(problem: &Problem, state: &State, threads: usize) -> Result<State, AdjustError> {
+    let structure = structure(problem)?;
+    let frames = frames(problem, &structure, state)?;
+    let at = Prepared { problem, structure: &structure, state, frames: &frames };
+    let system = pool(threads)?.install(|| linearise::linearise(&at, 0.0, Curvature::Weights))?;
+    let pattern = Pattern::new(&structure, LinearSolver::Auto);
+    let (images, border) = rank::factor_of_full_rank(problem, &structure, &system, pattern.as_ref())?.solve();
+    let mut next = state.clone();
+    lm::move_images_and_border(problem, &structure, &mut next, &images, &border);
+    Ok(next)
+}
+
 fn structure(problem: &Problem) -> Result<Structure, AdjustError> {
     let structure = Structure::new(problem);
     if structure.dim > MAX_DIM {

@@ -134,6 +134,13 @@ impl Left {
         }
     }
 
+    fn is_in(&self, kind: MeasurementKind, measurement: usize) -> bool {
+        match kind {
+            MeasurementKind::Tie => self.ties[measurement],
+            MeasurementKind::Mark => self.marks[measurement],
+        }
+    }
+
     fn block(&self, block: &Block) -> Block {
         let kept = |rows: &[Measurement], left: &[bool]| {
             rows.iter().zip(left).filter(|(_, left)| **left).map(|(row, _)| *row).collect()
@@ -177,7 +184,7 @@ impl Search {
 
     /// Judges every measurement at a fit of [`Self::block`]. Nothing was rejected or came back: the search has come to its end there.
     pub fn judge(&mut self, block: &Block, fit: &Fit, strictness: Strictness) -> Result<Round, AdjustError> {
-        let mut sight = Sight::new(block, &mut self.left, fit)?;
+        let mut sight = Sight::new(block, &self.left, fit)?;
         let options = Options { strictness, significance: self.significance, max_rounds: MAX_ROUNDS };
         let round = sight.round(options, self.outliers.rounds.len() + 1, &mut self.outliers.rejected);
         for seen in &sight.seen {

@@ -8,6 +8,7 @@ use crate::math::statistics::{chi_square_ln_sf, chi_square_quantile, median};
 use crate::measure::Predictor;
 use crate::problem::{MeasurementKind, PointSource};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
+use rayon::prelude::*;
 
 /// Before a diagnosis residuals hold effects too: the threshold is this much wider.
 const LOOSE: f64 = 1.5;
@@ -57,7 +58,7 @@ struct Verdict {
 }
 
 impl Sight {
-    pub(super) fn new(block: &Block, left: &mut Left, fit: &Fit) -> Result<Self, AdjustError> {
+    pub(super) fn new(block: &Block, left: &Left, fit: &Fit) -> Result<Self, AdjustError> {
         let Fit { problem, state } = fit;
         let predictor = Predictor::new(problem, state)?;
         let by_point = |rows: &[Measurement], points: usize| {
@@ -77,30 +78,34 @@ impl Sight {
             let weights = control.sigma.map(|sigma| sigma.powi(-2));
             sight.surveyed[control.index as usize] = Matrix3::from_diagonal(&weights);
         }
-        for (source, point) in problem.point_sources.iter().zip(&state.points) {
+        let points: Vec<_> = problem.point_sources.iter().zip(&state.points).collect();
+        let seen_of = |(source, point): &(&PointSource, &Vector3<f64>)| -> Vec<Seen> {
             let (kind, own, rows, sigma) = match source {
                 PointSource::Tie(id) => (MeasurementKind::Tie, &ties[id.index()], &block.ties, block.sigma.tie_px),
                 PointSource::Control(id) => {
                     (MeasurementKind::Mark, &marks[id.index()], &block.marks, block.sigma.mark_px)
                 }
             };
-            for m in own {
+            let seen = |m: &usize| {
                 let row = rows[*m];
                 // What cannot be projected was left out before, or it could not have been adjusted.
-                let Some((computed, by_point)) = predictor.image_point(row.image.index(), [row.x, row.y], point) else {
-                    continue;
-                };
+                let (computed, by_point) = predictor.image_point(row.image.index(), [row.x, row.y], point)?;
                 let weight = 1.0 / row.sigma.unwrap_or(sigma);
-                sight.seen.push(Seen {
+                Some(Seen {
                     kind,
                     measurement: *m,
                     row,
-                    active: left.of(kind)[*m],
+                    active: left.is_in(kind, *m),
                     residual: Vector2::new(row.x - computed[0], row.y - computed[1]) * weight,
                     by_point: by_point * weight,
                     neighbours: None,
-                });
-            }
+                })
+            };
+            own.iter().filter_map(seen).collect()
+        };
+        let of_points: Vec<Vec<Seen>> = points.par_iter().map(seen_of).collect();
+        for of_point in of_points {
+            sight.seen.extend(of_point);
             sight.starts.push(sight.seen.len());
         }
         Ok(sight)
@@ -184,15 +189,16 @@ impl Sight {
         verdicts.min_by(|(_, a), (_, b)| a.statistic.total_cmp(&b.statistic))
     }
 
-    /// Local redundancies of all measurements that are in, and their residuals; `None` where nothing is tested.
-    fn redundancies(&self) -> Vec<Option<(Vector2<f64>, Matrix2<f64>)>> {
+    /// All measurements that are in; `None` where nothing is tested.
+    fn local(&self) -> Vec<Option<Local>> {
         let mut all = vec![None; self.seen.len()];
         for j in 0..self.starts.len() - 1 {
             let Some((covariance, shift)) = self.intersect(j) else { continue };
             for k in (self.starts[j]..self.starts[j + 1]).filter(|k| self.seen[*k].active) {
                 let by_point = &self.seen[k].by_point;
                 let redundancy = Matrix2::identity() - by_point * covariance * by_point.transpose();
-                all[k] = Some((self.seen[k].residual - by_point * shift, redundancy));
+                let residual = self.seen[k].residual - by_point * shift;
+                all[k] = Some(Local { residual, redundancy, weight: Weight::of(redundancy) });
             }
         }
         all
@@ -200,12 +206,12 @@ impl Sight {
 
     /// Variance factor from the median statistic; 1 where nothing can be tested.
     fn variance(&self) -> f64 {
-        let statistics = |dof: usize| -> Vec<f64> {
-            let tested = self.redundancies().into_iter().flatten();
-            let tested = tested.filter_map(|(residual, redundancy)| normalise(residual, redundancy));
-            tested.filter(|verdict| verdict.dof == dof as f64).map(|verdict| verdict.statistic).collect()
+        let verdicts = |local: &Local| local.weight.map(|weight| weight.verdict(local.residual));
+        let verdicts: Vec<Verdict> = self.local().iter().flatten().filter_map(verdicts).collect();
+        let statistics = |dof: f64| -> Vec<f64> {
+            verdicts.iter().filter(|verdict| verdict.dof == dof).map(|verdict| verdict.statistic).collect()
         };
-        let (one, two) = (statistics(1), statistics(2));
+        let (one, two) = (statistics(1.0), statistics(2.0));
         let (sample, dof) = if two.len() >= one.len() { (two, 2.0) } else { (one, 1.0) };
         let variance = median(&sample) / chi_square_quantile(0.5, dof);
         if variance > 0.0 { variance } else { 1.0 }
@@ -213,7 +219,7 @@ impl Sight {
 
     /// Robust mean displacement of the neighbours of every measurement: the `d` that `R_k d` fits their residuals best.
     fn judge_neighbours(&mut self, variance: f64) {
-        let local = self.redundancies();
+        let local = self.local();
         let active: Vec<usize> = (0..self.seen.len()).filter(|k| local[*k].is_some()).collect();
         // Those left out look for neighbours too, but are none.
         let outside = (0..self.seen.len()).filter(|k| local[*k].is_none());
@@ -221,9 +227,10 @@ impl Sight {
         let place = |k: &usize| (self.seen[*k].row.image.index(), [self.seen[*k].row.x, self.seen[*k].row.y]);
         let near = Neighbours::new(order.iter().map(place), self.images);
         let displacements: Vec<Option<Vector2<f64>>> = (0..order.len())
+            .into_par_iter()
             .map(|position| {
                 let point = self.seen[order[position]].row.point;
-                let around: Vec<(Vector2<f64>, Matrix2<f64>)> = near
+                let around: Vec<Local> = near
                     .nearest(position, NEIGHBOURS)
                     .filter(|other| self.seen[order[*other]].row.point != point)
                     .filter_map(|other| local[order[other]])
@@ -239,36 +246,60 @@ impl Sight {
 
 impl Seen {
     fn verdict(&self, residual: Vector2<f64>, redundancy: Matrix2<f64>) -> Option<Verdict> {
-        let own = normalise(residual, redundancy)?;
+        let weight = Weight::of(redundancy)?;
+        let own = weight.verdict(residual);
         let Some(displacement) = self.neighbours else { return Some(own) };
-        let apart = normalise(residual - redundancy * displacement, redundancy)?;
+        let apart = weight.verdict(residual - redundancy * displacement);
         Some(if apart.statistic < own.statistic { apart } else { own })
     }
 }
 
-/// `v' R^-1 v` over the directions that have redundancy.
-fn normalise(residual: Vector2<f64>, redundancy: Matrix2<f64>) -> Option<Verdict> {
-    let eigen = redundancy.symmetric_eigen();
-    let mut verdict = Verdict { statistic: 0.0, dof: 0.0 };
-    for k in (0..2).filter(|k| eigen.eigenvalues[*k] > SMALLEST_REDUNDANCY) {
-        verdict.statistic += eigen.eigenvectors.column(k).dot(&residual).powi(2) / eigen.eigenvalues[k];
-        verdict.dof += 1.0;
+/// A measurement that is in, its point intersected with the cameras held.
+#[derive(Clone, Copy)]
+struct Local {
+    residual: Vector2<f64>,
+    redundancy: Matrix2<f64>,
+    weight: Option<Weight>,
+}
+
+/// `R^-1` over the directions that have redundancy.
+#[derive(Clone, Copy)]
+struct Weight {
+    inverse: Matrix2<f64>,
+    dof: f64,
+}
+
+impl Weight {
+    /// `None` where no direction has redundancy.
+    fn of(redundancy: Matrix2<f64>) -> Option<Self> {
+        let eigen = redundancy.symmetric_eigen();
+        let mut weight = Self { inverse: Matrix2::zeros(), dof: 0.0 };
+        for k in (0..2).filter(|k| eigen.eigenvalues[*k] > SMALLEST_REDUNDANCY) {
+            let direction = eigen.eigenvectors.column(k);
+            weight.inverse += direction * direction.transpose() / eigen.eigenvalues[k];
+            weight.dof += 1.0;
+        }
+        (weight.dof > 0.0).then_some(weight)
     }
-    (verdict.dof > 0.0).then_some(verdict)
+
+    /// `v' R^-1 v`.
+    fn verdict(&self, residual: Vector2<f64>) -> Verdict {
+        Verdict { statistic: residual.dot(&(self.inverse * residual)), dof: self.dof }
+    }
 }
 
 /// Iteratively reweighted, from the medians of the components.
-fn robust_displacement(around: &[(Vector2<f64>, Matrix2<f64>)], variance: f64) -> Option<Vector2<f64>> {
+fn robust_displacement(around: &[Local], variance: f64) -> Option<Vector2<f64>> {
     if around.len() < FEWEST_NEIGHBOURS {
         return None;
     }
-    let component = |k: usize| -> f64 { median(&around.iter().map(|(residual, _)| residual[k]).collect::<Vec<_>>()) };
-    let mean = around.iter().map(|(_, redundancy)| redundancy).sum::<Matrix2<f64>>() / around.len() as f64;
+    let component = |k: usize| -> f64 { median(&around.iter().map(|local| local.residual[k]).collect::<Vec<_>>()) };
+    let mean = around.iter().map(|local| local.redundancy).sum::<Matrix2<f64>>() / around.len() as f64;
     let mut displacement = mean.try_inverse()? * Vector2::new(component(0), component(1));
     for _ in 0..REWEIGHTINGS {
         let (mut normal, mut sum) = (Matrix2::zeros(), Vector2::zeros());
-        for (residual, redundancy) in around {
-            let apart = normalise(residual - redundancy * displacement, *redundancy).map_or(0.0, |v| v.statistic);
+        for Local { residual, redundancy, weight } in around {
+            let apart = weight.map_or(0.0, |weight| weight.verdict(residual - redundancy * displacement).statistic);
             let weight = 1.0 / (1.0 + apart / (variance * HALF_WEIGHT * HALF_WEIGHT));
             normal += redundancy * weight;
             sum += residual * weight;
@@ -299,7 +330,7 @@ mod tests {
         let state = problem.start.clone();
         let mut left = Left::all(&block);
         left.ties[7] = false;
-        let mut sight = Sight::new(&block, &mut left, &Fit { problem, state }).expect("a solution");
+        let mut sight = Sight::new(&block, &left, &Fit { problem, state }).expect("a solution");
         let round = sight.round(Options::default(), 2, &mut Vec::new());
         let back =
             sight.seen.iter().any(|seen| seen.kind == MeasurementKind::Tie && seen.measurement == 7 && seen.active);
@@ -316,8 +347,9 @@ mod tests {
 
     #[test]
     fn a_direction_without_redundancy_is_not_tested() {
-        let one = normalise(Vector2::new(3.0, 100.0), Matrix2::new(0.5, 0.0, 0.0, 0.01)).expect("one direction");
-        assert!((one.statistic - 18.0).abs() < 1e-12 && one.dof == 1.0);
-        assert!(normalise(Vector2::new(3.0, 1.0), Matrix2::zeros()).is_none());
+        let one = Weight::of(Matrix2::new(0.5, 0.0, 0.0, 0.01)).expect("one direction");
+        let verdict = one.verdict(Vector2::new(3.0, 100.0));
+        assert!((verdict.statistic - 18.0).abs() < 1e-12 && verdict.dof == 1.0);
+        assert!(Weight::of(Matrix2::zeros()).is_none());
     }
 }

@@ -51,27 +51,43 @@ impl Clusters {
     }
 }
 
-/// The same for independent values per image, which take all that an image has in common: clusters are cells within each image. `images` has
-/// per cell score and information of the image's own values; what the values explain is taken out.
-pub fn of_values(images: impl Iterator<Item = Vec<(DVector<f64>, DMatrix<f64>)>>, variance: f64) -> f64 {
+/// A cluster within an image: score, information, and covariance of the score if measurements are independent, over the image's own values.
+#[derive(Debug, Clone)]
+pub struct ClusterOfValues {
+    /// Score.
+    pub score: DVector<f64>,
+    /// Information.
+    pub information: DMatrix<f64>,
+    /// Covariance, unit weight.
+    pub covariance: DMatrix<f64>,
+}
+
+/// The same for independent values per image, which take all that an image has in common: clusters are cells within each of the `images`. What
+/// the values explain is taken out.
+pub fn of_values(images: impl Iterator<Item = Vec<ClusterOfValues>>, variance: f64) -> f64 {
     let mut spread = Spread::default();
     for cells in images {
-        let Some((first, rest)) = cells.split_first() else { continue };
-        let add =
-            |sum: (DVector<f64>, DMatrix<f64>), cell: &(DVector<f64>, DMatrix<f64>)| (sum.0 + &cell.0, sum.1 + &cell.1);
-        let (score, information) = rest.iter().fold(first.clone(), add);
+        let Some(first) = cells.first() else { continue };
+        let n = first.score.len();
+        let score = cells.iter().fold(DVector::zeros(n), |sum, cell| sum + &cell.score);
+        let information = cells.iter().fold(DMatrix::zeros(n, n), |sum, cell| sum + &cell.information);
         let Some(factor) = information.cholesky() else { continue };
         let change = factor.solve(&score);
         let lower = factor.l();
-        for (score, information) in &cells {
-            let white = |right: &DMatrix<f64>| lower.solve_lower_triangular(right);
-            let left = score - information * &change;
-            let Some(left) = white(&DMatrix::from_column_slice(left.len(), 1, left.as_slice())) else { continue };
-            // What is left of a cell's share once the values have been fitted to all cells.
-            let Some(share) = white(information).and_then(|half| white(&half.transpose())) else { continue };
-            let own = share.trace() - (&share * &share).trace();
-            if own > 0.0 {
-                spread.add(left.norm_squared() / variance, own);
+        let white = |matrix: &DMatrix<f64>| {
+            let half = lower.solve_lower_triangular(matrix)?;
+            lower.solve_lower_triangular(&half.transpose())
+        };
+        for cell in &cells {
+            let left = lower.solve_lower_triangular(&(&cell.score - &cell.information * &change));
+            let (Some(left), Some(share), Some(expected)) = (left, white(&cell.information), white(&cell.covariance))
+            else {
+                continue;
+            };
+            // What is left of a cell once the values have been fitted to all cells.
+            let expected = expected.trace() - (&share * &share).trace();
+            if expected > 0.0 {
+                spread.add(left.norm_squared() / variance, expected);
             }
         }
     }
@@ -135,11 +151,13 @@ mod tests {
     }
 
     /// Ten images of twenty cells: a value per image, and an error per cell.
-    fn images(value: f64, error: f64) -> impl Iterator<Item = Vec<(DVector<f64>, DMatrix<f64>)>> {
+    fn images(value: f64, error: f64) -> impl Iterator<Item = Vec<ClusterOfValues>> {
         let cell = move |image: usize, k: usize| {
             let value = if image.is_multiple_of(2) { value } else { -value };
             let error = if k.is_multiple_of(2) { error } else { -error };
-            (DVector::from_element(1, 4.0 * value + error), DMatrix::from_element(1, 1, 4.0))
+            let information = DMatrix::from_element(1, 1, 4.0);
+            let score = DVector::from_element(1, 4.0 * value + error);
+            ClusterOfValues { score, covariance: information.clone(), information }
         };
         (0..10).map(move |image| (0..20).map(|k| cell(image, k)).collect())
     }

@@ -5,7 +5,7 @@ use super::{NullModel, Place};
 use crate::adjust::native::null_model::rows::EffectEntry;
 use crate::effects::Scope;
 use crate::measure::{self, Prediction};
-use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, Vector2, Vector6};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -18,8 +18,19 @@ const CELLS: f64 = 4.0;
 pub struct ImageCells {
     /// Columns of effects, in the order of the null model.
     pub columns: Vec<usize>,
-    /// Per cell: score and information over these columns, the image's pose and the points taken out.
-    pub parts: Vec<(DVector<f64>, DMatrix<f64>)>,
+    /// Its cells.
+    pub cells: Vec<Cell>,
+}
+
+/// A cell, over the columns of its image, the image's pose and the points taken out; unit weight.
+#[derive(Debug, Clone)]
+pub struct Cell {
+    /// Score.
+    pub score: DVector<f64>,
+    /// Information.
+    pub information: DMatrix<f64>,
+    /// Covariance that its score has if measurements are independent: the pose, fitted to all cells, takes a part of each.
+    pub covariance: DMatrix<f64>,
 }
 
 /// By the pose of an image.
@@ -55,7 +66,7 @@ impl NullModel {
                 .copied()
                 .collect();
             let columns = entries.iter().map(|entry| column_of[&entry.column]).collect();
-            (!entries.is_empty()).then(|| ImageCells { columns, parts: self.cells_of(image, &entries, own, &measured) })
+            (!entries.is_empty()).then(|| ImageCells { columns, cells: self.cells_of(image, &entries, own, &measured) })
         };
         self.pool.install(|| of_image.par_iter().enumerate().filter_map(cells).collect())
     }
@@ -66,49 +77,68 @@ impl NullModel {
         entries: &[EffectEntry],
         own: &[(usize, usize)],
         measured: &[super::Local],
-    ) -> Vec<(DVector<f64>, DMatrix<f64>)> {
+    ) -> Vec<Cell> {
         let Self { problem, state, structure, frames, .. } = self;
         let context = &problem.image_contexts[image];
         let side = context.width_px.max(context.height_px) / CELLS;
         let count = entries.len();
         let mut prediction = Prediction::default();
-        // Each measurement's derivatives by the values, standardised; and the pose that follows them.
-        let mut rows: Vec<DMatrix<f64>> = Vec::with_capacity(own.len());
+        // Each measurement's derivatives by the values, standardised, value by value; and the pose that follows them.
+        let mut rows: Vec<Vector2<f64>> = Vec::with_capacity(own.len() * count);
         let mut normal = Matrix6::zeros();
-        let mut mixed = DMatrix::zeros(6, count);
+        let mut mixed = vec![Vector6::zeros(); count];
         for (j, number) in own {
             let observation = &problem.observations[*number];
             let object = &state.points[*j];
             let known =
                 measure::predict(problem, &structure.stages, &frames[image], observation, object, &mut prediction);
             let weight = observation.inverse_sigma;
-            let derivative = |i: usize, entry: &EffectEntry| match entry.source as usize {
-                k if k < 12 => prediction.d_camera[i][k],
-                k => prediction.d_theta[i][k - 12],
-            };
-            let row = DMatrix::from_fn(2, count, |i, c| match known {
-                Some(()) => derivative(i, &entries[c]) * entries[c].scale * weight,
-                None => 0.0,
-            });
             let local = &measured[*number];
             let left: ByPose = local.redundancy * local.by_pose;
             normal += local.by_pose.transpose() * left;
-            mixed += left.transpose() * &row;
-            rows.push(row);
-        }
-        let follows = normal.try_inverse().map(|inverse| inverse * mixed);
-        let mut cells: BTreeMap<[i64; 2], (DVector<f64>, DMatrix<f64>)> = BTreeMap::new();
-        for ((_, number), mut row) in own.iter().zip(rows) {
-            let local = &measured[*number];
-            if let Some(follows) = &follows {
-                row -= local.by_pose * follows;
+            for (entry, mixed) in entries.iter().zip(&mut mixed) {
+                let derivative = |i: usize| match entry.source as usize {
+                    k if k < 12 => prediction.d_camera[i][k],
+                    k => prediction.d_theta[i][k - 12],
+                };
+                let unit = if known.is_some() { entry.scale * weight } else { 0.0 };
+                let row = Vector2::new(derivative(0), derivative(1)) * unit;
+                *mixed += left.transpose() * row;
+                rows.push(row);
             }
-            let weight = problem.observations[*number].inverse_sigma;
-            let cell = local.predicted.map(|at| (at / side).floor() as i64);
-            let part = cells.entry(cell).or_insert_with(|| (DVector::zeros(count), DMatrix::zeros(count, count)));
-            part.0 += row.transpose() * Vector2::from(local.residual) * weight;
-            part.1 += row.transpose() * local.redundancy * &row;
         }
-        cells.into_values().collect()
+        let inverse = normal.try_inverse().unwrap_or_else(Matrix6::zeros);
+        let follows: Vec<Vector6<f64>> = mixed.iter().map(|mixed| inverse * mixed).collect();
+        let mut cells: BTreeMap<[i64; 2], Sums> = BTreeMap::new();
+        for ((_, number), rows) in own.iter().zip(rows.chunks_exact_mut(count)) {
+            let local = &measured[*number];
+            rows.iter_mut().zip(&follows).for_each(|(row, follows)| *row -= local.by_pose * follows);
+            let residual = Vector2::from(local.residual) * problem.observations[*number].inverse_sigma;
+            let cell = local.predicted.map(|at| (at / side).floor() as i64);
+            let sums = cells.entry(cell).or_insert_with(|| Sums {
+                score: DVector::zeros(count),
+                information: DMatrix::zeros(count, count),
+                mixed: vec![Vector6::zeros(); count],
+            });
+            for (a, row) in rows.iter().enumerate() {
+                sums.score[a] += row.dot(&residual);
+                let left = local.redundancy * row;
+                rows.iter().enumerate().for_each(|(b, other)| sums.information[(b, a)] += other.dot(&left));
+                sums.mixed[a] += local.by_pose.transpose() * left;
+            }
+        }
+        let finished = |Sums { score, information, mixed }: Sums| {
+            let taken = DMatrix::from_fn(count, count, |a, b| mixed[a].dot(&(inverse * mixed[b])));
+            Cell { score, covariance: &information - taken, information }
+        };
+        cells.into_values().map(finished).collect()
     }
+}
+
+/// Sums over the measurements of a cell.
+struct Sums {
+    score: DVector<f64>,
+    information: DMatrix<f64>,
+    /// With the pose.
+    mixed: Vec<Vector6<f64>>,
 }
