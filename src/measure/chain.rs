@@ -103,13 +103,21 @@ fn predict_plain(frame: &Frame, object: &Vector3<f64>, out: &mut Prediction) -> 
 /// Numbers that an image effect gets.
 const IMAGE_INPUTS: usize = Stage::Image.inputs();
 
-/// Derivative of the image stage's output by its input where nothing is changed: 2x14, row by row.
-const IDENTITY: [f64; 2 * IMAGE_INPUTS] = {
-    let mut matrix = [0.0; 2 * IMAGE_INPUTS];
-    matrix[0] = 1.0;
-    matrix[IMAGE_INPUTS + 1] = 1.0;
+/// Derivatives of a stage's output by its input where an effect hands on what it gets, row by row.
+const IMAGE_IDENTITY: [f64; 2 * IMAGE_INPUTS] = identity(2, 0);
+const POSE_IDENTITY: [f64; 36] = identity(6, 0);
+const RAY_IDENTITY: [f64; 27] = identity(3, 6);
+
+/// `[0 I 0]` of so many rows, `I` from column `first` on.
+const fn identity<const N: usize>(rows: usize, first: usize) -> [f64; N] {
+    let mut matrix = [0.0; N];
+    let mut row = 0;
+    while row < rows {
+        matrix[row * (N / rows) + first + row] = 1.0;
+        row += 1;
+    }
     matrix
-};
+}
 
 fn predict_with_effects(
     problem: &Problem,
@@ -155,12 +163,15 @@ fn predict_with_effects(
         scratch.d_own.resize(6 * count, 0.0);
         let effect = &problem.effects[e].effect;
         effect.eval(&context, &pose, theta, &mut next, Some(&mut d_in), Some(&mut scratch.d_own)).ok()?;
-        let d_in = SMatrix::<f64, 6, 6>::from_row_slice(&d_in);
-        pose_by_pose = d_in * pose_by_pose;
-        for k in &stages.ray_locals {
-            let column = &mut scratch.pose_by_theta[*k];
-            let moved = d_in * SMatrix::<f64, 6, 1>::from_column_slice(column);
-            column.copy_from_slice(moved.as_slice());
+        // At zero, where candidates are tested, an effect hands its input on.
+        if d_in != POSE_IDENTITY {
+            let d_in = SMatrix::<f64, 6, 6>::from_row_slice(&d_in);
+            pose_by_pose = d_in * pose_by_pose;
+            for k in &stages.ray_locals {
+                let column = &mut scratch.pose_by_theta[*k];
+                let moved = d_in * SMatrix::<f64, 6, 1>::from_column_slice(column);
+                column.copy_from_slice(moved.as_slice());
+            }
         }
         for p in 0..count {
             for i in 0..6 {
@@ -192,16 +203,18 @@ fn predict_with_effects(
         scratch.d_own.resize(3 * count, 0.0);
         let effect = &problem.effects[e].effect;
         effect.eval(&context, &input, theta, &mut next, Some(&mut d_in), Some(&mut scratch.d_own)).ok()?;
-        let d_in = SMatrix::<f64, 3, 9>::from_row_slice(&d_in);
-        let by_pose = d_in.fixed_view::<3, 6>(0, 0).into_owned();
-        let by_point = d_in.fixed_view::<3, 3>(0, 6).into_owned();
-        p_by_pose = by_pose * pose_by_pose + by_point * p_by_pose;
-        p_by_point = by_point * p_by_point;
-        for k in &stages.ray_locals {
-            let column = &mut scratch.point_by_theta[*k];
-            let moved = by_pose * SMatrix::<f64, 6, 1>::from_column_slice(&scratch.pose_by_theta[*k])
-                + by_point * Vector3::from_column_slice(column);
-            column.copy_from_slice(moved.as_slice());
+        if d_in != RAY_IDENTITY {
+            let d_in = SMatrix::<f64, 3, 9>::from_row_slice(&d_in);
+            let by_pose = d_in.fixed_view::<3, 6>(0, 0).into_owned();
+            let by_point = d_in.fixed_view::<3, 3>(0, 6).into_owned();
+            p_by_pose = by_pose * pose_by_pose + by_point * p_by_pose;
+            p_by_point = by_point * p_by_point;
+            for k in &stages.ray_locals {
+                let column = &mut scratch.point_by_theta[*k];
+                let moved = by_pose * SMatrix::<f64, 6, 1>::from_column_slice(&scratch.pose_by_theta[*k])
+                    + by_point * Vector3::from_column_slice(column);
+                column.copy_from_slice(moved.as_slice());
+            }
         }
         for k in 0..count {
             for i in 0..3 {
@@ -245,8 +258,7 @@ fn predict_with_effects(
         let effect = &problem.effects[e].effect;
         effect.eval(&context, &input, theta, &mut next, Some(&mut d_in), Some(&mut scratch.d_own)).ok()?;
         let [d_x, d_y] = d_theta;
-        // At zero, where candidates are tested, an effect hands its input on.
-        if d_in != IDENTITY {
+        if d_in != IMAGE_IDENTITY {
             let d_in = SMatrix::<f64, 2, IMAGE_INPUTS>::from_row_slice(&d_in);
             let by_xy = d_in.fixed_view::<2, 2>(0, 0).into_owned();
             by_pose = by_xy * by_pose;

@@ -49,6 +49,24 @@ impl Stages {
         Self { by_stage, local_offset, local_len, ray_locals, interior_locals }
     }
 
+    /// Some effects alone, their parameters where they stand in the whole list: what is left out is taken to change nothing, and its derivatives
+    /// are zero.
+    pub fn only(&self, problem: &Problem, keep: impl Fn(usize) -> bool) -> Self {
+        let kept = |locals: &[usize]| -> Vec<usize> {
+            let effects = (0..problem.effects.len()).filter(|e| keep(*e));
+            let ranges: Vec<_> =
+                effects.map(|e| self.local_offset[e]..self.local_offset[e] + problem.effects[e].slots.len()).collect();
+            locals.iter().copied().filter(|k| ranges.iter().any(|range| range.contains(k))).collect()
+        };
+        Self {
+            by_stage: self.by_stage.each_ref().map(|effects| effects.iter().copied().filter(|e| keep(*e)).collect()),
+            local_offset: self.local_offset.clone(),
+            local_len: self.local_len,
+            ray_locals: kept(&self.ray_locals),
+            interior_locals: kept(&self.interior_locals),
+        }
+    }
+
     /// Effects of a stage, in the order in which they act.
     pub fn of(&self, stage: Stage) -> &[usize] {
         &self.by_stage[stage as usize]

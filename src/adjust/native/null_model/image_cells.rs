@@ -4,14 +4,14 @@
 use super::{NullModel, Place};
 use crate::adjust::native::null_model::rows::EffectEntry;
 use crate::effects::Scope;
-use crate::measure::{self, Prediction};
+use crate::measure::{self, Prediction, Stages};
 use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, Vector2, Vector6};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Cells along the longer side of a sensor: wide enough to hold what errs together (windows of matching, tiles of blur), and enough of them
-/// (some 48 an image) that their spread is known.
-const CELLS: f64 = 4.0;
+/// (some 27 an image) that their spread is known.
+const CELLS: f64 = 6.0;
 
 /// What the cells of one image say of its own values.
 #[derive(Debug, Clone)]
@@ -53,6 +53,7 @@ impl NullModel {
             return Vec::new();
         }
         let measured = self.measurements();
+        let stages = self.stages_of(|place| matches!(place, Place::Local(k) if column_of.contains_key(&(*k as u32))));
         let mut of_image = vec![Vec::new(); self.entries.len()];
         for j in 0..self.problem.point_sources.len() {
             for number in self.problem.point_start[j]..self.problem.point_start[j + 1] {
@@ -66,7 +67,8 @@ impl NullModel {
                 .copied()
                 .collect();
             let columns = entries.iter().map(|entry| column_of[&entry.column]).collect();
-            (!entries.is_empty()).then(|| ImageCells { columns, cells: self.cells_of(image, &entries, own, &measured) })
+            (!entries.is_empty())
+                .then(|| ImageCells { columns, cells: self.cells_of(image, &stages, &entries, own, &measured) })
         };
         self.pool.install(|| of_image.par_iter().enumerate().filter_map(cells).collect())
     }
@@ -74,11 +76,12 @@ impl NullModel {
     fn cells_of(
         &self,
         image: usize,
+        stages: &Stages,
         entries: &[EffectEntry],
         own: &[(usize, usize)],
         measured: &[super::Local],
     ) -> Vec<Cell> {
-        let Self { problem, state, structure, frames, .. } = self;
+        let Self { problem, state, frames, .. } = self;
         let context = &problem.image_contexts[image];
         let side = context.width_px.max(context.height_px) / CELLS;
         let count = entries.len();
@@ -90,8 +93,7 @@ impl NullModel {
         for (j, number) in own {
             let observation = &problem.observations[*number];
             let object = &state.points[*j];
-            let known =
-                measure::predict(problem, &structure.stages, &frames[image], observation, object, &mut prediction);
+            let known = measure::predict(problem, stages, &frames[image], observation, object, &mut prediction);
             let weight = observation.inverse_sigma;
             let local = &measured[*number];
             let left: ByPose = local.redundancy * local.by_pose;

@@ -30,7 +30,7 @@ impl NullModel {
     }
 
     fn of_points(&self, points: &[usize]) -> Vec<Local> {
-        let Self { problem, state, structure, frames, .. } = self;
+        let Self { problem, state, acting, frames, .. } = self;
         let mut prediction = Prediction::default();
         let mut measurements = Vec::new();
         for &j in points {
@@ -40,9 +40,8 @@ impl NullModel {
             for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
                 let (image, weight) = (observation.image as usize, observation.inverse_sigma);
                 let object = &state.points[j];
-                let stages = &structure.stages;
                 // The state was linearised: what it holds can be predicted.
-                let known = measure::predict(problem, stages, &frames[image], observation, object, &mut prediction);
+                let known = measure::predict(problem, acting, &frames[image], observation, object, &mut prediction);
                 let p = &prediction;
                 let free = |k: usize| known.is_some() && problem.pose_free[image][k];
                 let own = Matrix2x3::from_fn(|i, k| if known.is_some() { p.d_point[i][k] * weight } else { 0.0 });

@@ -34,10 +34,10 @@ use super::point::{Curvature, Prepared};
 use super::rank::factor_of_full_rank;
 use super::structure::Structure;
 use super::system::System;
-use super::{frames, lm, pool, structure};
+use super::{frames as frames_of, lm, pool, structure as structure_of};
 use crate::adjust::{AdjustError, LinearSolver};
-use crate::effects::Scope;
-use crate::measure::Frame;
+use crate::effects::{Role, Scope};
+use crate::measure::{Frame, Stages};
 use crate::problem::{Problem, State};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
@@ -74,6 +74,8 @@ pub struct NullModel {
     problem: Problem,
     state: State,
     structure: Structure,
+    /// The effects that act at the state.
+    acting: Stages,
     frames: Vec<Frame>,
     system: System,
     factor: Factor,
@@ -100,14 +102,21 @@ impl NullModel {
     /// # Errors
     /// A singular base; a state that cannot be projected.
     pub fn new(problem: Problem, state: State, columns: Vec<usize>, threads: usize) -> Result<Self, AdjustError> {
-        let structure = structure(&problem)?;
-        let frames = frames(&problem, &structure, &state)?;
+        let mut structure = structure_of(&problem)?;
+        // Candidates at their nominal values change nothing: the base does without them.
+        let acting = acting(&problem, &state);
+        let acting = structure.stages.only(&problem, |effect| acting[effect]);
+        let all_stages = std::mem::replace(&mut structure.stages, acting.clone());
+        let frames = frames_of(&problem, &structure, &state)?;
         let at = Prepared { problem: &problem, structure: &structure, state: &state, frames: &frames };
         let pool = pool(threads)?;
         let system = pool.install(|| linearise::linearise(&at, 0.0, Curvature::Weights))?;
+        structure.stages = all_stages;
+        let frames = frames_of(&problem, &structure, &state)?;
         let pattern = Pattern::new(&structure, LinearSolver::Auto);
         let factor = factor_of_full_rank(&problem, &structure, &system, pattern.as_ref())?;
         let mut model = Self {
+            acting,
             frames,
             system,
             factor,
@@ -193,11 +202,23 @@ impl NullModel {
         self.entries = (0..layout.images).map(of_image).collect();
     }
 
+    /// Effects that act, and those that have a column at one of some places.
+    fn stages_of(&self, wanted: impl Fn(&Place) -> bool) -> Stages {
+        let theta = self.problem.layout().theta(0);
+        let columns = self.places.iter().zip(&self.columns).filter(|(place, _)| wanted(place));
+        let mut kept = acting(&self.problem, &self.state);
+        for t in columns.filter_map(|(_, unknown)| unknown.checked_sub(theta)) {
+            kept[self.problem.theta[t].effect as usize] = true;
+        }
+        self.structure.stages.only(&self.problem, |effect| kept[effect])
+    }
+
     fn source<'s>(&'s self, extra: &'s dyn Columns) -> Source<'s> {
         Source {
             problem: &self.problem,
             state: &self.state,
             structure: &self.structure,
+            stages: &self.structure.stages,
             frames: &self.frames,
             effects: &self.entries,
             effect_columns: self.effect_columns,
@@ -304,6 +325,18 @@ impl NullModel {
         }
         state
     }
+}
+
+/// Which effects act: those of which a parameter is free or away from its nominal value.
+fn acting(problem: &Problem, state: &State) -> Vec<bool> {
+    let mut acting = vec![false; problem.effects.len()];
+    for (entry, value) in problem.theta.iter().zip(&state.theta) {
+        let parameter =
+            &problem.effects[entry.effect as usize].effect.descriptor().parameters[entry.parameter as usize];
+        let linear = matches!(parameter.role, Role::Estimated | Role::Random(_));
+        acting[entry.effect as usize] |= entry.free || linear && *value != parameter.nominal;
+    }
+    acting
 }
 
 /// Raw unit per scaled unit of an unknown of cameras or effects.

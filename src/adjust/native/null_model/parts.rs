@@ -39,8 +39,14 @@ impl NullModel {
         let entries = self.entries.iter().map(|of| of.iter().copied().filter(|entry| !entry.local).collect());
         let entries: Vec<Vec<_>> = entries.collect();
         let extra = NoColumns;
-        let source =
-            Source { effects: &entries, effect_columns: [count, 0], carry: Some(&carry), ..self.source(&extra) };
+        let stages = self.stages_of(|place| matches!(place, Place::Dense(_)));
+        let source = Source {
+            stages: &stages,
+            effects: &entries,
+            effect_columns: [count, 0],
+            carry: Some(&carry),
+            ..self.source(&extra)
+        };
         let border = self.structure.border.len();
         let images = self.structure.images;
         let mut parts = vec![(DVector::zeros(count), DMatrix::zeros(count, count)); images + 1];

@@ -9,7 +9,7 @@ use crate::adjust::native::MAX_DIM;
 use crate::adjust::native::linearise::rays_do_not_meet;
 use crate::adjust::native::point::{inverse_of_damped, rho};
 use crate::adjust::native::structure::{NONE, Structure};
-use crate::measure::{self, Frame, MeasureError, Prediction};
+use crate::measure::{self, Frame, MeasureError, Prediction, Stages};
 use crate::problem::{Problem, State};
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
@@ -32,6 +32,8 @@ pub(super) struct Source<'a> {
     pub problem: &'a Problem,
     pub state: &'a State,
     pub structure: &'a Structure,
+    /// Effects that are looked at.
+    pub stages: &'a Stages,
     pub frames: &'a [Frame],
     /// Columns of effects, by image.
     pub effects: &'a [Vec<EffectEntry>],
@@ -190,7 +192,7 @@ impl<'a> Filler<'a> {
     }
 
     fn point(&mut self, j: usize) -> Result<(), AdjustError> {
-        let Source { problem, state, structure, frames, extra, .. } = self.source;
+        let Source { problem, state, structure, stages, frames, extra, .. } = self.source;
         let first_row = self.batch.rows.len();
         let [first_dense, first_local] =
             [structure.border.len() + self.source.effect_columns[0], self.source.effect_columns[1]];
@@ -200,7 +202,7 @@ impl<'a> Filler<'a> {
             let mut prediction = std::mem::take(&mut self.prediction);
             let frame = &frames[image];
             let object = &state.points[j];
-            measure::predict(problem, &structure.stages, frame, observation, object, &mut prediction)
+            measure::predict(problem, stages, frame, observation, object, &mut prediction)
                 .ok_or_else(|| MeasureError::image_point(problem, j, image))?;
             let p = &prediction;
             let misclosure = [observation.x - p.point[0], observation.y - p.point[1]];
@@ -240,12 +242,12 @@ impl<'a> Filler<'a> {
     }
 
     fn control(&mut self, j: usize) -> Result<(), AdjustError> {
-        let Source { problem, state, structure, .. } = self.source;
+        let Source { problem, state, stages, .. } = self.source;
         let Ok(c) = problem.control.binary_search_by_key(&(j as u32), |observation| observation.index) else {
             return Ok(());
         };
         let observation = &problem.control[c];
-        let p = measure::predict_surveyed(problem, &structure.stages, &state.theta, &state.points[j])
+        let p = measure::predict_surveyed(problem, stages, &state.theta, &state.points[j])
             .ok_or_else(|| MeasureError::surveyed(problem, j))?;
         let first = self.batch.rows.len();
         let weights: [f64; 3] = std::array::from_fn(|i| 1.0 / observation.sigma[i]);
@@ -276,10 +278,10 @@ impl<'a> Filler<'a> {
     }
 
     fn antenna(&mut self, g: usize) -> Result<(), AdjustError> {
-        let Source { problem, structure, frames, .. } = self.source;
+        let Source { problem, structure, stages, frames, .. } = self.source;
         let observation = &problem.gnss[g];
         let image = observation.index as usize;
-        let p = measure::predict_antenna(problem, &structure.stages, &frames[image], image)
+        let p = measure::predict_antenna(problem, stages, &frames[image], image)
             .ok_or_else(|| MeasureError::antenna(problem, image))?;
         let base = structure.rank[image] as usize * structure.dim;
         let first = self.batch.rows.len();
