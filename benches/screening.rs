@@ -47,7 +47,7 @@ fn main() -> Result<()> {
         let (base, of_fit) = timed(|| fit(&block, &model, None, &options));
         let base = base?;
         let (tested, of_screening) = timed(|| -> Result<usize> {
-            let linearised = linearise(&block, &base, &Added::default(), &settings)?;
+            let linearised = linearise(&block, &base, &Added::default(), false, &settings)?;
             let situation = linearised.situation(&settings, &BTreeSet::new());
             Ok(situation.judge_all(&situation.beside()).len())
         });

@@ -49,6 +49,9 @@ struct Common {
     /// Probability with which an adequate block is told that something is missing
     #[arg(long, default_value_t = SIGNIFICANCE, value_name = "P")]
     significance: f64,
+    /// Error of points that you tolerate, mm: what is left is weighed against it instead of against the precision of the points
+    #[arg(long, value_name = "MM")]
+    tolerance_mm: Option<f64>,
     #[command(flatten)]
     model: ModelOptions,
 }
@@ -74,6 +77,9 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     if !(arguments.significance > 0.0 && arguments.significance < 0.5) {
         let text = format!("--significance {}: expected a probability above 0 and below 0.5", arguments.significance);
         return Err(super::Usage(text).into());
+    }
+    if let Some(tolerance) = arguments.tolerance_mm.filter(|tolerance| !(*tolerance > 0.0 && tolerance.is_finite())) {
+        return Err(super::Usage(format!("--tolerance-mm {tolerance}: expected a length above 0")).into());
     }
     let loaded = read_block(&arguments.block)?;
     if !loaded.set_aside.is_empty() {
@@ -109,6 +115,7 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     if !idle.is_empty() {
         console.message(&format!("{} images have too few measurements to take part: {}", idle.len(), idle.join(", ")));
     }
+    diagnosed.diagnosis.weigh(run.point_sigma_m(), arguments.tolerance_mm.map(|mm| 1e-3 * mm));
     let Diagnosed { block, diagnosis, .. } = &diagnosed;
     let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
     folder::write(&arguments.output, block, &final_model, &run, &rows)?;

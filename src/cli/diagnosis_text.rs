@@ -2,13 +2,32 @@
 
 use crate::diagnose::verdict::Diagnosis;
 use crate::report::diagnosis_tables::{candidates_table, ledger_table, verdict_sentence};
+use crate::report::letter::{sentences, weights_sentence};
 
 /// Candidates that the terminal shows; the report and diagnosis.json have all.
 const SHOWN: usize = 10;
+/// Columns of a paragraph.
+const WIDTH: usize = 100;
 
 /// The whole text.
 pub fn text(diagnosis: &Diagnosis) -> String {
     let mut text = format!("{}\n", verdict_sentence(diagnosis));
+    if let Some(weight) = &diagnosis.weight {
+        text += &format!("{}\n", weight.sentence);
+    }
+    if let Some(sentence) = weights_sentence(diagnosis) {
+        text += &format!("{sentence}\n");
+    }
+    for found in &diagnosis.found {
+        text += &format!("\n{}\n", found.effect);
+        for sentence in sentences(found) {
+            let options = textwrap::Options::new(WIDTH).initial_indent("  ").subsequent_indent("  ");
+            text += &format!("{}\n", textwrap::fill(&sentence, options));
+        }
+    }
+    if !diagnosis.left.is_empty() {
+        text += "\nLeft:\n";
+    }
     for sentence in &diagnosis.left {
         text += &format!("  - {sentence}\n");
     }

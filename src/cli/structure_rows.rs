@@ -1,9 +1,13 @@
 //! What the structure of the residuals showed, as rows of the run folder, before and after effects were added.
 
 use crate::block::Block;
+use crate::diagnose::fit::Fit;
+use crate::diagnose::improve::Improvement;
 use crate::diagnose::run::Diagnosed;
 use crate::diagnose::structure::{Pictures, Structure};
-use crate::run::folder::{self, BASE, FINAL, ImageScaleRow, ProfileRow, SensorRow};
+use crate::measure::Predictor;
+use crate::problem::PositionObservation;
+use crate::run::folder::{self, BASE, FINAL, GnssRow, ImageScaleRow, ProfileRow, SensorRow};
 
 /// The rows of both stages; those of the final one alone where nothing was added.
 pub fn rows(diagnosed: &Diagnosed) -> folder::Pictures {
@@ -13,6 +17,11 @@ pub fn rows(diagnosed: &Diagnosed) -> folder::Pictures {
     }
     stages.push((FINAL, &diagnosed.after));
     let mut rows = folder::Pictures::default();
+    let Improvement { base, fit, .. } = &diagnosed.improvement;
+    if stages.len() > 1 {
+        rows.gnss.extend(gnss(BASE, base));
+    }
+    rows.gnss.extend(gnss(FINAL, fit));
     for (stage, structure) in stages {
         rows.sensor.extend(sensor(&diagnosed.block, stage, &structure.pictures));
         rows.scales.extend(scales(&diagnosed.block, stage, &structure.pictures));
@@ -62,6 +71,29 @@ fn profiles(stage: &str, pictures: &Pictures) -> impl Iterator<Item = ProfileRow
         mean_px: bin.mean,
         sigma_px: finite(bin.sigma),
     })
+}
+
+fn gnss(stage: &str, fit: &Fit) -> Vec<GnssRow> {
+    let Fit { problem, solution, .. } = fit;
+    // A fit that was reported can be predicted.
+    let Ok(predictor) = Predictor::new(problem, &solution.state) else { return Vec::new() };
+    let row = |observation: &PositionObservation| {
+        let image = observation.index as usize;
+        let residual = observation.position - predictor.antenna(image)?;
+        let context = &problem.image_contexts[image];
+        let speed = context.velocity.xy().norm();
+        let along = (speed > 0.0).then(|| context.velocity.xy() / speed);
+        Some(GnssRow {
+            stage: stage.into(),
+            image: problem.image_names[image].clone(),
+            time_s: finite(context.time_s),
+            heading_deg: along.map(|along| along.x.atan2(along.y).to_degrees().rem_euclid(360.0)),
+            along_m: along.map(|along| along.dot(&residual.xy())),
+            across_m: along.map(|along| along.y * residual.x - along.x * residual.y),
+            up_m: residual.z,
+        })
+    };
+    problem.gnss.iter().filter_map(row).collect()
 }
 
 fn finite(value: f64) -> Option<f64> {

@@ -51,6 +51,20 @@ pub fn of_candidates(
     judged.iter().map(of).collect()
 }
 
+/// What each effect that is in did to the points: how far they move when it is left out.
+pub fn of_taken(block: &Block, linearised: &Linearised, situation: &Situation<'_>) -> Vec<(String, Option<Impact>)> {
+    let probe = Probe::new(block, linearised);
+    let with = probe.positions(&linearised.moved(&linearised.solution(situation)));
+    let of = |taken: &Taken| {
+        let id = linearised.sets[taken.set].id.clone();
+        let without = situation.without(&id);
+        let without = probe.positions(&linearised.moved(&linearised.solution(&without)));
+        let impact = probe.impact(&without, &with);
+        (id, impact)
+    };
+    situation.taken.iter().map(of).collect()
+}
+
 /// Points whose moves are looked at.
 struct Probe<'a> {
     problem: &'a Problem,

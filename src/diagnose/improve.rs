@@ -145,7 +145,7 @@ impl Improvement {
     ) -> Result<Linearised, DiagnoseError> {
         loop {
             (settings.tell)(&format!("testing what may be missing (step {})", self.steps.len()));
-            let linearised = linearise(block, &self.fit, &self.parts, settings)?;
+            let linearised = linearise(block, &self.fit, &self.parts, first.is_none(), settings)?;
             let situation = linearised.situation(settings, &self.refused);
             match next(&situation) {
                 Some(Event::Added { set }) if self.added.len() < MOST_EFFECTS => {

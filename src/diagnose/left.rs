@@ -3,7 +3,7 @@
 use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
 use super::improve::{Improvement, Settings};
-use super::linearised::{Linearised, with_candidates};
+use super::linearised::{Asked, Linearised, with_candidates};
 use super::select::challenge::Structure as Shape;
 use super::select::{Judged, Situation};
 use super::structure::{self, Structure};
@@ -14,14 +14,24 @@ use crate::run;
 
 /// What is left.
 pub struct Left {
-    /// Every candidate beside what is in, surest first.
+    /// Every candidate that names a cause, beside what is in, surest first.
     pub judged: Vec<Judged>,
     /// Empirical fields that are significant.
-    pub fields: Vec<String>,
+    pub fields: Vec<Field>,
     /// Tests of structure.
     pub structure: Structure,
     /// The fit with the columns of empirical fields and of all tests of structure.
-    shapes: Linearised,
+    pub shapes: Linearised,
+}
+
+/// An empirical field that would take something away still.
+pub struct Field {
+    /// Its id.
+    pub id: String,
+    /// Drop of `v'Pv`.
+    pub drop: f64,
+    /// Columns of it that are left.
+    pub dof: f64,
 }
 
 /// Tests that tell properties of the noise: they take no effect out.
@@ -37,10 +47,16 @@ pub fn analyse(
     settings: &Settings<'_>,
 ) -> Result<Left, DiagnoseError> {
     let situation = linearised.situation(settings, improvement.refused());
-    let judged = situation.judge_all(&situation.beside());
-    let is_field = |judged: &&Judged| !linearised.sets[judged.set].physical && judged.ln_p < situation.ln_level;
-    let fields = judged.iter().filter(is_field).map(|judged| linearised.sets[judged.set].id.clone()).collect();
+    let mut judged = situation.judge_all(&situation.beside());
+    judged.retain(|judged| linearised.sets[judged.set].physical);
     let (shapes, structure) = structure_of(block, improvement, settings)?;
+    let of_shapes = shapes.situation(settings, &Default::default());
+    let all = of_shapes.judge_all(&of_shapes.beside());
+    let fields = all.iter().filter(|judged| judged.ln_p < situation.ln_level).map(|judged| {
+        let id = shapes.sets[judged.set].id.clone();
+        Field { id, drop: judged.drop, dof: judged.dof }
+    });
+    let fields = fields.collect();
     Ok(Left { judged, fields, structure, shapes })
 }
 
@@ -59,7 +75,8 @@ fn structure_of(
     let (mut fields, _) = catalogue::candidates(block, fit, &improvement.parts, settings.plugins);
     fields.retain(|(candidate, _)| !candidate.physical);
     layout.analyse(comparison.as_ref(), settings.significance, |columns| {
-        let linearised = with_candidates(block, fit, &improvement.parts, fields, Vec::new(), columns, settings)?;
+        let asked = Asked { tested: fields, extra: columns, clustered: true, ..Asked::nothing() };
+        let linearised = with_candidates(block, fit, &improvement.parts, asked, settings)?;
         let beside = linearised.situation(settings, &Default::default()).beside();
         let scores = linearised.scores.clone();
         Ok((linearised, beside, scores))
@@ -90,7 +107,7 @@ fn least_shapes(situation: &Situation<'_>, left: &Left, significance: f64) -> Ve
     let tests = left.structure.columns.iter().filter(|(against, _)| significant(against));
     let mut open: Vec<Shape> =
         tests.map(|(against, columns)| Shape { name: against.to_string(), columns: columns.clone() }).collect();
-    let fields = situation.sets.iter().filter(|set| left.fields.contains(&set.id));
+    let fields = situation.sets.iter().filter(|set| left.fields.iter().any(|field| field.id == set.id));
     open.extend(fields.map(|set| Shape { name: set.id.clone(), columns: set.columns.clone() }));
     let mut beside: System = situation.beside();
     let mut shapes = Vec::new();

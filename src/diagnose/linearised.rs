@@ -54,18 +54,45 @@ pub struct Linearised {
     in_effects: std::ops::Range<usize>,
     /// Further columns, behind those of the sets.
     pub extra_columns: std::ops::Range<usize>,
+    elsewhere: usize,
 }
 
-/// Linearises a fit with every candidate of the catalogue beside it.
+/// What is asked of a fit.
+pub struct Asked<'a> {
+    /// Candidates, each in the variants that are tested.
+    pub tested: Vec<(Candidate, Search)>,
+    /// Candidates that the block cannot test.
+    pub untested: Vec<Candidate>,
+    /// Further columns, behind those of all sets.
+    pub extra: &'a dyn Columns,
+    /// Are design effects of laws wanted? They need every image's own part of each column.
+    pub clustered: bool,
+    /// Candidates of the same family that are asked elsewhere.
+    pub elsewhere: usize,
+}
+
+impl Asked<'_> {
+    /// Nothing.
+    pub fn nothing() -> Self {
+        Self { tested: Vec::new(), untested: Vec::new(), extra: &NoColumns, clustered: false, elsewhere: 0 }
+    }
+}
+
+/// Linearises a fit with every candidate of the catalogue beside it; `fields`: empirical fields, too, which may not enter.
 pub fn linearise(
     block: &Block,
     fit: &Fit,
     added: &Added,
+    fields: bool,
     settings: &Settings<'_>,
 ) -> Result<Linearised, DiagnoseError> {
     let (mut tested, mut untested) = catalogue::candidates(block, fit, added, settings.plugins);
+    let all = tested.len();
+    tested.retain(|(candidate, _)| fields || candidate.physical);
+    let elsewhere = all - tested.len();
     scan::place(fit, &mut tested, &mut untested, settings.options.threads)?;
-    with_candidates(block, fit, added, tested, untested, &NoColumns, settings)
+    let asked = Asked { tested, untested, clustered: true, elsewhere, ..Asked::nothing() };
+    with_candidates(block, fit, added, asked, settings)
 }
 
 /// Linearises a fit with what was taken in alone.
@@ -75,20 +102,18 @@ pub fn without_candidates(
     added: &Added,
     settings: &Settings<'_>,
 ) -> Result<Linearised, DiagnoseError> {
-    with_candidates(block, fit, added, Vec::new(), Vec::new(), &NoColumns, settings)
+    with_candidates(block, fit, added, Asked::nothing(), settings)
 }
 
-/// Linearises a fit with some candidates, and further columns behind those of all sets.
+/// Linearises a fit with what is asked of it.
 pub fn with_candidates(
     block: &Block,
     fit: &Fit,
     added: &Added,
-    tested: Vec<(Candidate, Search)>,
-    untested: Vec<Candidate>,
-    extra: &dyn Columns,
+    asked: Asked<'_>,
     settings: &Settings<'_>,
 ) -> Result<Linearised, DiagnoseError> {
-    let clustered = !tested.is_empty() && extra.dense() + extra.local() == 0;
+    let Asked { tested, untested, extra, clustered, elsewhere } = asked;
     let Fit { model, problem, solution } = fit;
     let threads = settings.options.threads;
     let terms: Vec<EffectTerm> = tested.iter().filter_map(|(candidate, _)| candidate.term().cloned()).collect();
@@ -229,6 +254,7 @@ pub fn with_candidates(
         design_effects,
         in_effects,
         extra_columns,
+        elsewhere,
     })
 }
 
@@ -313,7 +339,7 @@ impl Linearised {
     /// Logarithm of the level of a single test: family-wise over the candidates of the catalogue, in or not.
     pub fn ln_level(&self, significance: f64) -> f64 {
         let ids: BTreeSet<&str> = self.sets.iter().map(|set| set.id.as_str()).collect();
-        (significance / ids.len().max(1) as f64).ln()
+        (significance / (ids.len() + self.elsewhere).max(1) as f64).ln()
     }
 
     /// Values of all columns when the sets of `situation` are fitted together.
@@ -343,11 +369,20 @@ impl Linearised {
         values
     }
 
-    /// Where everything goes when the columns take these values.
+    /// Where everything goes when the columns take these values. Places and lags stay: far from where they are, what they do is not linear.
     pub fn moved(&self, values: &[f64]) -> State {
+        let problem = self.null.problem();
+        let theta = problem.layout().theta(0);
+        let searched = |column: usize| {
+            self.null.unknown(column).checked_sub(theta).is_some_and(|t| {
+                let entry = &problem.theta[t];
+                let parameters = &problem.effects[entry.effect as usize].effect.descriptor().parameters;
+                matches!(parameters[entry.parameter as usize].role, Role::Searched(_))
+            })
+        };
         let of_effects = 0..self.extra_columns.start;
-        let change: Vec<f64> = of_effects.map(|c| values[c] - self.values[c]).collect();
-        self.null.moved(&self.scores, &change)
+        let change = of_effects.map(|c| if searched(c) { 0.0 } else { values[c] - self.values[c] });
+        self.null.moved(&self.scores, &change.collect::<Vec<f64>>())
     }
 
     /// Variance of chance values of largest likelihood beside what else is in, in the units of their columns squared.

@@ -4,12 +4,13 @@
 //! - [`select`]: which effects belong to the model, rules over what the tests say.
 //! - [`improve`]: carries out what the rules ask for, refits, and keeps the ledger; [`run`] a whole diagnosis.
 //! - [`structure`]: what is left in the residuals, whatever its cause; [`outliers`]: data snooping.
-//! - [`verdict`] writes `diagnosis.json`.
+//! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
 
 pub mod candidate;
 mod catalogue;
 mod cells;
 mod domain;
+mod entries;
 pub mod fit;
 pub mod heldout;
 pub mod impact;
@@ -25,4 +26,5 @@ pub mod select;
 pub mod structure;
 pub mod test;
 pub mod verdict;
+mod weigh;
 pub mod weights;

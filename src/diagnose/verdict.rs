@@ -1,15 +1,13 @@
 //! `diagnosis.json`: what was found, in the keys that scripts rely on, and the verdict.
 
-use super::impact::{self, Impact};
-use super::improve::{Change, Confirmation, Improvement, Settings, Step};
+use super::entries;
+use super::impact::Impact;
+use super::improve::{Change, Improvement, Settings, Step};
 use super::left::Left;
 use super::linearised::Linearised;
 use super::select::Judged;
 use super::structure::Structure;
-use super::test::power::noncentrality;
-use super::test::separability::{self, INSEPARABLE};
 use crate::block::Block;
-use crate::effects::Role;
 use crate::math::null_is_nan;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -41,6 +39,15 @@ pub struct Diagnosis {
     pub significance: f64,
     /// Every effect, by rank at the base model.
     pub candidates: Vec<CandidateEntry>,
+    /// The effects that the diagnosis took in, at the final model.
+    #[serde(default)]
+    pub found: Vec<FoundEntry>,
+    /// The shape of what is left.
+    #[serde(default)]
+    pub left_shapes: Vec<LeftEntry>,
+    /// How what is left weighs; null before the final adjustment has told the precision of the points.
+    #[serde(default)]
+    pub weight: Option<Weight>,
     /// Effects that the final model added (of a diagnosis without improvement: that it recommends to add first).
     pub recommended: Vec<String>,
     /// Tests of residual structure, at the final model.
@@ -133,6 +140,9 @@ pub struct CandidateEntry {
     /// What it does to surveyed points (without any, to a sample of tie points); null where that cannot be computed.
     #[serde(default)]
     pub impact: Option<Impact>,
+    /// Is the estimate within what physics allows? Where not, a shape that looks like the effect, but not its cause.
+    #[serde(default = "yes")]
+    pub plausible: bool,
     /// Candidates that this block cannot tell from this one (correlation above 0.9).
     pub inseparable_from: Vec<String>,
     /// Factor on the variance of the score from measurements that err together.
@@ -146,6 +156,61 @@ pub struct CandidateEntry {
     pub tested: bool,
     /// What a refit showed; null where none was made.
     pub confirmed: Option<ConfirmedEntry>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// An effect that the diagnosis took in, at the final model.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct FoundEntry {
+    /// Id.
+    pub effect: String,
+    /// Sizes by parameter.
+    pub estimate: BTreeMap<String, EstimateEntry>,
+    /// What `v'Pv` rises by without it.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub drop: f64,
+    /// Beside everything else that is in.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub p_value: f64,
+    /// Its natural logarithm.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub ln_p_value: f64,
+    /// RMS of what it adds to the image measurements and nothing else absorbs, px.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub size_px: f64,
+    /// How far points move when it is left out.
+    pub impact: Option<Impact>,
+    /// Candidates that this block cannot tell from it.
+    pub inseparable_from: Vec<String>,
+    /// Is the estimate within what physics allows?
+    pub plausible: bool,
+}
+
+/// A shape that is left, described by an empirical field.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct LeftEntry {
+    /// The field.
+    pub field: String,
+    /// RMS over all image coordinates, px.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub size_px: f64,
+    /// How far points move when the field takes it away.
+    pub impact: Option<Impact>,
+}
+
+/// How what is left weighs against the precision of the points.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Weight {
+    /// Typical standard deviation of a point in space, m.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub precision_m: f64,
+    /// What the user tolerates, m.
+    pub tolerance_m: Option<f64>,
+    /// In words.
+    pub sentence: String,
 }
 
 /// One test of residual structure.
@@ -232,11 +297,15 @@ pub fn diagnosis(
         decides: test.decides,
         description: test.description.clone(),
     });
+    let candidates = entries::candidates(block, improvement, first, settings);
     Diagnosis {
         format: FORMAT,
+        found: entries::found(block, last, &candidates, settings),
+        left_shapes: entries::left(block, rest, settings),
+        weight: None,
         verdict,
         significance: settings.significance,
-        candidates: candidates(block, improvement, first, settings),
+        candidates,
         recommended: improvement.added.clone(),
         structure: tests.collect(),
         left: match left_over {
@@ -264,18 +333,17 @@ fn left(
 ) -> Vec<String> {
     let mut left = structure.describe_unexplained();
     for field in &rest.fields {
-        if let Some(judged) = rest.judged.iter().find(|judged| last.sets[judged.set].id == *field) {
-            left.push(format!(
-                "the empirical field {} would take {:.0} of v'Pv away with {:.0} parameters",
-                field, judged.drop, judged.dof
-            ));
-        }
+        left.push(format!(
+            "the empirical field {} would take {:.0} of v'Pv away with {:.0} parameters",
+            field.id, field.drop, field.dof
+        ));
     }
     for judged in significant {
         let id = &last.sets[judged.set].id;
         let tried = improvement.confirmations.iter().rfind(|tried| tried.id == *id && !tried.kept);
         let why = match tried {
             Some(tried) => tried.reason.as_str(),
+            None if judged.implausible => "its size is beyond what physics allows, so that it only looks like it",
             None if judged.predicted_drop.is_some_and(|drop| drop <= 0.0) => {
                 "it does not predict images that its estimate did not see"
             }
@@ -308,163 +376,4 @@ fn ledger_row((number, step): (usize, &Step)) -> LedgerRow {
         iterations: step.iterations,
         solvers_agree: None,
     }
-}
-
-fn candidates(
-    block: &Block,
-    improvement: &Improvement,
-    first: &Linearised,
-    settings: &Settings<'_>,
-) -> Vec<CandidateEntry> {
-    let situation = first.situation(settings, &Default::default());
-    let beside = situation.beside();
-    let judged = situation.judge_all(&beside);
-    let level = first.ln_level(settings.significance);
-    let impacts = impact::of_candidates(block, first, &situation, &judged);
-    let measurements = first.null.problem().observations.len() as f64;
-    let pixel = improvement.base.problem.observations.iter().map(|o| 1.0 / o.inverse_sigma).sum::<f64>() / measurements;
-    let confirmed = |id: &str| -> Option<ConfirmedEntry> {
-        improvement.confirmations.iter().rfind(|confirmation| confirmation.id == id).map(confirmed_entry)
-    };
-    let seen = |a: &Judged, b: &Judged| -> f64 {
-        if a.component.is_some() || b.component.is_some() {
-            return 0.0;
-        }
-        let one = separability::seen_by(&beside, &a.pivoted, &b.pivoted);
-        one.max(separability::seen_by(&beside, &b.pivoted, &a.pivoted))
-    };
-    let physical = |judged: &Judged| first.sets[judged.set].physical;
-    let id = |judged: &Judged| first.sets[judged.set].id.clone();
-    let mut entries: Vec<CandidateEntry> = Vec::new();
-    for (position, one) in judged.iter().enumerate() {
-        let partners = judged.iter().enumerate();
-        let partners = partners.filter(|(other, b)| *other != position && physical(b) && seen(one, b) > INSEPARABLE);
-        let inseparable_from = partners.map(|(_, b)| id(b)).collect();
-        let estimate = estimates(first, one);
-        let change = impacts[position].as_ref().filter(|impact| impact.surveyed).map(|impact| impact.rms_m);
-        entries.push(CandidateEntry {
-            effect: id(one),
-            rank: position + 1,
-            kind: kind(physical(one)),
-            statistic: one.statistic,
-            dof: one.dof,
-            p_value: one.ln_p.exp(),
-            ln_p_value: one.ln_p,
-            significant: one.ln_p < level,
-            predicted_drop: one.drop,
-            detectable: detectable(first, one, level, change),
-            estimate,
-            predicted_check_change_m: change,
-            size_px: pixel * (one.drop / (2.0 * measurements)).sqrt(),
-            impact: impacts[position].clone(),
-            inseparable_from,
-            design_effect: one.design_effect,
-            needs: Vec::new(),
-            tested: true,
-            confirmed: confirmed(&id(one)),
-        });
-    }
-    let tested: Vec<String> = entries.iter().map(|entry| entry.effect.clone()).collect();
-    let absorbed = first
-        .sets
-        .iter()
-        .zip(&first.candidates)
-        .filter(|(set, candidate)| candidate.is_some() && !tested.contains(&set.id));
-    let mut untested: Vec<(String, bool, Vec<String>)> = Vec::new();
-    for (set, _) in absorbed {
-        if !untested.iter().any(|(id, ..)| *id == set.id) {
-            let needs =
-                vec!["a block that does not absorb it: its size would not be known to its plausible range".into()];
-            untested.push((set.id.clone(), set.physical, needs));
-        }
-    }
-    untested.extend(first.untested.iter().map(|c| (c.id.clone(), c.physical, c.needs.clone())));
-    for (effect, physical, needs) in untested {
-        entries.push(CandidateEntry {
-            rank: entries.len() + 1,
-            kind: kind(physical),
-            statistic: 0.0,
-            dof: 0.0,
-            p_value: 1.0,
-            ln_p_value: 0.0,
-            significant: false,
-            predicted_drop: 0.0,
-            estimate: BTreeMap::new(),
-            predicted_check_change_m: None,
-            size_px: 0.0,
-            impact: None,
-            inseparable_from: Vec::new(),
-            design_effect: 1.0,
-            detectable: None,
-            needs,
-            tested: false,
-            confirmed: confirmed(&effect),
-            effect,
-        });
-    }
-    entries
-}
-
-/// Sizes by parameter.
-fn estimates(linearised: &Linearised, judged: &Judged) -> BTreeMap<String, EstimateEntry> {
-    let problem = linearised.null.problem();
-    let set = &linearised.sets[judged.set];
-    let theta = problem.layout().theta(0);
-    let mut estimates = BTreeMap::new();
-    if let Some(component) = &judged.component {
-        let unit = linearised.unit(set.columns[0]);
-        let entry = &problem.theta[linearised.null.unknown(set.columns[0]) - theta];
-        let descriptor = problem.effects[entry.effect as usize].effect.descriptor();
-        for parameter in &descriptor.parameters {
-            if let Role::Random(name) = parameter.role {
-                let unit_name = parameter.unit.to_string();
-                let (value, sigma) = (component.deviation * unit, component.sigma * unit);
-                estimates.insert(name.to_string(), EstimateEntry { value, sigma, unit: unit_name });
-            }
-        }
-        return estimates;
-    }
-    let variances = judged.pivoted.variances();
-    for (position, (column, value)) in judged.pivoted.kept.iter().zip(judged.pivoted.estimate().iter()).enumerate() {
-        let unknown = linearised.null.unknown(*column);
-        let (name, unit) = match unknown.checked_sub(theta) {
-            None => (problem.unknown_name(unknown), crate::camera::UNITS[unknown % 12].to_string()),
-            Some(t) => {
-                let entry = &problem.theta[t];
-                let descriptor = problem.effects[entry.effect as usize].effect.descriptor();
-                let name = entry.name.strip_prefix(&format!("{}.", descriptor.id)).unwrap_or(&entry.name);
-                (name.to_string(), descriptor.parameters[entry.parameter as usize].unit.to_string())
-            }
-        };
-        let scale = linearised.unit(*column);
-        let sigma = (variances[position] * judged.inflation).sqrt() * scale;
-        estimates.insert(name, EstimateEntry { value: value * scale, sigma, unit });
-    }
-    estimates
-}
-
-fn kind(physical: bool) -> String {
-    if physical { "physical" } else { "empirical" }.into()
-}
-
-fn confirmed_entry(confirmation: &Confirmation) -> ConfirmedEntry {
-    ConfirmedEntry {
-        drop: confirmation.drop,
-        heldout_rms_px_before: confirmation.before_px,
-        heldout_rms_px_after: Some(confirmation.after_px).filter(|rms| rms.is_finite()),
-        kept: confirmation.kept,
-        reason: confirmation.reason.clone(),
-    }
-}
-
-fn detectable(linearised: &Linearised, judged: &Judged, ln_level: f64, change: Option<f64>) -> Option<DetectableEntry> {
-    let estimate = estimates(linearised, judged).into_values().next()?;
-    let size = match (&judged.component, judged.pivoted.kept.as_slice()) {
-        (Some(component), _) => component.detectable * linearised.unit(linearised.sets[judged.set].columns[0]),
-        (None, [_]) => noncentrality(ln_level.exp(), 1.0).sqrt() * estimate.sigma,
-        _ => return None,
-    };
-    // The change is linear in the size of the effect.
-    let check_change_m = change.filter(|_| estimate.value != 0.0).map(|change| change * size / estimate.value.abs());
-    Some(DetectableEntry { size, unit: estimate.unit, check_change_m })
 }

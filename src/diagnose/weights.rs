@@ -10,7 +10,7 @@
 use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
 use super::improve::Settings;
-use super::linearised::{Added, Linearised, with_candidates};
+use super::linearised::{Added, Asked, Linearised, with_candidates};
 use super::select::Nature;
 use super::test::random;
 use crate::adjust::native::null_model::{Columns, Coordinate, Entries, Measured};
@@ -89,7 +89,13 @@ pub fn factors(
         let bears = [Stage::Position, Stage::Exposure, Stage::Control, Stage::Frame];
         stage.is_some_and(|stage| bears.contains(&stage))
     });
-    let linearised = with_candidates(block, fit, added, tested, untested, &coordinates, settings)?;
+    let linearised = with_candidates(
+        block,
+        fit,
+        added,
+        Asked { tested, untested, extra: &coordinates, ..Asked::nothing() },
+        settings,
+    )?;
     let now = fit.model.sigma_factors;
     let groups = Groups { coordinates: &coordinates, linearised: &linearised, settings };
     let control = groups.ratio(false, false);

@@ -3,10 +3,14 @@
 use super::diagnosis_tables::{candidates_table, ledger_table, structure_table, untested_table, verdict_sentence};
 use super::figures::{Axis, BinnedProfile, ImageBar, ImageBars, Ledger, LedgerStep, image_bars, ledger, profile};
 use super::html::{self, Page};
+use super::letter;
 use super::numbers::fixed;
 use super::run::{RunFolder, sensor_figures};
 use crate::diagnose::verdict::{Diagnosis, Verdict};
 use crate::run::folder::ProfileRow;
+
+/// A refit that starts at the predicted solution takes no more.
+const FEW_ITERATIONS: usize = 10;
 
 /// An effect whole, as it stands in the catalogue: what one writes oneself looks the same.
 const EXAMPLE: &str = include_str!("../../cpp/effects/focal-time.h");
@@ -19,6 +23,14 @@ pub(super) fn verdict(page: &mut Page, diagnosis: &Diagnosis) {
         Verdict::Unexplained => html::Verdict::Unexplained,
     };
     page.verdict(verdict, &verdict_sentence(diagnosis));
+    letter::weight(page, diagnosis);
+    if let Some(sentence) = letter::weights_sentence(diagnosis) {
+        page.warning(&sentence);
+    }
+    let slow = slow_refits(diagnosis);
+    if !slow.is_empty() {
+        page.note(&slow);
+    }
     if !diagnosis.left.is_empty() {
         page.section("What is left").list(&diagnosis.left);
         own_effect(page);
@@ -29,12 +41,25 @@ pub(super) fn verdict(page: &mut Page, diagnosis: &Diagnosis) {
     let factors = &diagnosis.sigma_factors;
     page.paragraph(&format!(
         "Tests are at the level {} over the whole catalogue. The stated standard deviations were multiplied by {} (image), \
-         {} (control) and {} (GNSS), as the residuals ask for; 1 means as stated.",
+         {} and {} (control, plan and height), {} and {} (GNSS, plan and height), as the residuals ask for; 1 means as stated.",
         diagnosis.significance,
         fixed(factors.image, 3),
         fixed(factors.control, 3),
-        fixed(factors.gnss, 3)
+        fixed(factors.control_z, 3),
+        fixed(factors.gnss, 3),
+        fixed(factors.gnss_z, 3)
     ));
+}
+
+/// Refits that took more steps than one that starts at the predicted solution should.
+fn slow_refits(diagnosis: &Diagnosis) -> String {
+    let slow = diagnosis.ledger.iter().filter(|row| row.step > 0 && row.iterations > FEW_ITERATIONS);
+    let slow: Vec<String> =
+        slow.map(|row| format!("{} ({})", row.added.as_deref().unwrap_or("base"), row.iterations)).collect();
+    if slow.is_empty() {
+        return String::new();
+    }
+    format!("Refits that took more than {FEW_ITERATIONS} iterations: {}.", slow.join(", "))
 }
 
 fn own_effect(page: &mut Page) {
@@ -64,10 +89,19 @@ pub(super) fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
         "Every effect of the catalogue was tested at the base model, before any was added. The predicted drop of v'Pv is what a refit \
          with the effect would bring; the change of check points is what adding it would do to them. Check points decide nothing.",
     );
-    page.table(&candidates_table(&diagnosis.candidates, usize::MAX));
-    if diagnosis.candidates.iter().any(|candidate| !candidate.tested) {
-        page.table(&untested_table(&diagnosis.candidates));
+    let (significant, others): (Vec<_>, Vec<_>) =
+        diagnosis.candidates.iter().cloned().partition(|candidate| candidate.significant);
+    if significant.is_empty() {
+        page.paragraph("None was significant.");
+    } else {
+        page.table(&candidates_table(&significant, usize::MAX));
     }
+    page.details("Candidates that were not significant, or that this block cannot test", |page| {
+        page.table(&candidates_table(&others, usize::MAX));
+        if others.iter().any(|candidate| !candidate.tested) {
+            page.table(&untested_table(&others));
+        }
+    });
 }
 
 /// The ledger as table and curves.
@@ -95,7 +129,7 @@ pub(super) fn ledger_section(page: &mut Page, diagnosis: &Diagnosis) {
 pub(super) fn structure(page: &mut Page, run: &RunFolder, diagnosis: &Diagnosis) {
     page.section("Structure of the residuals");
     page.table(&structure_table(diagnosis));
-    sensor_figures(page, run);
+    sensor_figures(page, run, "sensor");
     image_scales(page, run);
     let mut shown: Vec<(&str, &str)> = Vec::new();
     for row in run.profiles.iter().filter(|row| row.stage == "final") {

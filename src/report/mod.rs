@@ -26,11 +26,13 @@
 pub mod diagnosis_tables;
 pub mod figures;
 pub mod html;
+pub mod letter;
 pub mod numbers;
 pub mod run;
 pub mod run_tables;
 pub mod style;
 pub mod tables;
+pub mod words;
 
 mod axes;
 mod diagnosis;

@@ -1,6 +1,5 @@
 //! The page of a run: what was adjusted, how well it fits, and, after a diagnosis, what was missing.
 
-use super::diagnosis;
 use super::figures::{
     Arrow, ArrowSet, Axis, FlightPlan, Histogram, ImageBar, ImageBars, PlanArrows, PlanSigned, Sample, Station,
     VectorField, flights_plan_profile, histogram, image_bars, residuals_plan_arrows, residuals_plan_signed,
@@ -12,6 +11,7 @@ use super::run_tables::{
     Verdict, camera_table, compared, effects_table, residuals_table, solvers_table, solvers_verdict,
 };
 use super::tables::Table;
+use super::{diagnosis, letter};
 use crate::diagnose::verdict::Diagnosis;
 use crate::run::folder::{self, CheckRow, SensorRow};
 use crate::run::rms_by;
@@ -22,6 +22,9 @@ use std::path::Path;
 
 /// Cells below this p-value are marked. A cell is one of hundreds: 1e-5 marks no cell of a clean block in most pictures.
 const MARKED_P: f64 = 1e-5;
+
+/// A distribution of fewer values is no picture.
+const FEWEST_FOR_HISTOGRAM: usize = 50;
 
 /// The folder of a run, with what a diagnosis left in it.
 pub type RunFolder = folder::RunFolder<Diagnosis>;
@@ -42,15 +45,16 @@ pub fn page(run: &RunFolder) -> Page {
     page.subtitle(&format!("{images} images, {flights} flights; written by misclosure"));
     if let Some(found) = &run.diagnosis {
         diagnosis::verdict(&mut page, found);
-        diagnosis::candidates(&mut page, found);
+        letter::letter(&mut page, run, found);
         diagnosis::ledger_section(&mut page, found);
         diagnosis::structure(&mut page, run, found);
+        diagnosis::candidates(&mut page, found);
     }
     adjustment(&mut page, run);
     parameters(&mut page, run);
     if run.diagnosis.is_none() {
         page.section("Residuals over the sensor");
-        sensor_figures(&mut page, run);
+        sensor_figures(&mut page, run, "sensor");
     }
     image_section(&mut page, run);
     block_section(&mut page, run);
@@ -127,7 +131,8 @@ fn parameters(page: &mut Page, run: &RunFolder) {
 }
 
 /// The mean residuals over the sensor, camera by camera; before and after side by side where the folder has both.
-pub(super) fn sensor_figures(page: &mut Page, run: &RunFolder) {
+/// `name`: first part of the pictures' names.
+pub(super) fn sensor_figures(page: &mut Page, run: &RunFolder, name: &str) {
     let cameras: BTreeSet<&str> = run.sensor.iter().map(|row| row.camera.as_str()).collect();
     if cameras.is_empty() {
         page.paragraph("There are no tie points.");
@@ -152,7 +157,7 @@ pub(super) fn sensor_figures(page: &mut Page, run: &RunFolder) {
         let marks = format!(
             "Mean residual of the tie points in cells; cells marked as significant have p below {MARKED_P:e} each."
         );
-        let id = |stage: &str| format!("sensor-{stage}-{}", c + 1);
+        let id = |stage: &str| format!("{name}-{stage}-{}", c + 1);
         match (field("base", "Before"), field("final", "After")) {
             (Some(mut base), Some(mut last)) => {
                 base.scale = [base.natural_scale(), last.natural_scale()].into_iter().flatten().reduce(f64::min);
@@ -259,6 +264,9 @@ fn checks_section(page: &mut Page, run: &RunFolder) {
             label: label.into(),
             values: rows.iter().map(|row| 1e3 * value(row)).collect(),
         };
+        if rows.len() < FEWEST_FOR_HISTOGRAM {
+            continue;
+        }
         let chart = Histogram {
             title: format!("{name}: distribution of the residuals"),
             x: Axis::new("computed − surveyed", "mm"),

@@ -80,6 +80,13 @@ impl Run {
     pub fn sigma0(&self) -> f64 {
         (self.chi_square() / self.problem.redundancy().2 as f64).sqrt()
     }
+
+    /// Median over the points of the standard deviation in space, a posteriori, in the units of the block (m); NaN where it was not computed.
+    pub fn point_sigma_m(&self) -> f64 {
+        let points = self.solution().covariance.iter().flat_map(|covariance| &covariance.points);
+        let sigmas: Vec<f64> = points.map(|covariance| self.sigma0() * covariance.trace().max(0.0).sqrt()).collect();
+        if sigmas.is_empty() { f64::NAN } else { crate::math::statistics::median(&sigmas) }
+    }
 }
 
 /// Called after each iteration with the name of the solver.

@@ -7,7 +7,7 @@ use super::blocks::{
 use misclosure::block::Block;
 use misclosure::diagnose::candidate::{Addition, Candidate, candidates};
 use misclosure::diagnose::fit::{Fit, solve};
-use misclosure::diagnose::linearised::{Added, with_candidates};
+use misclosure::diagnose::linearised::{Added, Asked, with_candidates};
 use misclosure::diagnose::models::{predicted_drop, with_set};
 use misclosure::diagnose::select::{Search, Taken};
 use misclosure::effects::{self, Domain, Role};
@@ -55,8 +55,8 @@ fn predicted_and_refitted(block: &Block, base: &Fit, candidate: &Candidate) -> O
     let mut added = Added::default();
     let settings = settings();
     let tested = vec![(candidate.clone(), Search::None)];
-    let null = misclosure::adjust::native::null_model::NoColumns;
-    let linearised = with_candidates(block, base, &added, tested, Vec::new(), &null, &settings).expect("a null model");
+    let linearised =
+        with_candidates(block, base, &added, Asked { tested, ..Asked::nothing() }, &settings).expect("a null model");
     let mut situation = linearised.situation(&settings, &BTreeSet::new());
     let beside = situation.beside();
     let judged = situation.judge(0, &beside)?;

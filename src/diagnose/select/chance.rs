@@ -20,10 +20,10 @@ pub fn likeliest<'a>(situation: &Situation<'_>, beside: &System, judged: &'a [Ju
     if open.len() < 2 {
         return open.first().copied();
     }
-    let likelihood = |judged: &&Judged| {
-        let component = judged.component.as_ref()?;
-        random::largest_likelihood_ratio(beside, &situation.sets[judged.set].columns, component.variance)
-    };
+    // The noise is one, whatever it is asked about: under different variances likelihoods would not compare.
+    let variance = open.iter().filter_map(|judged| Some(judged.component.as_ref()?.variance)).fold(0.0, f64::max);
+    let likelihood =
+        |judged: &&Judged| random::largest_likelihood_ratio(beside, &situation.sets[judged.set].columns, variance);
     open.into_iter()
         .filter_map(|judged| Some((likelihood(&judged)?, judged)))
         .max_by(|(a, _), (b, _)| a.total_cmp(b))

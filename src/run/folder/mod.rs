@@ -9,7 +9,7 @@ mod write;
 
 pub use crate::io::write_atomically;
 pub use read::RunFolder;
-pub use rows::{CheckRow, ImageRow, ImageScaleRow, PointRow, ProfileRow, ResidualLine, SensorRow};
+pub use rows::{CheckRow, GnssRow, ImageRow, ImageScaleRow, PointRow, ProfileRow, ResidualLine, SensorRow};
 pub use write::{Pictures, write, write_diagnosis};
 
 /// The model as used.

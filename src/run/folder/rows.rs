@@ -206,3 +206,23 @@ table! { "profiles.csv",
         sigma_px: Option<f64>,
     }
 }
+
+table! { "gnss.csv",
+    /// The residual of an observed antenna position: observed minus computed.
+    GnssRow {
+        /// `base` or `final`.
+        stage: String,
+        /// Image.
+        image: String,
+        /// Time of exposure, s; `None` where it is not known.
+        time_s: Option<f64>,
+        /// Heading of the track, degrees from the y axis (north) to the x axis (east); `None` where the motion is not known.
+        heading_deg: Option<f64>,
+        /// Along the track, m.
+        along_m: Option<f64>,
+        /// Across the track, to the right, m.
+        across_m: Option<f64>,
+        /// Up, m.
+        up_m: f64,
+    }
+}

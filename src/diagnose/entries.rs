@@ -1,0 +1,229 @@
+//! What a linearisation says of each candidate, and of each effect that is in, as entries of `diagnosis.json`.
+
+use super::impact;
+use super::improve::{Confirmation, Improvement, Settings};
+use super::left::Left;
+use super::linearised::Linearised;
+use super::select::Judged;
+use super::test::power::noncentrality;
+use super::test::separability::{self, INSEPARABLE};
+use super::verdict::{CandidateEntry, ConfirmedEntry, DetectableEntry, EstimateEntry, FoundEntry, LeftEntry};
+use crate::block::Block;
+use crate::effects::Role;
+use crate::problem::Problem;
+use std::collections::BTreeMap;
+
+/// Typical standard deviation of the image measurements, px.
+fn pixel(problem: &Problem) -> f64 {
+    let sum: f64 = problem.observations.iter().map(|o| 1.0 / o.inverse_sigma).sum();
+    sum / problem.observations.len() as f64
+}
+
+/// RMS over all image coordinates of what a drop of `v'Pv` takes away, px.
+fn size_px(problem: &Problem, drop: f64) -> f64 {
+    pixel(problem) * (drop.max(0.0) / (2.0 * problem.observations.len() as f64)).sqrt()
+}
+
+/// The effects that the diagnosis took in, at the final model.
+pub(super) fn found(
+    block: &Block,
+    last: &Linearised,
+    candidates: &[CandidateEntry],
+    settings: &Settings<'_>,
+) -> Vec<FoundEntry> {
+    let situation = last.situation(settings, &Default::default());
+    let impacts = impact::of_taken(block, last, &situation);
+    let entry = |(id, impact): (String, Option<impact::Impact>)| {
+        let without = situation.without(&id);
+        let set = last.sets.iter().position(|set| set.id == id)?;
+        let judged = without.judge(set, &without.beside())?;
+        let base = candidates.iter().find(|candidate| candidate.effect == id);
+        Some(FoundEntry {
+            estimate: estimates(last, &judged),
+            drop: judged.drop,
+            p_value: judged.ln_p.exp(),
+            ln_p_value: judged.ln_p,
+            size_px: size_px(last.null.problem(), judged.drop),
+            impact,
+            inseparable_from: base.map(|base| base.inseparable_from.clone()).unwrap_or_default(),
+            plausible: !judged.implausible,
+            effect: id,
+        })
+    };
+    impacts.into_iter().filter_map(entry).collect()
+}
+
+/// The empirical fields that would still take something away: the shape of what is left, with its size and what it does to the points.
+pub(super) fn left(block: &Block, rest: &Left, settings: &Settings<'_>) -> Vec<LeftEntry> {
+    let situation = rest.shapes.situation(settings, &Default::default());
+    let beside = situation.beside();
+    let mut judged = situation.judge_all(&beside);
+    judged.retain(|judged| rest.fields.iter().any(|field| field.id == rest.shapes.sets[judged.set].id));
+    let impacts = impact::of_candidates(block, &rest.shapes, &situation, &judged);
+    let entry = |(judged, impact): (&Judged, Option<impact::Impact>)| LeftEntry {
+        field: rest.shapes.sets[judged.set].id.clone(),
+        size_px: size_px(rest.shapes.null.problem(), judged.drop),
+        impact,
+    };
+    judged.iter().zip(impacts).map(entry).collect()
+}
+
+/// Every candidate at the base model.
+pub(super) fn candidates(
+    block: &Block,
+    improvement: &Improvement,
+    first: &Linearised,
+    settings: &Settings<'_>,
+) -> Vec<CandidateEntry> {
+    let situation = first.situation(settings, &Default::default());
+    let beside = situation.beside();
+    let judged = situation.judge_all(&beside);
+    let level = first.ln_level(settings.significance);
+    let impacts = impact::of_candidates(block, first, &situation, &judged);
+    let confirmed = |id: &str| -> Option<ConfirmedEntry> {
+        improvement.confirmations.iter().rfind(|confirmation| confirmation.id == id).map(confirmed_entry)
+    };
+    let seen = |a: &Judged, b: &Judged| -> f64 {
+        if a.component.is_some() || b.component.is_some() {
+            return 0.0;
+        }
+        let one = separability::seen_by(&beside, &a.pivoted, &b.pivoted);
+        one.max(separability::seen_by(&beside, &b.pivoted, &a.pivoted))
+    };
+    let physical = |judged: &Judged| first.sets[judged.set].physical;
+    let id = |judged: &Judged| first.sets[judged.set].id.clone();
+    let mut entries: Vec<CandidateEntry> = Vec::new();
+    for (position, one) in judged.iter().enumerate() {
+        let partners = judged.iter().enumerate();
+        let partners = partners.filter(|(other, b)| *other != position && physical(b) && seen(one, b) > INSEPARABLE);
+        let inseparable_from = partners.map(|(_, b)| id(b)).collect();
+        let estimate = estimates(first, one);
+        let change = impacts[position].as_ref().filter(|impact| impact.surveyed).map(|impact| impact.rms_m);
+        entries.push(CandidateEntry {
+            effect: id(one),
+            rank: position + 1,
+            kind: kind(physical(one)),
+            statistic: one.statistic,
+            dof: one.dof,
+            p_value: one.ln_p.exp(),
+            ln_p_value: one.ln_p,
+            significant: one.ln_p < level,
+            predicted_drop: one.drop,
+            detectable: detectable(first, one, level, change),
+            estimate,
+            predicted_check_change_m: change,
+            size_px: size_px(first.null.problem(), one.drop),
+            plausible: !one.implausible,
+            impact: impacts[position].clone(),
+            inseparable_from,
+            design_effect: one.design_effect,
+            needs: Vec::new(),
+            tested: true,
+            confirmed: confirmed(&id(one)),
+        });
+    }
+    let tested: Vec<String> = entries.iter().map(|entry| entry.effect.clone()).collect();
+    let absorbed = first
+        .sets
+        .iter()
+        .zip(&first.candidates)
+        .filter(|(set, candidate)| candidate.is_some() && !tested.contains(&set.id));
+    let mut untested: Vec<(String, bool, Vec<String>)> = Vec::new();
+    for (set, _) in absorbed {
+        if !untested.iter().any(|(id, ..)| *id == set.id) {
+            let needs =
+                vec!["a block that does not absorb it: its size would not be known to its plausible range".into()];
+            untested.push((set.id.clone(), set.physical, needs));
+        }
+    }
+    untested.extend(first.untested.iter().map(|c| (c.id.clone(), c.physical, c.needs.clone())));
+    for (effect, physical, needs) in untested {
+        entries.push(CandidateEntry {
+            rank: entries.len() + 1,
+            kind: kind(physical),
+            statistic: 0.0,
+            dof: 0.0,
+            p_value: 1.0,
+            ln_p_value: 0.0,
+            significant: false,
+            predicted_drop: 0.0,
+            estimate: BTreeMap::new(),
+            predicted_check_change_m: None,
+            size_px: 0.0,
+            plausible: true,
+            impact: None,
+            inseparable_from: Vec::new(),
+            design_effect: 1.0,
+            detectable: None,
+            needs,
+            tested: false,
+            confirmed: confirmed(&effect),
+            effect,
+        });
+    }
+    entries
+}
+
+/// Sizes by parameter.
+fn estimates(linearised: &Linearised, judged: &Judged) -> BTreeMap<String, EstimateEntry> {
+    let problem = linearised.null.problem();
+    let set = &linearised.sets[judged.set];
+    let theta = problem.layout().theta(0);
+    let mut estimates = BTreeMap::new();
+    if let Some(component) = &judged.component {
+        let unit = linearised.unit(set.columns[0]);
+        let entry = &problem.theta[linearised.null.unknown(set.columns[0]) - theta];
+        let descriptor = problem.effects[entry.effect as usize].effect.descriptor();
+        for parameter in &descriptor.parameters {
+            if let Role::Random(name) = parameter.role {
+                let unit_name = parameter.unit.to_string();
+                let (value, sigma) = (component.deviation * unit, component.sigma * unit);
+                estimates.insert(name.to_string(), EstimateEntry { value, sigma, unit: unit_name });
+            }
+        }
+        return estimates;
+    }
+    let variances = judged.pivoted.variances();
+    for (position, (column, value)) in judged.pivoted.kept.iter().zip(judged.pivoted.estimate().iter()).enumerate() {
+        let unknown = linearised.null.unknown(*column);
+        let (name, unit) = match unknown.checked_sub(theta) {
+            None => (problem.unknown_name(unknown), crate::camera::UNITS[unknown % 12].to_string()),
+            Some(t) => {
+                let entry = &problem.theta[t];
+                let descriptor = problem.effects[entry.effect as usize].effect.descriptor();
+                let name = entry.name.strip_prefix(&format!("{}.", descriptor.id)).unwrap_or(&entry.name);
+                (name.to_string(), descriptor.parameters[entry.parameter as usize].unit.to_string())
+            }
+        };
+        let scale = linearised.unit(*column);
+        let sigma = (variances[position] * judged.inflation).sqrt() * scale;
+        estimates.insert(name, EstimateEntry { value: value * scale, sigma, unit });
+    }
+    estimates
+}
+
+fn kind(physical: bool) -> String {
+    if physical { "physical" } else { "empirical" }.into()
+}
+
+fn confirmed_entry(confirmation: &Confirmation) -> ConfirmedEntry {
+    ConfirmedEntry {
+        drop: confirmation.drop,
+        heldout_rms_px_before: confirmation.before_px,
+        heldout_rms_px_after: Some(confirmation.after_px).filter(|rms| rms.is_finite()),
+        kept: confirmation.kept,
+        reason: confirmation.reason.clone(),
+    }
+}
+
+fn detectable(linearised: &Linearised, judged: &Judged, ln_level: f64, change: Option<f64>) -> Option<DetectableEntry> {
+    let estimate = estimates(linearised, judged).into_values().next()?;
+    let size = match (&judged.component, judged.pivoted.kept.as_slice()) {
+        (Some(component), _) => component.detectable * linearised.unit(linearised.sets[judged.set].columns[0]),
+        (None, [_]) => noncentrality(ln_level.exp(), 1.0).sqrt() * estimate.sigma,
+        _ => return None,
+    };
+    // The change is linear in the size of the effect.
+    let check_change_m = change.filter(|_| estimate.value != 0.0).map(|change| change * size / estimate.value.abs());
+    Some(DetectableEntry { size, unit: estimate.unit, check_change_m })
+}

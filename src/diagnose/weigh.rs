@@ -1,0 +1,57 @@
+//! How much what is left matters: with tens of thousands of measurements everything is significant, and little of it moves a point.
+
+use super::impact::Impact;
+use super::verdict::{Diagnosis, Verdict, Weight};
+
+impl Diagnosis {
+    /// Weighs what is left against the precision of the points (typical standard deviation in space, m), or against what the user tolerates.
+    pub fn weigh(&mut self, precision_m: f64, tolerance_m: Option<f64>) {
+        let sentence = sentence(self, precision_m, tolerance_m);
+        self.weight = Some(Weight { precision_m, tolerance_m, sentence });
+    }
+}
+
+fn sentence(diagnosis: &Diagnosis, precision_m: f64, tolerance_m: Option<f64>) -> String {
+    let precision = format!("their standard deviation ({} mm)", millimetres(precision_m));
+    if diagnosis.verdict != Verdict::Unexplained {
+        return format!(
+            "Nothing is left over that this block shows; points are known to {} mm.",
+            millimetres(precision_m)
+        );
+    }
+    let largest = diagnosis
+        .left_shapes
+        .iter()
+        .filter_map(|shape| Some((shape, shape.impact.as_ref()?)))
+        .max_by(|(_, a), (_, b)| a.rms_m.total_cmp(&b.rms_m));
+    let Some((shape, Impact { rms_m, height_m, .. })) = largest else {
+        return "What is left over is no smooth pattern on the sensor: what it does to the points cannot be computed."
+            .into();
+    };
+    let what = format!(
+        "Left over: a pattern on the sensor of {:.3} px (as the field {}); it moves points by {} mm ({} mm in height), {:.2} times {precision}",
+        shape.size_px,
+        shape.field,
+        millimetres(*rms_m),
+        millimetres(*height_m),
+        rms_m / precision_m,
+    );
+    match tolerance_m {
+        Some(tolerance) if *rms_m <= tolerance => {
+            format!("{what}; within the {} mm that you tolerate.", millimetres(tolerance))
+        }
+        Some(tolerance) => format!("{what}; more than the {} mm that you tolerate.", millimetres(tolerance)),
+        None if *rms_m <= precision_m => format!("{what}: the points are hardly worse for it."),
+        None => format!("{what}: it matters more than the noise."),
+    }
+}
+
+/// Two significant digits.
+fn millimetres(metres: f64) -> String {
+    let mm = 1e3 * metres;
+    if !mm.is_finite() || mm == 0.0 {
+        return format!("{mm}");
+    }
+    let digits = (1 - mm.abs().log10().floor() as i32).max(0) as usize;
+    format!("{mm:.digits$}")
+}
