@@ -1,22 +1,30 @@
 //! What it costs to test the whole catalogue beside what it costs to refit: part of `make bench`, or `cargo bench --bench screening`.
-//! `MISCLOSURE_BENCH_THREADS` sets the number of threads (2).
+//! `MISCLOSURE_BENCH_THREADS` sets the number of threads (2); with `MISCLOSURE_BENCH_LARGE` a corridor of two million measurements takes part.
 
 use anyhow::{Context, Result};
 use misclosure::adjust::Options;
+use misclosure::block::Block;
 use misclosure::diagnose::fit::fit;
 use misclosure::diagnose::improve::Settings;
 use misclosure::diagnose::linearised::{Added, linearise};
 use misclosure::diagnose::run::diagnose;
+use misclosure::inject;
+use misclosure::io::block::read_block;
 use misclosure::model::Model;
 use misclosure::report::numbers::fixed;
 use misclosure::report::tables::Table;
 use misclosure::run::default_diagnosis_datum;
-use misclosure::scenario::{Scenario, SurveyNoise, add_noise, add_survey_noise, simulate};
+use misclosure::scenario::{Scenario, SurveyNoise, add_survey_noise, simulate};
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::time::Instant;
 
-/// Blocks by preset and number of tie points; 0 for the preset's own.
-const BLOCKS: [(&str, f64); 2] = [("dike", 0.0), ("corridor", 0.0)];
+/// Simulated blocks: preset, number of tie points (0 for the preset's own), and an error.
+const SIMULATED: [(&str, f64, &str); 3] = [("dike", 0.0, ""), ("dike", 0.0, "focal-time"), ("corridor", 0.0, "")];
+/// The corridor of two million measurements, where `MISCLOSURE_BENCH_LARGE` is set: minutes.
+const LARGE: (&str, f64, &str) = ("corridor", 340_000.0, "");
+/// Real blocks, where they are at hand.
+const REAL: [&str; 2] = ["../shared/data/uav-seneca", "../shared/data/uav-caliterra"];
 const SEED: u64 = 1;
 /// px, as the block states.
 const NOISE_PX: f64 = 0.3;
@@ -29,41 +37,71 @@ fn main() -> Result<()> {
     };
     let mut table = Table::new("")
         .text("block", "")
+        .number("images", "")
         .number("measurements", "")
-        .number("cold fit", "s")
+        .number("fit", "s")
         .number("screening", "s")
         .number("of two fits", "")
-        .number("diagnosis", "s");
-    for (preset, points) in BLOCKS {
-        let parameters: BTreeMap<String, f64> =
-            (points > 0.0).then(|| ("points".to_string(), points)).into_iter().collect();
-        let mut block = simulate(&Scenario::preset(preset, &parameters)?, SEED)?.block;
-        block.sigma.tie_px = NOISE_PX;
-        add_noise(&mut block, NOISE_PX, SEED)?;
-        add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: false }, SEED);
-        let model = Model { datum: default_diagnosis_datum(&block), ..Model::default() };
-        let options = Options { threads, ..Options::default() };
-        let settings = Settings { plugins: &[], options: options.clone(), significance: SIGNIFICANCE, tell: &|_| {} };
-        let (base, of_fit) = timed(|| fit(&block, &model, None, &options));
-        let base = base?;
-        let (tested, of_screening) = timed(|| -> Result<usize> {
-            let linearised = linearise(&block, &base, &Added::default(), false, &settings)?;
-            let situation = linearised.situation(&settings, &BTreeSet::new());
-            Ok(situation.judge_all(&situation.beside()).len())
-        });
-        tested?;
-        let (diagnosed, of_diagnosis) = timed(|| diagnose(&block, &model, &settings));
-        diagnosed?;
-        table.row([
-            preset.to_string(),
-            block.ties.len().to_string(),
-            fixed(of_fit, 2),
-            fixed(of_screening, 2),
-            fixed(of_screening / (2.0 * of_fit), 2),
-            fixed(of_diagnosis, 2),
-        ]);
+        .number("improve", "s")
+        .number("steps", "")
+        .text("found", "");
+    let large = std::env::var_os("MISCLOSURE_BENCH_LARGE").map(|_| LARGE);
+    for (preset, points, error) in SIMULATED.into_iter().chain(large) {
+        let name = format!("{preset} {error}");
+        row(&mut table, &name, &simulated(preset, points, error)?, &Model::default(), threads)?;
+    }
+    for path in REAL.map(Path::new) {
+        if !path.exists() {
+            eprintln!("skipped: no {}", path.display());
+            continue;
+        }
+        let block = read_block(path)?.block;
+        let name = block.name.clone();
+        row(&mut table, &name, &block, &Model { tie_dc_to_pp: true, ..Model::default() }, threads)?;
     }
     println!("{threads} threads\n\n{}", table.to_text());
+    Ok(())
+}
+
+fn simulated(preset: &str, points: f64, error: &str) -> Result<Block> {
+    let parameters: BTreeMap<String, f64> =
+        (points > 0.0).then(|| ("points".to_string(), points)).into_iter().collect();
+    let truth = simulate(&Scenario::preset(preset, &parameters)?, SEED)?.block;
+    let mut errors = vec![inject::parse(&format!("noise:px={NOISE_PX}"))?];
+    if !error.is_empty() {
+        errors.push(inject::parse(error)?);
+    }
+    let mut block = inject::apply(&truth, &truth, &errors, SEED)?.block;
+    block.sigma.tie_px = NOISE_PX;
+    add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: false }, SEED);
+    Ok(block)
+}
+
+fn row(table: &mut Table, name: &str, block: &Block, model: &Model, threads: usize) -> Result<()> {
+    let model = Model { datum: default_diagnosis_datum(block), ..model.clone() };
+    let options = Options { threads, ..Options::default() };
+    let settings = Settings { plugins: &[], options: options.clone(), significance: SIGNIFICANCE, tell: &|_| {} };
+    let (base, of_fit) = timed(|| fit(block, &model, None, &options));
+    let base = base?;
+    let (tested, of_screening) = timed(|| -> Result<usize> {
+        let linearised = linearise(block, &base, &Added::default(), false, &settings)?;
+        let situation = linearised.situation(&settings, &BTreeSet::new());
+        Ok(situation.judge_all(&situation.beside()).len())
+    });
+    tested?;
+    let (diagnosed, of_diagnosis) = timed(|| diagnose(block, &model, &settings));
+    let diagnosis = diagnosed?.diagnosis;
+    table.row([
+        name.to_string(),
+        block.images.len().to_string(),
+        block.ties.len().to_string(),
+        fixed(of_fit, 2),
+        fixed(of_screening, 2),
+        fixed(of_screening / (2.0 * of_fit), 2),
+        fixed(of_diagnosis, 2),
+        (diagnosis.ledger.len() - 1).to_string(),
+        diagnosis.recommended.join(", "),
+    ]);
     Ok(())
 }
 

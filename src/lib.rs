@@ -1,4 +1,68 @@
 //! misclosure: what is left over when a measurement and its model do not meet, and why.
+//!
+//! An image point is predicted from the camera (twelve numbers of the Fraser model), the pose of its image, the point on the ground, and the
+//! *effects* that act on the way between them:
+//!
+//! ```text
+//! P ──frame──► P' ──ray──► P'' ──R(P'' - C)──► (X, Y, Z) ──camera──► (x, y) ──image──► (x, y)'       v = measured - (x, y)'
+//!                                  ▲                          ▲
+//!                         exposure │                 interior │
+//! ```
+//!
+//! An adjustment finds cameras, poses, points and effects that minimise `v'Pv`, `P` the weights. At the solution, with `A` the derivatives of
+//! everything that was estimated, the *null model* says of any columns `C` that the model lacks what they would explain:
+//!
+//! ```text
+//! Q = P - P A (A'PA)^-1 A'P        s = C'Q v        M = C'Q C        drop of v'Pv: s'M^-1 s        estimate: M^-1 s
+//! ```
+//!
+//! Everything that the diagnosis decides is small linear algebra of `(s, M)`: [`diagnose`]. Axes, rotations, units and names: `CONVENTIONS.md`.
+//!
+//! # Simulate, adjust, diagnose
+//!
+//! ```
+//! use misclosure::adjust::{Options, ceres::Ceres, native::Native};
+//! use misclosure::diagnose::{improve::Settings, run::diagnose};
+//! use misclosure::{inject, model::{Datum, Model}, run, scenario};
+//! use std::ops::ControlFlow;
+//!
+//! let scenario = scenario::Scenario::preset("dike", &[("points".to_string(), 600.0)].into())?;
+//! let truth = scenario::simulate(&scenario, 1)?.block;
+//! let errors = [inject::parse("rolling-shutter:readout=0.03")?, inject::parse("noise:px=0.3")?];
+//! let mut block = inject::apply(&truth, &truth, &errors, 1)?.block;
+//! scenario::add_survey_noise(&mut block, scenario::SurveyNoise { gnss: true, control: true, check: false }, 1);
+//!
+//! let model = Model { datum: Datum::All, ..Model::default() };
+//! let run = run::adjust(&block, &model, &[&Ceres, &Native], &Options::default(), &mut |_, _| ControlFlow::Continue(()))?;
+//! assert!(run.agreement.is_some_and(|agreement| agreement.agree));
+//!
+//! let settings = Settings { plugins: &[], options: Options::default(), significance: 1e-3, tell: &|_| {} };
+//! assert_eq!(diagnose(&block, &model, &settings)?.diagnosis.recommended, ["rolling-shutter"]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Which module may import which
+//!
+//! | module | is | imports |
+//! |---|---|---|
+//! | [`math`] | rotations, statistics, intersection, variance components | nothing of ours |
+//! | [`camera`] | the twelve numbers, projection, distortion taken out | math |
+//! | [`block`] | what was measured | math, camera |
+//! | [`io`] | blocks and models as files | math, camera, block, model |
+//! | [`effects`] | physical effects, one file each, and plug-ins | math, camera |
+//! | [`model`] | what is believed: free parameters, effects, weights, datum | camera, block, effects |
+//! | [`problem`] | block and model as flat arrays; the datum | math, camera, block, effects, model |
+//! | [`measure`] | the forward model: predictions and derivatives by hand | math, camera, effects, problem |
+//! | [`adjust`] | the solvers, which know nothing of each other | math, camera, effects, problem; native also measure |
+//! | [`scenario`] | error-free blocks | math, camera, block |
+//! | [`mod@inject`] | errors by their cause | math, camera, block, scenario |
+//! | [`evaluate`] | surveyed points against any block | math, camera, block |
+//! | [`run`] | one adjustment from end to end, and its folder | all of the above but scenario and inject |
+//! | [`diagnose`] | which effect is missing | block, effects, model, problem, measure, adjust, evaluate, run |
+//! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, study |
+//! | [`study`] | the repetition of the study that this began with | all but diagnose |
+//!
+//! A test holds the sources against this table.
 
 pub mod math;
 
@@ -32,4 +96,8 @@ pub mod report;
 
 pub mod study;
 
-pub mod cli;
+mod cli;
+
+/// The program: reads the command line, runs a command, gives its exit code.
+#[doc(hidden)]
+pub use cli::main as program;

@@ -1,5 +1,5 @@
 //! The `misclosure` program.
 
 fn main() -> std::process::ExitCode {
-    misclosure::cli::main()
+    misclosure::program()
 }

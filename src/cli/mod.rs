@@ -18,7 +18,7 @@ mod structure_rows;
 mod summary_text;
 mod text;
 
-pub use console::{Console, Progress};
+pub use console::Console;
 pub use exit::{Exit, Usage};
 
 use clap::{Args, Parser, Subcommand};
