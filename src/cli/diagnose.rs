@@ -119,7 +119,7 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     let Diagnosed { block, diagnosis, .. } = &diagnosed;
     let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
     folder::write(&arguments.output, block, &final_model, &run, &rows)?;
-    folder::write_diagnosis(&arguments.output, diagnosis, structure_rows::rows(&diagnosed))?;
+    folder::write_diagnosis(&arguments.output, diagnosis, structure_rows::rows(&diagnosed)?)?;
     write_page(&arguments.output)?;
     let warning = warning(&Summary::of(block, &run, &rows));
     let next = match keep {

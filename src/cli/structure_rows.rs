@@ -1,33 +1,30 @@
 //! What the structure of the residuals showed, as rows of the run folder, before and after effects were added.
 
 use crate::block::Block;
-use crate::diagnose::fit::Fit;
-use crate::diagnose::improve::Improvement;
 use crate::diagnose::run::Diagnosed;
+use crate::diagnose::shown::marks;
 use crate::diagnose::structure::{Pictures, Structure};
-use crate::measure::Predictor;
-use crate::problem::PositionObservation;
-use crate::run::folder::{self, BASE, FINAL, GnssRow, ImageScaleRow, ProfileRow, SensorRow};
+use crate::measure::MeasureError;
+use crate::run::folder::{self, BASE, FINAL, FoundRow, ImageScaleRow, ProfileRow, SensorRow, WITH, WITHOUT};
 
 /// The rows of both stages; those of the final one alone where nothing was added.
-pub fn rows(diagnosed: &Diagnosed) -> folder::Pictures {
+///
+/// # Errors
+/// A model without one of the effects that cannot be projected.
+pub fn rows(diagnosed: &Diagnosed) -> Result<folder::Pictures, MeasureError> {
     let mut stages: Vec<(&str, &Structure)> = Vec::new();
     if !diagnosed.diagnosis.recommended.is_empty() {
         stages.push((BASE, &diagnosed.before));
     }
     stages.push((FINAL, &diagnosed.after));
     let mut rows = folder::Pictures::default();
-    let Improvement { base, fit, .. } = &diagnosed.improvement;
-    if stages.len() > 1 {
-        rows.gnss.extend(gnss(BASE, base));
-    }
-    rows.gnss.extend(gnss(FINAL, fit));
+    rows.found = found(diagnosed)?;
     for (stage, structure) in stages {
         rows.sensor.extend(sensor(&diagnosed.block, stage, &structure.pictures));
         rows.scales.extend(scales(&diagnosed.block, stage, &structure.pictures));
         rows.profiles.extend(profiles(stage, &structure.pictures));
     }
-    rows
+    Ok(rows)
 }
 
 fn sensor(block: &Block, stage: &str, pictures: &Pictures) -> impl Iterator<Item = SensorRow> {
@@ -73,27 +70,27 @@ fn profiles(stage: &str, pictures: &Pictures) -> impl Iterator<Item = ProfileRow
     })
 }
 
-fn gnss(stage: &str, fit: &Fit) -> Vec<GnssRow> {
-    let Fit { problem, solution, .. } = fit;
-    // A fit that was reported can be predicted.
-    let Ok(predictor) = Predictor::new(problem, &solution.state) else { return Vec::new() };
-    let row = |observation: &PositionObservation| {
-        let image = observation.index as usize;
-        let residual = observation.position - predictor.antenna(image)?;
-        let context = &problem.image_contexts[image];
-        let speed = context.velocity.xy().norm();
-        let along = (speed > 0.0).then(|| context.velocity.xy() / speed);
-        Some(GnssRow {
-            stage: stage.into(),
-            image: problem.image_names[image].clone(),
-            time_s: finite(context.time_s),
-            heading_deg: along.map(|along| along.x.atan2(along.y).to_degrees().rem_euclid(360.0)),
-            along_m: along.map(|along| along.dot(&residual.xy())),
-            across_m: along.map(|along| along.y * residual.x - along.x * residual.y),
-            up_m: residual.z,
-        })
-    };
-    problem.gnss.iter().filter_map(row).collect()
+/// The picture of every effect that was found.
+fn found(diagnosed: &Diagnosed) -> Result<Vec<FoundRow>, MeasureError> {
+    let mut rows = Vec::new();
+    for effect in &diagnosed.diagnosis.recommended {
+        for mark in marks(&diagnosed.improvement.fit, effect)? {
+            rows.push(FoundRow {
+                effect: effect.clone(),
+                stage: if mark.with { WITH } else { WITHOUT }.into(),
+                against: mark.against.into(),
+                component: mark.component.into(),
+                unit: mark.unit.into(),
+                camera: mark.y.map_or(String::new(), |_| diagnosed.block.cameras[mark.camera].id.clone()),
+                x: mark.x,
+                y: mark.y,
+                n: mark.n,
+                mean: mark.mean,
+                sigma: mark.sigma,
+            });
+        }
+    }
+    Ok(rows)
 }
 
 fn finite(value: f64) -> Option<f64> {

@@ -23,6 +23,7 @@ pub mod outliers;
 pub mod run;
 pub mod scan;
 pub mod select;
+pub mod shown;
 pub mod structure;
 pub mod test;
 pub mod verdict;

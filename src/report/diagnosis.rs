@@ -129,7 +129,7 @@ pub(super) fn ledger_section(page: &mut Page, diagnosis: &Diagnosis) {
 pub(super) fn structure(page: &mut Page, run: &RunFolder, diagnosis: &Diagnosis) {
     page.section("Structure of the residuals");
     page.table(&structure_table(diagnosis));
-    sensor_figures(page, run, "sensor");
+    sensor_figures(page, run);
     image_scales(page, run);
     let mut shown: Vec<(&str, &str)> = Vec::new();
     for row in run.profiles.iter().filter(|row| row.stage == "final") {

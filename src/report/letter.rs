@@ -1,22 +1,23 @@
 //! The findings as an expert would write them: what each effect is, how large, what it did to the points, how sure that is, what else it could
 //! be, what to do, and the one picture that shows it, before and after.
 
-use super::figures::{Axis, ImageBar, ImageBars, LineChart, LineStyle, Panel, Series, image_bars, line_chart};
+use super::figures::{Arrow, Axis, LineChart, LineStyle, Panel, Series, VectorField, line_chart, vector_field};
 use super::html::Page;
 use super::numbers::{fixed, mm, p_value, significant, with_sigma};
-use super::run::{RunFolder, sensor_figures};
-use super::words::{self, Picture};
+use super::run::RunFolder;
+use super::words;
 use crate::diagnose::impact::Impact;
 use crate::diagnose::verdict::{Diagnosis, EstimateEntry, FoundEntry};
-use crate::run::folder::{BASE, FINAL, GnssRow, ProfileRow};
-use std::collections::BTreeMap;
+use crate::run::folder::{FoundRow, WITH, WITHOUT};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Parameters of an effect that are named one by one; of more, their number and their sizes in px and mm say it better.
 const NAMED_PARAMETERS: usize = 4;
+/// More marks than this per component are single values, not a curve.
+const MARKS_JOINED: usize = 60;
 
 /// One section per effect that was found.
 pub(super) fn letter(page: &mut Page, run: &RunFolder, diagnosis: &Diagnosis) {
-    let mut sensor_shown = false;
     for found in &diagnosis.found {
         page.section(&format!("Found: {}", found.effect));
         for sentence in sentences(found) {
@@ -28,17 +29,7 @@ pub(super) fn letter(page: &mut Page, run: &RunFolder, diagnosis: &Diagnosis) {
                  among what it could also be.",
             );
         }
-        match words::of(&found.effect).map(|words| words.picture) {
-            Some(Picture::Sensor) if !sensor_shown => {
-                sensor_shown = true;
-                sensor_figures(page, run, &found.effect);
-            }
-            Some(Picture::Against(against)) => against_figure(page, run, found, against),
-            Some(Picture::Images) => image_figures(page, run, found),
-            Some(Picture::Heading) => gnss_figure(page, run, found, "heading", "degrees", |row| row.heading_deg),
-            Some(Picture::GnssTime) => gnss_figure(page, run, found, "time", "s", |row| row.time_s),
-            _ => {}
-        }
+        picture(page, run, found);
     }
 }
 
@@ -93,111 +84,77 @@ fn id(found: &FoundEntry) -> String {
     format!("found-{}", found.effect.replace(|c: char| !c.is_ascii_alphanumeric(), "-"))
 }
 
-/// Mean residuals against what was recorded, before and after in one picture: the same axes.
-fn against_figure(page: &mut Page, run: &RunFolder, found: &FoundEntry, against: &str) {
-    let component_of = |row: &&ProfileRow| row.against == against;
-    let Some(first) = run.profiles.iter().find(component_of) else {
-        return image_figures(page, run, found);
-    };
-    let (component, unit) = (first.component.clone(), first.unit.clone());
-    let series = |stage: &str, label: &str| {
-        let rows = run.profiles.iter().filter(|row| {
-            row.stage == stage && row.against == against && row.component == component && row.unit == unit
-        });
-        let (points, sigma): (Vec<_>, Vec<_>) =
-            rows.map(|row| ([row.x, row.mean_px], 2.0 * row.sigma_px.unwrap_or(f64::NAN))).unzip();
-        Series::new(label, points).sigma(sigma)
-    };
-    let panel = Panel {
-        x: Axis::new(against, unit.as_str()),
-        y: Axis::new(format!("mean residual, {component}"), "px"),
-        series: vec![series(BASE, "before"), series(FINAL, "after")],
-        ..Panel::default()
-    };
-    let chart = LineChart {
-        title: format!("Mean residual against {against}"),
-        panels: vec![panel],
-        columns: 1,
-        note: "Bars: ± 2 sigma of the mean.".into(),
-    };
-    page.figure(&id(found), line_chart(&chart), "What was left without the effect, and what is left with it.");
-}
-
-/// The scale of each image, before and after.
-fn image_figures(page: &mut Page, run: &RunFolder, found: &FoundEntry) {
-    let flights = run.flights();
-    let largest = run.scales.iter().filter_map(|row| row.scale_px).fold(0.0, |a: f64, b| a.max(b.abs()));
-    let chart = |stage: &str, title: &str| {
-        let bar = |row: &crate::run::folder::ImageScaleRow| {
-            let flight = flights.iter().position(|name| *name == row.flight)?;
-            let whisker = row.sigma_px.map(|sigma| 2.0 * sigma);
-            Some(ImageBar { value: row.scale_px?, whisker, flight, significant: false })
-        };
-        let bars: Vec<ImageBar> = run.scales.iter().filter(|row| row.stage == stage).filter_map(bar).collect();
-        (!bars.is_empty()).then(|| {
-            image_bars(&ImageBars {
-                title: title.into(),
-                order: "image in the order of the block".into(),
-                y: Axis::new("at half the diagonal", "px").range(-largest, largest),
-                flights: flights.clone(),
-                bars,
-                whisker_means: "± 2 sigma".into(),
-                ..ImageBars::default()
-            })
-        })
-    };
-    if let (Some(before), Some(after)) = (chart(BASE, "Scale of each image, before"), chart(FINAL, "After")) {
-        page.pair(
-            (
-                &format!("{}-base", id(found)),
-                before,
-                "By how much an image is too large or too small for its neighbours.",
-            ),
-            (&format!("{}-final", id(found)), after, "The same with the effect in the model."),
-        );
+/// What the measurements leave without the effect and with it, everything else as in the final model.
+fn picture(page: &mut Page, run: &RunFolder, found: &FoundEntry) {
+    let rows: Vec<&FoundRow> = run.found.iter().filter(|row| row.effect == found.effect).collect();
+    let caption =
+        "Residuals with everything as in the final model, without the effect and with it: what the model took out.";
+    match rows.first() {
+        None => {}
+        Some(first) if first.y.is_some() => sensor_picture(page, run, found, &rows, caption),
+        Some(_) => {
+            page.figure(&id(found), line_chart(&profiles(found, &rows)), caption);
+        }
     }
 }
 
-/// One of the three residuals of a position, m.
-type Residual = fn(&GnssRow) -> Option<f64>;
-
-/// GNSS residuals along the track, across and up, before and after.
-fn gnss_figure(
-    page: &mut Page,
-    run: &RunFolder,
-    found: &FoundEntry,
-    against: &str,
-    unit: &str,
-    x: impl Fn(&GnssRow) -> Option<f64>,
-) {
-    if run.gnss.is_empty() {
-        return;
+fn profiles(found: &FoundEntry, rows: &[&FoundRow]) -> LineChart {
+    let mut components: Vec<&str> = Vec::new();
+    for row in rows {
+        if !components.contains(&row.component.as_str()) {
+            components.push(&row.component);
+        }
     }
-    let values: [(&str, Residual); 3] = [
-        ("along the track", |row| row.along_m),
-        ("across the track", |row| row.across_m),
-        ("up", |row| Some(row.up_m)),
-    ];
-    let panel = |(title, value): &(&str, Residual)| {
-        let series = |stage: &str, label: &str| {
-            let rows = run.gnss.iter().filter(|row| row.stage == stage);
-            let points = rows.filter_map(|row| Some([x(row)?, 1e3 * value(row)?])).collect();
-            Series::new(label, points).style(LineStyle::Markers)
+    let single = rows.len() > MARKS_JOINED * components.len();
+    let panel = |component: &&str| {
+        let series = |stage: &str| {
+            let own = rows.iter().filter(|row| row.stage == stage && row.component == **component);
+            let own: Vec<&&FoundRow> = own.collect();
+            let points = own.iter().map(|row| [row.x, row.mean]).collect();
+            let label = if stage == WITH { "with it" } else { "without the effect" };
+            let series = Series::new(label, points);
+            match single {
+                true => series.style(LineStyle::Markers),
+                false => series.sigma(own.iter().map(|row| 2.0 * row.sigma.unwrap_or(f64::NAN)).collect()),
+            }
         };
         Panel {
-            x: Axis::new(against, unit),
-            y: Axis::new(*title, "mm"),
-            series: vec![series(BASE, "before"), series(FINAL, "after")],
+            x: Axis::new(rows[0].against.as_str(), ""),
+            y: Axis::new(*component, rows[0].unit.as_str()),
+            series: vec![series(WITHOUT), series(WITH)],
             ..Panel::default()
         }
     };
-    let chart = LineChart {
-        title: format!("GNSS residuals against {against}"),
-        panels: values.iter().map(panel).collect(),
+    LineChart {
+        title: format!("What shows {}", found.effect),
+        panels: components.iter().map(panel).collect(),
         columns: 1,
-        note: "Observed minus computed, one mark per image.".into(),
-    };
-    page.figure(&id(found), line_chart(&chart), "What was left without the effect, and what is left with it.");
+        note: if single { String::new() } else { "Bars: ± 2 sigma of the mean.".into() },
+    }
+}
+
+fn sensor_picture(page: &mut Page, run: &RunFolder, found: &FoundEntry, rows: &[&FoundRow], caption: &str) {
+    let cameras: BTreeSet<&str> = rows.iter().map(|row| row.camera.as_str()).collect();
+    for (number, camera) in cameras.into_iter().enumerate() {
+        let size = run.sensor.iter().find(|row| row.camera == camera).map(|row| [row.width_px, row.height_px]);
+        let Some(size) = size else { continue };
+        let field = |stage: &str, title: &str| {
+            let of = |component: &'static str| {
+                rows.iter().filter(move |row| row.camera == camera && row.stage == stage && row.component == component)
+            };
+            let arrows: Vec<Arrow> =
+                of("dx").zip(of("dy")).filter_map(|(dx, dy)| Some(([dx.x, dx.y?], [dx.mean, dy.mean]))).collect();
+            VectorField::single(&format!("{title}, camera {camera}"), size, arrows, "px")
+        };
+        let (mut without, mut with) = (field(WITHOUT, "Without the effect"), field(WITH, "With it"));
+        without.scale = [without.natural_scale(), with.natural_scale()].into_iter().flatten().reduce(f64::min);
+        with.scale = without.scale;
+        let name = |stage: &str| format!("{}-{stage}-{}", id(found), number + 1);
+        page.pair(
+            (&name(WITHOUT), vector_field(&without), caption),
+            (&name(WITH), vector_field(&with), "At the same scale."),
+        );
+    }
 }
 
 /// The sentence that weighs what is left.

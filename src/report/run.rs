@@ -54,7 +54,7 @@ pub fn page(run: &RunFolder) -> Page {
     parameters(&mut page, run);
     if run.diagnosis.is_none() {
         page.section("Residuals over the sensor");
-        sensor_figures(&mut page, run, "sensor");
+        sensor_figures(&mut page, run);
     }
     image_section(&mut page, run);
     block_section(&mut page, run);
@@ -131,8 +131,7 @@ fn parameters(page: &mut Page, run: &RunFolder) {
 }
 
 /// The mean residuals over the sensor, camera by camera; before and after side by side where the folder has both.
-/// `name`: first part of the pictures' names.
-pub(super) fn sensor_figures(page: &mut Page, run: &RunFolder, name: &str) {
+pub(super) fn sensor_figures(page: &mut Page, run: &RunFolder) {
     let cameras: BTreeSet<&str> = run.sensor.iter().map(|row| row.camera.as_str()).collect();
     if cameras.is_empty() {
         page.paragraph("There are no tie points.");
@@ -157,7 +156,7 @@ pub(super) fn sensor_figures(page: &mut Page, run: &RunFolder, name: &str) {
         let marks = format!(
             "Mean residual of the tie points in cells; cells marked as significant have p below {MARKED_P:e} each."
         );
-        let id = |stage: &str| format!("{name}-{stage}-{}", c + 1);
+        let id = |stage: &str| format!("sensor-{stage}-{}", c + 1);
         match (field("base", "Before"), field("final", "After")) {
             (Some(mut base), Some(mut last)) => {
                 base.scale = [base.natural_scale(), last.natural_scale()].into_iter().flatten().reduce(f64::min);

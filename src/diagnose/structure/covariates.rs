@@ -189,7 +189,6 @@ fn row<'a>(span: Span) -> Covariate<'a> {
         let last = 2 * ROW_BINS;
         moved.iter().enumerate().for_each(|(c, (factor, d))| to.entry(last + c, times(*d, *factor)));
     })
-    .profile(("along", "half heights"), (span, ROW_BINS), |place| place.row, |place, r| dot(place.along, r))
     .profile(("x", "half heights"), (span, ROW_BINS), |place| place.row, |_, r| r[0])
     .profile(("y", "half heights"), (span, ROW_BINS), |place| place.row, |_, r| r[1])
 }

@@ -9,7 +9,7 @@ mod write;
 
 pub use crate::io::write_atomically;
 pub use read::RunFolder;
-pub use rows::{CheckRow, GnssRow, ImageRow, ImageScaleRow, PointRow, ProfileRow, ResidualLine, SensorRow};
+pub use rows::{CheckRow, FoundRow, ImageRow, ImageScaleRow, PointRow, ProfileRow, ResidualLine, SensorRow};
 pub use write::{Pictures, write, write_diagnosis};
 
 /// The model as used.
@@ -23,3 +23,8 @@ const DIAGNOSIS: &str = "diagnosis.json";
 pub const BASE: &str = "base";
 /// See [`BASE`].
 pub const FINAL: &str = "final";
+
+/// The final model with an effect switched off, and with it.
+pub const WITHOUT: &str = "without";
+/// See [`WITHOUT`].
+pub const WITH: &str = "with";

@@ -1,6 +1,6 @@
 //! A run folder, read back.
 
-use super::rows::{CheckRow, GnssRow, ImageRow, ImageScaleRow, ProfileRow, ResidualLine, Row, SensorRow};
+use super::rows::{CheckRow, FoundRow, ImageRow, ImageScaleRow, ProfileRow, ResidualLine, Row, SensorRow};
 use super::{DIAGNOSIS, MODEL, SUMMARY};
 use crate::io::Error;
 use crate::run::summary::Summary;
@@ -27,8 +27,8 @@ pub struct RunFolder<D> {
     pub sensor: Vec<SensorRow>,
     /// `image_scale.csv`; empty for an adjustment.
     pub scales: Vec<ImageScaleRow>,
-    /// GNSS residuals; empty where no diagnosis was made.
-    pub gnss: Vec<GnssRow>,
+    /// Pictures of the effects that were found; empty where none was.
+    pub found: Vec<FoundRow>,
     /// `profiles.csv`; empty for an adjustment.
     pub profiles: Vec<ProfileRow>,
 }
@@ -49,7 +49,7 @@ impl<D: DeserializeOwned> RunFolder<D> {
             checks: rows(&dir.join(CheckRow::FILE))?,
             sensor: rows(&dir.join(SensorRow::FILE))?,
             scales: rows_of_diagnosis(&dir.join(ImageScaleRow::FILE))?,
-            gnss: rows_of_diagnosis(&dir.join(GnssRow::FILE))?,
+            found: rows_of_diagnosis(&dir.join(FoundRow::FILE))?,
             profiles: rows_of_diagnosis(&dir.join(ProfileRow::FILE))?,
         })
     }

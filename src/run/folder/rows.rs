@@ -207,22 +207,30 @@ table! { "profiles.csv",
     }
 }
 
-table! { "gnss.csv",
-    /// The residual of an observed antenna position: observed minus computed.
-    GnssRow {
-        /// `base` or `final`.
+table! { "found.csv",
+    /// A mark of the picture that shows an effect: residuals with everything as in the final model, without the effect and with it.
+    FoundRow {
+        /// Effect.
+        effect: String,
+        /// `without` or `with`.
         stage: String,
-        /// Image.
-        image: String,
-        /// Time of exposure, s; `None` where it is not known.
-        time_s: Option<f64>,
-        /// Heading of the track, degrees from the y axis (north) to the x axis (east); `None` where the motion is not known.
-        heading_deg: Option<f64>,
-        /// Along the track, m.
-        along_m: Option<f64>,
-        /// Across the track, to the right, m.
-        across_m: Option<f64>,
-        /// Up, m.
-        up_m: f64,
+        /// What `x` is, its unit in brackets.
+        against: String,
+        /// Component of the residual, observed minus computed.
+        component: String,
+        /// Unit of the mean.
+        unit: String,
+        /// Camera, of marks on a sensor; empty otherwise.
+        camera: String,
+        /// Place.
+        x: f64,
+        /// Second coordinate of the place, on the sensor.
+        y: Option<f64>,
+        /// Number of residuals.
+        n: usize,
+        /// Their mean.
+        mean: f64,
+        /// Its standard deviation.
+        sigma: Option<f64>,
     }
 }

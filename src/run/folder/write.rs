@@ -1,6 +1,6 @@
 //! A run folder, written.
 
-use super::rows::{CheckRow, GnssRow, ImageRow, ImageScaleRow, PointRow, ProfileRow, ResidualLine, Row, SensorRow};
+use super::rows::{CheckRow, FoundRow, ImageRow, ImageScaleRow, PointRow, ProfileRow, ResidualLine, Row, SensorRow};
 use super::{DIAGNOSIS, FINAL, MODEL, SUMMARY};
 use crate::adjust::Covariance;
 use crate::block::{Block, Image, Role};
@@ -25,8 +25,8 @@ pub struct Pictures {
     pub sensor: Vec<SensorRow>,
     /// Scale residuals per image.
     pub scales: Vec<ImageScaleRow>,
-    /// GNSS residuals.
-    pub gnss: Vec<GnssRow>,
+    /// Pictures of the effects that were found.
+    pub found: Vec<FoundRow>,
     /// Mean residuals against what was recorded.
     pub profiles: Vec<ProfileRow>,
 }
@@ -59,13 +59,13 @@ pub fn write_diagnosis<D: Serialize>(dir: &Path, diagnosis: &D, pictures: Pictur
     write_json(&dir.join(DIAGNOSIS), diagnosis)?;
     write_rows(dir, pictures.sensor.into_iter())?;
     write_rows(dir, pictures.scales.into_iter())?;
-    write_rows(dir, pictures.gnss.into_iter())?;
+    write_rows(dir, pictures.found.into_iter())?;
     write_rows(dir, pictures.profiles.into_iter())
 }
 
 /// Removes what only a diagnosis writes, so that an adjustment into the folder of an older one is not taken for it.
 fn remove_diagnosis(dir: &Path) -> Result<(), Error> {
-    for name in [DIAGNOSIS, ImageScaleRow::FILE, ProfileRow::FILE, GnssRow::FILE] {
+    for name in [DIAGNOSIS, ImageScaleRow::FILE, ProfileRow::FILE, FoundRow::FILE] {
         let path = dir.join(name);
         match std::fs::remove_file(&path) {
             Err(source) if source.kind() != std::io::ErrorKind::NotFound => return Err(Error::Write { path, source }),
@@ -257,7 +257,7 @@ mod tests {
             names.sort();
             names
         };
-        assert_eq!(files(), ["diagnosis.json", "gnss.csv", "image_scale.csv", "profiles.csv", "sensor.csv"]);
+        assert_eq!(files(), ["diagnosis.json", "found.csv", "image_scale.csv", "profiles.csv", "sensor.csv"]);
         remove_diagnosis(dir.path()).unwrap();
         assert_eq!(files(), ["sensor.csv"]);
     }
