@@ -4,7 +4,7 @@ mod common;
 
 use misclosure::adjust::{CovarianceOf, Options};
 use misclosure::block::{Block, ImageId, PointId};
-use misclosure::diagnose::outliers::{self, Fit, Outliers, Strictness};
+use misclosure::diagnose::outliers::{self, Outliers, Solved, Strictness};
 use misclosure::model::{Datum, Model};
 use misclosure::problem::MeasurementKind;
 use misclosure::run::RunError;
@@ -44,12 +44,12 @@ fn contaminate(block: &mut Block) -> BTreeSet<usize> {
 fn search(block: &Block, strictness: Strictness) -> Outliers {
     let model = Model { datum: Datum::Free, ..Model::default() };
     let options = Options { covariance: CovarianceOf::Nothing, ..Options::default() };
-    let mut refit = |block: &Block| -> Result<Fit, RunError> {
+    let mut refit = |block: &Block| -> Result<Solved, RunError> {
         let run = common::solve_both_with(block, &model, &options);
         let state = run.solution().state.clone();
-        Ok(Fit { problem: run.problem, state })
+        Ok(Solved { problem: run.problem, state })
     };
-    outliers::find(block, outliers::Options { strictness, ..Default::default() }, &mut refit).unwrap()
+    outliers::find(block, outliers::SnoopingOptions { strictness, ..Default::default() }, &mut refit).unwrap()
 }
 
 fn rays(block: &Block) -> Vec<usize> {

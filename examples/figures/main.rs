@@ -9,7 +9,8 @@ mod odd;
 mod sensor;
 mod series;
 
-use misclosure::report::html::{Page, Verdict};
+use misclosure::diagnose::verdict::Verdict;
+use misclosure::report::html::Page;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};

@@ -17,8 +17,7 @@ pub fn rows(diagnosed: &Diagnosed) -> Result<folder::Pictures, MeasureError> {
         stages.push((BASE, &diagnosed.before));
     }
     stages.push((FINAL, &diagnosed.after));
-    let mut rows = folder::Pictures::default();
-    rows.found = found(diagnosed)?;
+    let mut rows = folder::Pictures { found: found(diagnosed)?, ..folder::Pictures::default() };
     for (stage, structure) in stages {
         rows.sensor.extend(sensor(&diagnosed.block, stage, &structure.pictures));
         rows.scales.extend(scales(&diagnosed.block, stage, &structure.pictures));

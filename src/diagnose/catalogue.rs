@@ -3,7 +3,7 @@
 use super::candidate::{Addition, Candidate, candidates as all};
 use super::fit::Fit;
 use super::linearised::Added;
-use super::select::Search;
+use super::select::Searched;
 use crate::block::Block;
 use crate::effects::{Domain, Role, Stage};
 use crate::model::EffectRef;
@@ -18,7 +18,7 @@ pub fn candidates(
     fit: &Fit,
     added: &Added,
     plugins: &[EffectRef],
-) -> (Vec<(Candidate, Search)>, Vec<Candidate>) {
+) -> (Vec<(Candidate, Searched)>, Vec<Candidate>) {
     let Fit { model, problem, solution } = fit;
     let (mut tested, mut untested) = (Vec::new(), Vec::new());
     for mut candidate in all(block, problem, model, plugins) {
@@ -38,21 +38,21 @@ pub fn candidates(
     (tested, untested)
 }
 
-fn variants(problem: &Problem, candidate: Candidate) -> Vec<(Candidate, Search)> {
+fn variants(problem: &Problem, candidate: Candidate) -> Vec<(Candidate, Searched)> {
     if candidate.scanned() {
-        return vec![(candidate, Search::None)];
+        return vec![(candidate, Searched::None)];
     }
     let lags = lags(problem, &candidate);
     let frames = frames(problem, &candidate);
     match (lags.is_empty(), frames.is_empty()) {
         (false, _) => lags,
         (_, false) => frames,
-        _ => vec![(candidate, Search::None)],
+        _ => vec![(candidate, Searched::None)],
     }
 }
 
 /// The candidate at each value of a range that one of its parameters is searched over, held there.
-fn lags(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Search)> {
+fn lags(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Searched)> {
     let timed = problem.image_contexts.iter().all(|context| !context.time_s.is_nan());
     let Some(term) = candidate.term() else { return Vec::new() };
     let range = term.effect.descriptor().parameters.iter().find_map(|parameter| match parameter.role {
@@ -64,12 +64,12 @@ fn lags(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Search)> {
     if timed {
         values.extend((0..HALVINGS).rev().map(|k| domain.0 + (domain.1 - domain.0) * 0.5f64.powi(k)));
     }
-    let at = |value: f64| (with(candidate, &name, value, true), Search::Range(value));
+    let at = |value: f64| (with(candidate, &name, value, true), Searched::Range(value));
     values.into_iter().map(at).collect()
 }
 
 /// The candidate for each kind of coordinates that it may act on, where the block has both.
-fn frames(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Search)> {
+fn frames(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Searched)> {
     let Some(term) = candidate.term() else { return Vec::new() };
     let descriptor = term.effect.descriptor();
     if descriptor.stage != Stage::Frame || problem.gnss.is_empty() || problem.control.is_empty() {
@@ -77,7 +77,7 @@ fn frames(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Search)> 
     }
     let Some(parameter) = descriptor.parameters.iter().find(|p| p.name == "in") else { return Vec::new() };
     let Role::Given(values) = &parameter.role else { return Vec::new() };
-    values.iter().map(|(_, value)| (with(candidate, "in", *value, false), Search::Variant)).collect()
+    values.iter().map(|(_, value)| (with(candidate, "in", *value, false), Searched::Variant)).collect()
 }
 
 fn with(candidate: &Candidate, name: &str, value: f64, held: bool) -> Candidate {

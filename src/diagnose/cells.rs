@@ -9,7 +9,7 @@ use std::collections::HashMap;
 const SIDE: f64 = 0.5;
 
 /// Sums of one cell.
-struct Cell {
+struct ScanCell {
     /// The first measurement, for what effects ask of one.
     observation: ImageObservation,
     interior: [f64; 12],
@@ -21,7 +21,7 @@ struct Cell {
 
 /// Cells of a sensor that hold measurements.
 pub(super) struct Cells {
-    cells: Vec<Cell>,
+    cells: Vec<ScanCell>,
 }
 
 impl Cells {
@@ -30,7 +30,7 @@ impl Cells {
         let by_image = !effect.descriptor().needs.is_empty();
         let side = SIDE * width;
         let mut number = HashMap::new();
-        let mut cells: Vec<Cell> = Vec::new();
+        let mut cells: Vec<ScanCell> = Vec::new();
         for measured in residuals {
             let image = measured.observation.image;
             let group = if by_image { image } else { problem.image_contexts[image as usize].camera };
@@ -39,7 +39,7 @@ impl Cells {
             let cell = *number.entry((group, i, j)).or_insert(cells.len());
             if cell == cells.len() {
                 let (observation, interior) = (*measured.observation, *measured.interior);
-                cells.push(Cell { observation, interior, place: [0.0; 2], pull: [0.0; 2], weight: 0.0 });
+                cells.push(ScanCell { observation, interior, place: [0.0; 2], pull: [0.0; 2], weight: 0.0 });
             }
             let cell = &mut cells[cell];
             cell.weight += measured.weight;

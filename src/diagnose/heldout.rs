@@ -1,4 +1,4 @@
-//! Does a model predict measurements that its fit did not see? Every [`FOLDS`]-th tie point is left out in turn.
+//! Does a model predict measurements that its fit did not see? Every fourth tie point is left out in turn.
 //!
 //! The cameras of a part follow from those of the whole by one Gauss-Newton step. A left-out point is intersected with them from all rays but one
 //! and predicted in that one (in closed form: the residual of the whole intersection divided by what it leaves of itself). An image that the

@@ -4,7 +4,7 @@ use super::fit::{DiagnoseError, Fit, fit, solve};
 use super::heldout::held_out_px;
 use super::linearised::{Added, Linearised, linearise};
 use super::models::{at_solution, predicted_drop, with_set, without_effect};
-use super::select::challenge::{self, Structure};
+use super::select::challenge::{self, Shape};
 use super::select::{Event, Nature, Situation, Taken, next};
 use super::weights;
 use crate::adjust::native::Native;
@@ -164,7 +164,7 @@ impl Improvement {
         &mut self,
         block: &Block,
         situation: &Situation<'_>,
-        structures: &[Structure],
+        structures: &[Shape],
         settings: &Settings<'_>,
     ) -> Result<bool, DiagnoseError> {
         let Some(Event::Removed { id, why }) = challenge::rule(situation, structures) else { return Ok(false) };

@@ -3,8 +3,8 @@
 use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
 use super::improve::{Improvement, Settings};
-use super::linearised::{Asked, Linearised, with_candidates};
-use super::select::challenge::Structure as Shape;
+use super::linearised::{Linearised, Questions, with_candidates};
+use super::select::challenge::Shape;
 use super::select::{Judged, Situation};
 use super::structure::{self, Structure};
 use super::test::{System, fixed};
@@ -75,7 +75,7 @@ fn structure_of(
     let (mut fields, _) = catalogue::candidates(block, fit, &improvement.parts, settings.plugins);
     fields.retain(|(candidate, _)| !candidate.physical);
     layout.analyse(comparison.as_ref(), settings.significance, |columns| {
-        let asked = Asked { tested: fields, extra: columns, clustered: true, ..Asked::nothing() };
+        let asked = Questions { tested: fields, extra: columns, clustered: true, ..Questions::nothing() };
         let linearised = with_candidates(block, fit, &improvement.parts, asked, settings)?;
         let beside = linearised.situation(settings, &Default::default()).beside();
         let scores = linearised.scores.clone();

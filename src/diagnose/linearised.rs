@@ -8,10 +8,10 @@ use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
 use super::improve::Settings;
 use super::scan;
-use super::select::{Nature, Search, Set, Situation, Taken};
+use super::select::{Nature, Searched, Set, Situation, Taken};
 use super::test::design_effect::{ClusterOfValues, Clusters, of_values};
 use super::test::{System, random};
-use crate::adjust::native::null_model::{Cell, Columns, NoColumns, NullModel, Parts, ScoreSystem};
+use crate::adjust::native::null_model::{Columns, ImageCell, NoColumns, NullModel, Parts, ScoreSystem};
 use crate::block::Block;
 use crate::effects::Role;
 use crate::model::EffectTerm;
@@ -58,9 +58,9 @@ pub struct Linearised {
 }
 
 /// What is asked of a fit.
-pub struct Asked<'a> {
+pub struct Questions<'a> {
     /// Candidates, each in the variants that are tested.
-    pub tested: Vec<(Candidate, Search)>,
+    pub tested: Vec<(Candidate, Searched)>,
     /// Candidates that the block cannot test.
     pub untested: Vec<Candidate>,
     /// Further columns, behind those of all sets.
@@ -71,7 +71,7 @@ pub struct Asked<'a> {
     pub elsewhere: usize,
 }
 
-impl Asked<'_> {
+impl Questions<'_> {
     /// Nothing.
     pub fn nothing() -> Self {
         Self { tested: Vec::new(), untested: Vec::new(), extra: &NoColumns, clustered: false, elsewhere: 0 }
@@ -91,7 +91,7 @@ pub fn linearise(
     tested.retain(|(candidate, _)| fields || candidate.physical);
     let elsewhere = all - tested.len();
     scan::place(fit, &mut tested, &mut untested, settings.options.threads)?;
-    let asked = Asked { tested, untested, clustered: true, elsewhere, ..Asked::nothing() };
+    let asked = Questions { tested, untested, clustered: true, elsewhere, ..Questions::nothing() };
     with_candidates(block, fit, added, asked, settings)
 }
 
@@ -102,7 +102,7 @@ pub fn without_candidates(
     added: &Added,
     settings: &Settings<'_>,
 ) -> Result<Linearised, DiagnoseError> {
-    with_candidates(block, fit, added, Asked::nothing(), settings)
+    with_candidates(block, fit, added, Questions::nothing(), settings)
 }
 
 /// Linearises a fit with what is asked of it.
@@ -110,10 +110,10 @@ pub fn with_candidates(
     block: &Block,
     fit: &Fit,
     added: &Added,
-    asked: Asked<'_>,
+    asked: Questions<'_>,
     settings: &Settings<'_>,
 ) -> Result<Linearised, DiagnoseError> {
-    let Asked { tested, untested, extra, clustered, elsewhere } = asked;
+    let Questions { tested, untested, extra, clustered, elsewhere } = asked;
     let Fit { model, problem, solution } = fit;
     let threads = settings.options.threads;
     let terms: Vec<EffectTerm> = tested.iter().filter_map(|(candidate, _)| candidate.term().cloned()).collect();
@@ -152,7 +152,7 @@ pub fn with_candidates(
         }
         let id = term.effect.descriptor().id.to_string();
         let physical = term.effect.descriptor().kind == crate::effects::Kind::Physical;
-        sets.push(Set { id, columns: own.collect(), nature, physical, search: Search::None });
+        sets.push(Set { id, columns: own.collect(), nature, physical, search: Searched::None });
         candidates.push(None);
     }
     for (id, held) in &added.freed {
@@ -167,7 +167,7 @@ pub fn with_candidates(
             }
         }
         let columns = (first..columns.len()).collect();
-        sets.push(Set { id: id.clone(), columns, nature: Nature::Law, physical: true, search: Search::None });
+        sets.push(Set { id: id.clone(), columns, nature: Nature::Law, physical: true, search: Searched::None });
         candidates.push(None);
     }
     let taken: Vec<Taken> = sets
@@ -269,7 +269,7 @@ fn design_effects(null: &NullModel, sets: &[Set], variance: f64) -> Vec<f64> {
             let is_own = |position: &usize| set.columns.binary_search(&image.columns[*position]).is_ok();
             let rows: Vec<usize> = (0..image.columns.len()).filter(is_own).collect();
             let among = |matrix: &DMatrix<f64>| matrix.select_rows(&rows).select_columns(&rows);
-            let own = |cell: &Cell| ClusterOfValues {
+            let own = |cell: &ImageCell| ClusterOfValues {
                 score: cell.score.select_rows(&rows),
                 information: among(&cell.information),
                 covariance: among(&cell.covariance),

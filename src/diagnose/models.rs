@@ -3,7 +3,7 @@
 use super::candidate::Addition;
 use super::fit::{DiagnoseError, Fit};
 use super::linearised::{Added, Linearised};
-use super::select::{Judged, Nature, Search, Set, Situation};
+use super::select::{Judged, Nature, Searched, Set, Situation};
 use super::test::System;
 use crate::block::Block;
 use crate::camera;
@@ -63,7 +63,7 @@ pub fn with_set(
                 term.values.insert(PRIOR_KEY.to_string(), WEAK_PRIOR);
             }
             let theta = extended.layout().theta(0);
-            let scanned = matches!(linearised.sets[set].search, Search::Places { .. });
+            let scanned = matches!(linearised.sets[set].search, Searched::Places { .. });
             for column in columns {
                 let entry = &extended.theta[linearised.null.unknown(*column) - theta];
                 let name = short_name(id, &entry.name);

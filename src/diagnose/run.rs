@@ -3,7 +3,7 @@
 use super::fit::{DiagnoseError, Fit, fit};
 use super::improve::{Improvement, Settings};
 use super::left;
-use super::outliers::{self, MAX_ROUNDS, Outliers, Search, Strictness};
+use super::outliers::{self, MAX_ROUNDS, Outliers, Snooping, Strictness};
 use super::structure::{self, Structure};
 use super::verdict::{Diagnosis, diagnosis};
 use crate::adjust::AdjustError;
@@ -37,12 +37,12 @@ pub struct Diagnosed {
 pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
     let tell = settings.tell;
     tell("adjusting the base model and searching outliers");
-    let mut search = Search::new(whole, model);
+    let mut search = Snooping::new(whole, model);
     let base = match settle(whole, &mut search, model, None, Strictness::Loose, settings) {
         Err(error) if undetermined_centre(&error, model) => {
             tell("the block does not determine the centre of distortion: tied to the principal point (as --tie dc=pp)");
             let tied = Model { tie_dc_to_pp: true, ..model.clone() };
-            search = Search::new(whole, &tied);
+            search = Snooping::new(whole, &tied);
             settle(whole, &mut search, &tied, None, Strictness::Loose, settings)?
         }
         base => base?,
@@ -98,7 +98,7 @@ pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result
 /// Fits and sets outliers aside until nothing changes.
 fn settle(
     whole: &Block,
-    search: &mut Search,
+    search: &mut Snooping,
     model: &Model,
     near: Option<&Fit>,
     strictness: Strictness,
@@ -106,7 +106,7 @@ fn settle(
 ) -> Result<Fit, DiagnoseError> {
     let mut fitted = fit(&search.block(whole), model, near, &settings.options)?;
     for _ in 0..MAX_ROUNDS {
-        let seen = outliers::Fit { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
+        let seen = outliers::Solved { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
         let round = pool(settings.options.threads)?.install(|| search.judge(whole, &seen, strictness))?;
         if round.rejected + round.returned == 0 {
             break;
@@ -119,13 +119,13 @@ fn settle(
 /// Judges every measurement anew at the model as it stands; the loop goes on with what is left. Did anything change?
 fn judged_again(
     whole: &Block,
-    search: &mut Search,
+    search: &mut Snooping,
     improvement: &mut Improvement,
     strictness: Strictness,
     settings: &Settings<'_>,
 ) -> Result<bool, DiagnoseError> {
     let fitted = &improvement.fit;
-    let seen = outliers::Fit { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
+    let seen = outliers::Solved { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
     let round = pool(settings.options.threads)?.install(|| search.judge(whole, &seen, strictness))?;
     if round.rejected + round.returned == 0 {
         return Ok(false);

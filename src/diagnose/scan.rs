@@ -7,7 +7,7 @@
 use super::candidate::{Addition, Candidate};
 use super::cells::Cells;
 use super::fit::{DiagnoseError, Fit};
-use super::select::Search as Searched;
+use super::select::Searched;
 use crate::adjust::native::null_model::{Columns, Entries, Measured, NullModel};
 use crate::effects::{Context, Domain, Role};
 use crate::math::statistics::chi_square_ln_sf;
@@ -35,7 +35,7 @@ const TESTED: usize = 9;
 
 /// What is scanned: an effect in each variant that its options give it (a sharp flaw, a smooth one), since variants can only be told apart each
 /// at its own place.
-struct Search<'a> {
+struct Scan<'a> {
     problem: &'a Problem,
     effect: EffectRef,
     variants: Vec<Candidate>,
@@ -91,7 +91,7 @@ pub fn place(
     let Fit { problem, solution, .. } = fit;
     let null = NullModel::new(problem.clone(), solution.state.clone(), Vec::new(), threads)?;
     for (mut candidate, _) in scanned {
-        let best = match Search::new(problem, &candidate) {
+        let best = match Scan::new(problem, &candidate) {
             Some(search) => best_places(&search, &null)?,
             None => Vec::new(),
         };
@@ -105,7 +105,7 @@ pub fn place(
 }
 
 /// The candidate at the best place of each of its variants.
-fn best_places(search: &Search<'_>, null: &NullModel) -> Result<Vec<(Candidate, Searched)>, DiagnoseError> {
+fn best_places(search: &Scan<'_>, null: &NullModel) -> Result<Vec<(Candidate, Searched)>, DiagnoseError> {
     let (places, shapes) = search.promising(null)?;
     let mut best = search.test(null, shapes, vec![None; search.variants.len()])?;
     let on_grid: Vec<Option<f64>> = best.iter().map(|found| found.map(|(statistic, _)| statistic)).collect();
@@ -120,7 +120,7 @@ fn best_places(search: &Search<'_>, null: &NullModel) -> Result<Vec<(Candidate, 
     Ok(found.map(|(shape, drop)| (search.candidate(shape), Searched::Places { count: places, drop })).collect())
 }
 
-impl<'a> Search<'a> {
+impl<'a> Scan<'a> {
     fn new(problem: &'a Problem, candidate: &Candidate) -> Option<Self> {
         let effect = candidate.term()?.effect.clone();
         let parameters = &effect.descriptor().parameters;
@@ -276,13 +276,13 @@ fn residuals<'p>(
 
 /// Moves that shapes of a search make; its buffers are reused.
 struct Moves<'a> {
-    search: &'a Search<'a>,
+    search: &'a Scan<'a>,
     values: Vec<f64>,
     d_theta: Vec<f64>,
 }
 
 impl<'a> Moves<'a> {
-    fn new(search: &'a Search<'a>) -> Self {
+    fn new(search: &'a Scan<'a>) -> Self {
         let count = search.effect.descriptor().parameters.len();
         Self { search, values: vec![0.0; count], d_theta: vec![0.0; 2 * count] }
     }
@@ -324,7 +324,7 @@ impl<'a> Moves<'a> {
 
 /// Shapes of a search as columns.
 struct List<'a> {
-    search: &'a Search<'a>,
+    search: &'a Scan<'a>,
     shapes: &'a [Shape],
 }
 

@@ -144,14 +144,14 @@ fn residuals(
 
 /// Sums of a bin.
 #[derive(Default, Clone, Copy)]
-struct Sums {
+struct BinSums {
     n: usize,
     x: f64,
     sum: f64,
     squares: f64,
 }
 
-impl Sums {
+impl BinSums {
     fn add(&mut self, x: f64, value: f64) {
         self.n += 1;
         self.x += x;
@@ -174,7 +174,7 @@ fn mark(against: &'static str, component: &'static str, unit: &'static str, x: f
 }
 
 fn binned(problem: &Problem, state: &State, predictor: &Predictor<'_>, picture: Picture) -> Vec<Mark> {
-    let mut bins: BTreeMap<(usize, usize, usize), [Sums; 3]> = BTreeMap::new();
+    let mut bins: BTreeMap<(usize, usize, usize), [BinSums; 3]> = BTreeMap::new();
     residuals(problem, state, predictor, |image, predicted, residual| {
         let context = &problem.image_contexts[image];
         let camera = context.camera as usize;
@@ -204,8 +204,8 @@ fn binned(problem: &Problem, state: &State, predictor: &Predictor<'_>, picture: 
     let on_sensor = picture == Picture::Sensor;
     let mut marks = Vec::new();
     for ((camera, ..), [first, second, _]) in bins {
-        let place = |sums: &Sums| sums.x / sums.n as f64;
-        let of = |against, component, sums: &Sums, y: Option<f64>| Mark {
+        let place = |sums: &BinSums| sums.x / sums.n as f64;
+        let of = |against, component, sums: &BinSums, y: Option<f64>| Mark {
             camera,
             y,
             n: sums.n,

@@ -55,3 +55,40 @@ fn millimetres(metres: f64) -> String {
     let digits = (1 - mm.abs().log10().floor() as i32).max(0) as usize;
     format!("{mm:.digits$}")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unexplained(shapes: &str) -> Diagnosis {
+        let text = format!(
+            r#"{{"format": 1, "verdict": "unexplained", "significance": 0.001, "candidates": [], "recommended": [], "structure": [],
+                "left": ["sensor"], "left_shapes": {shapes}, "ledger": [], "outliers": 0,
+                "sigma_factors": {{"image": 1.0, "control": 1.0, "control_z": 1.0, "gnss": 1.0, "gnss_z": 1.0}}}}"#
+        );
+        serde_json::from_str(&text).expect("a diagnosis")
+    }
+
+    #[test]
+    fn what_is_left_is_weighed_against_the_precision_or_what_is_tolerated() {
+        let impact = r#"[{"field": "image-grid", "size_px": 0.05,
+            "impact": {"rms_m": 0.0003, "height_m": 0.0002, "surveyed": true}}]"#;
+        let mut diagnosis = unexplained(impact);
+        let mut sentence = |precision_m: f64, tolerance_m: Option<f64>| {
+            diagnosis.weigh(precision_m, tolerance_m);
+            diagnosis.weight.as_ref().expect("a weight").sentence.clone()
+        };
+        let small = sentence(0.003, None);
+        assert!(small.contains("0.30 mm (0.20 mm in height), 0.10 times") && small.contains("hardly worse"), "{small}");
+        assert!(sentence(0.0001, None).contains("matters more than the noise"));
+        assert!(sentence(0.003, Some(0.0001)).contains("more than the 0.10 mm that you tolerate"));
+        assert!(sentence(0.0001, Some(0.001)).contains("within the 1.0 mm that you tolerate"));
+    }
+
+    #[test]
+    fn what_has_no_shape_is_not_weighed() {
+        let mut diagnosis = unexplained("[]");
+        diagnosis.weigh(0.003, None);
+        assert!(diagnosis.weight.expect("a weight").sentence.contains("no smooth pattern"));
+    }
+}

@@ -10,7 +10,7 @@
 use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
 use super::improve::Settings;
-use super::linearised::{Added, Asked, Linearised, with_candidates};
+use super::linearised::{Added, Linearised, Questions, with_candidates};
 use super::select::Nature;
 use super::test::random;
 use crate::adjust::native::null_model::{Columns, Coordinate, Entries, Measured};
@@ -93,7 +93,7 @@ pub fn factors(
         block,
         fit,
         added,
-        Asked { tested, untested, extra: &coordinates, ..Asked::nothing() },
+        Questions { tested, untested, extra: &coordinates, ..Questions::nothing() },
         settings,
     )?;
     let now = fit.model.sigma_factors;

@@ -75,8 +75,8 @@ impl Effect for ImageGrid {
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
         let size = [known(context.image.width_px)?, known(context.image.height_px)?];
-        let along = Place::of(input[0], size[0], theta[2 * NODES], theta[2 * NODES + 2], ACROSS)?;
-        let down = Place::of(input[1], size[1], theta[2 * NODES + 1], theta[2 * NODES + 2], DOWN)?;
+        let along = GridPlace::of(input[0], size[0], theta[2 * NODES], theta[2 * NODES + 2], ACROSS)?;
+        let down = GridPlace::of(input[1], size[1], theta[2 * NODES + 1], theta[2 * NODES + 2], DOWN)?;
         hand_on(Stage::Image, input, out);
         let columns = theta.len();
         let mut slopes = [[0.0; 2]; 2];
@@ -110,7 +110,7 @@ impl Effect for ImageGrid {
 }
 
 /// Where a coordinate stands among the functions of one direction.
-struct Place {
+struct GridPlace {
     /// The first of the four functions that it sees, which need not be among the coefficients.
     first: i64,
     /// Coefficients there are.
@@ -120,7 +120,7 @@ struct Place {
     slopes: [f64; 4],
 }
 
-impl Place {
+impl GridPlace {
     fn of(coordinate: f64, size: f64, centre: f64, cell: f64, count: usize) -> Result<Self, OutsideDomain> {
         let cells = (count - 3) as f64;
         let (s, slope) = match cell {

@@ -122,7 +122,7 @@ pub fn fit(positions: &[Vector3<f64>], heights: &[f64], shape: BowlShape) -> Res
     if let Some(bad) = (0..n).find(|i| !finite(i)) {
         return Err(BowlError::NotFinite(bad));
     }
-    let frame = Frame::of(positions);
+    let frame = BowlAxes::of(positions);
     let half = 0.5 * frame.extent;
     if half <= 0.0 {
         return Err(BowlError::Degenerate);
@@ -187,13 +187,13 @@ pub fn fit(positions: &[Vector3<f64>], heights: &[f64], shape: BowlShape) -> Res
 }
 
 /// Horizontal axes of a set of points.
-struct Frame {
+struct BowlAxes {
     axis: Vector2<f64>,
     middle: Vector2<f64>,
     extent: f64,
 }
 
-impl Frame {
+impl BowlAxes {
     fn of(positions: &[Vector3<f64>]) -> Self {
         let centre = positions.iter().map(|p| p.xy()).sum::<Vector2<f64>>() / positions.len() as f64;
         let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
@@ -209,7 +209,7 @@ impl Frame {
         if axis[axis.iamax()] < 0.0 {
             axis = -axis;
         }
-        let mut frame = Frame { axis, middle: centre, extent: 0.0 };
+        let mut frame = BowlAxes { axis, middle: centre, extent: 0.0 };
         let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
         for p in positions {
             let q = frame.along_across(p);

@@ -128,7 +128,7 @@ pub struct Start {
 /// What a diagnosis should say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Verdict {
+pub enum ExpectedVerdict {
     /// Nothing significant is left.
     Adequate,
     /// Effects of the catalogue explain what is there.
@@ -142,7 +142,7 @@ pub enum Verdict {
 #[serde(deny_unknown_fields)]
 pub struct Truth {
     /// The verdict.
-    pub verdict: Verdict,
+    pub verdict: ExpectedVerdict,
     /// The catalogue's effects that describe the causes.
     #[serde(default)]
     pub effects: Vec<Expected>,

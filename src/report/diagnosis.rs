@@ -2,11 +2,11 @@
 
 use super::diagnosis_tables::{candidates_table, ledger_table, structure_table, untested_table, verdict_sentence};
 use super::figures::{Axis, BinnedProfile, ImageBar, ImageBars, Ledger, LedgerStep, image_bars, ledger, profile};
-use super::html::{self, Page};
+use super::html::Page;
 use super::letter;
 use super::numbers::fixed;
 use super::run::{RunFolder, sensor_figures};
-use crate::diagnose::verdict::{Diagnosis, Verdict};
+use crate::diagnose::verdict::Diagnosis;
 use crate::run::folder::ProfileRow;
 
 /// A refit that starts at the predicted solution takes no more.
@@ -17,12 +17,7 @@ const EXAMPLE: &str = include_str!("../../cpp/effects/focal-time.h");
 
 /// The verdict, and what is left in words.
 pub(super) fn verdict(page: &mut Page, diagnosis: &Diagnosis) {
-    let verdict = match diagnosis.verdict {
-        Verdict::Adequate => html::Verdict::Adequate,
-        Verdict::Missing => html::Verdict::Missing,
-        Verdict::Unexplained => html::Verdict::Unexplained,
-    };
-    page.verdict(verdict, &verdict_sentence(diagnosis));
+    page.verdict(diagnosis.verdict, &verdict_sentence(diagnosis));
     letter::weight(page, diagnosis);
     if let Some(sentence) = letter::weights_sentence(diagnosis) {
         page.warning(&sentence);

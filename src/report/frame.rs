@@ -10,7 +10,7 @@ const LABEL_SIZE: f64 = 13.0;
 
 /// A framed plotting area.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Frame {
+pub(super) struct PlotFrame {
     pub x: Scale,
     pub y: Scale,
 }
@@ -25,7 +25,7 @@ pub(super) struct Margin {
 const X_GAP: f64 = 80.0;
 const Y_GAP: f64 = 42.0;
 
-impl Frame {
+impl PlotFrame {
     /// Room for the labels of these axes, when the plotting area measures about `width` pixels.
     pub fn margin(&self, x: &Axis, y: &Axis, width: f64) -> Margin {
         let names_turned = turned(x, width);

@@ -2,38 +2,27 @@
 
 use super::svg::escape;
 use super::tables::Table;
+use crate::diagnose::verdict::Verdict;
 use crate::run::folder::write_atomically;
 use anyhow::{Context, Result, bail};
 use std::fs;
 use std::path::Path;
 
-/// The outcome of a diagnosis, as `cli.md` defines it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// Nothing significant is left.
-    Adequate,
-    /// Effects of the catalogue explain what is there.
-    Missing,
-    /// Significant structure is left that no effect of the catalogue explains.
-    Unexplained,
+/// Class of the box of a verdict.
+fn class(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Adequate => "adequate",
+        Verdict::Missing => "missing",
+        Verdict::Unexplained => "unexplained",
+    }
 }
 
-impl Verdict {
-    fn class(self) -> &'static str {
-        match self {
-            Verdict::Adequate => "adequate",
-            Verdict::Missing => "missing",
-            Verdict::Unexplained => "unexplained",
-        }
-    }
-
-    /// Sign and words: the box is understood without its colour.
-    fn heading(self) -> &'static str {
-        match self {
-            Verdict::Adequate => "✓ Adequate: nothing significant is left",
-            Verdict::Missing => "! Missing: effects of the catalogue explain what was left over",
-            Verdict::Unexplained => "? Unexplained: structure is left that no effect of the catalogue explains",
-        }
+/// Sign and words: the box is understood without its colour.
+fn heading(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Adequate => "✓ Adequate: nothing significant is left",
+        Verdict::Missing => "! Missing: effects of the catalogue explain what was left over",
+        Verdict::Unexplained => "? Unexplained: structure is left that no effect of the catalogue explains",
     }
 }
 
@@ -96,7 +85,7 @@ impl Page {
 
     /// The verdict's box: its meaning in words, then the given text.
     pub fn verdict(&mut self, verdict: Verdict, text: &str) -> &mut Self {
-        let (class, heading) = (verdict.class(), escape(verdict.heading()));
+        let (class, heading) = (class(verdict), escape(heading(verdict)));
         self.body += &format!(
             "<div class=\"verdict {class}\" role=\"note\"><strong>{heading}</strong><p>{}</p></div>\n",
             escape(text)

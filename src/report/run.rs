@@ -8,7 +8,7 @@ use super::figures::{
 use super::html::Page;
 use super::numbers::{fixed, or_dash, px, significant};
 use super::run_tables::{
-    Verdict, camera_table, compared, effects_table, residuals_table, solvers_table, solvers_verdict,
+    Conclusion, camera_table, compared, effects_table, residuals_table, solvers_table, solvers_verdict,
 };
 use super::tables::Table;
 use super::{diagnosis, letter};
@@ -67,10 +67,10 @@ fn adjustment(page: &mut Page, run: &RunFolder) {
     page.section("Adjustment");
     page.table(&overview(summary)).table(&solvers_table(summary));
     match solvers_verdict(summary) {
-        Some(Verdict { sound: true, text }) => {
+        Some(Conclusion { sound: true, text }) => {
             page.paragraph(&format!("{text}."));
         }
-        Some(Verdict { sound: false, text }) => {
+        Some(Conclusion { sound: false, text }) => {
             page.warning(&format!("{text}. No figure of this page can be relied on."));
         }
         None => {}

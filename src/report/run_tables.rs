@@ -32,14 +32,14 @@ fn known(value: f64, format: impl Fn(f64) -> String) -> String {
 }
 
 /// What the solvers came to, in a sentence; `None` where one ran alone.
-pub fn solvers_verdict(summary: &Summary) -> Option<Verdict> {
+pub fn solvers_verdict(summary: &Summary) -> Option<Conclusion> {
     let failed = summary.solvers.0.iter().find_map(|(name, solver)| Some((name, solver.failure.as_ref()?)));
     if let Some((name, failure)) = failed {
         // The message begins with the name.
         let failure = failure.strip_prefix(&format!("{name}: ")).unwrap_or(failure);
         let text =
             format!("The solver {name} failed, and what the other solver found was compared with nothing: {failure}");
-        return Some(Verdict { sound: false, text });
+        return Some(Conclusion { sound: false, text });
     }
     let agreement = summary.agreement.as_ref()?;
     let mut text = match (agreement.agree, agreement.polished) {
@@ -50,11 +50,11 @@ pub fn solvers_verdict(summary: &Summary) -> Option<Verdict> {
     if let Some(remark) = agreement.not_independent() {
         text += &format!("; {remark}");
     }
-    Some(Verdict { sound: agreement.agree, text })
+    Some(Conclusion { sound: agreement.agree, text })
 }
 
 /// See [`solvers_verdict`].
-pub struct Verdict {
+pub struct Conclusion {
     /// Two solvers found the same.
     pub sound: bool,
     /// In words, without full stop.

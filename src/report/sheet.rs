@@ -21,7 +21,7 @@ pub(super) enum Key {
     /// An arrow up or down.
     Upright { colour: String, up: bool },
     /// An open square, for framed cells.
-    Frame,
+    PlotFrame,
     /// A disc of radius 9, filled or open.
     Disc { colour: String, open: bool },
     /// A vertical bar with caps.
@@ -58,7 +58,7 @@ impl Key {
                 let (from, to) = if *up { (y + 8.0, y - 8.0) } else { (y - 8.0, y + 8.0) };
                 svg.path(&arrow([x + 7.0, from], [x + 7.0, to]), Stroke::new(colour, 1.6));
             }
-            Key::Frame => svg.rect([x + 1.0, y - 6.0], [12.0, 12.0], "none", Some(Stroke::new(INK, 2.0))),
+            Key::PlotFrame => svg.rect([x + 1.0, y - 6.0], [12.0, 12.0], "none", Some(Stroke::new(INK, 2.0))),
             Key::Disc { colour, open } => {
                 svg.dots(&[[x + 9.0, y]], 18.0, colour);
                 if *open {

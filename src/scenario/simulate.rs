@@ -4,7 +4,7 @@ use super::description::Scenario;
 use super::flight::{self, Flown};
 use super::overlap::OverlapReport;
 use super::random::{Table, stream};
-use super::terrain::{Ground, Place};
+use super::terrain::{Ground, GroundPlace};
 use super::visibility::Viewer;
 use super::{Result, ScenarioError, Simulation};
 use crate::block::{Block, ImageId, Measurement, PointId, Role, SurveyedPoint, TiePoint};
@@ -131,9 +131,9 @@ impl Field<'_> {
         let mut rng = stream(self.seed, Table::Tie, index);
         let detection = self.scenario.ties.detection;
         (0..ATTEMPTS).find_map(|_| {
-            let Place { position, normal } = self.ground.draw(&mut rng, true);
+            let GroundPlace { position, normal } = self.ground.draw(&mut rng, true);
             let probability = detection.best * rng.random::<f64>().powf(detection.decay);
-            let mut rays = self.viewer.seen_by(&Place { position, normal });
+            let mut rays = self.viewer.seen_by(&GroundPlace { position, normal });
             rays.retain(|_| rng.random::<f64>() < probability);
             (rays.len() >= MIN_TIES).then_some(Seen { position, rays })
         })

@@ -26,7 +26,7 @@ pub(super) struct Ground<'a> {
 
 /// A place on the ground.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct GroundPlace {
     /// m.
     pub position: Vector3<f64>,
     /// Unit normal of the surface, upwards.
@@ -66,7 +66,7 @@ impl<'a> Ground<'a> {
     }
 
     /// A random place of uniform density, also in the margin if asked for.
-    pub(super) fn draw(&self, rng: &mut impl Rng, with_margin: bool) -> Place {
+    pub(super) fn draw(&self, rng: &mut impl Rng, with_margin: bool) -> GroundPlace {
         let [length, width, margin] = self.terrain.extent();
         let margin = if with_margin { margin } else { 0.0 };
         let x = (rng.random::<f64>() - 0.5) * (width + 2.0 * margin);
@@ -75,11 +75,11 @@ impl<'a> Ground<'a> {
         let rough = |roughness: f64| roughness * (2.0 * spread - 1.0);
         match *self.terrain {
             Terrain::Targets { height_m, .. } => {
-                Place { position: Vector3::new(x, y, height_m * spread), normal: Vector3::z() }
+                GroundPlace { position: Vector3::new(x, y, height_m * spread), normal: Vector3::z() }
             }
             Terrain::Dike { roughness_m, .. } | Terrain::Plain { roughness_m, .. } => {
                 let [z, dz_dx, dz_dy] = self.surface(x, y);
-                Place {
+                GroundPlace {
                     position: Vector3::new(x, y, z + rough(roughness_m)),
                     normal: Vector3::new(-dz_dx, -dz_dy, 1.0).normalize(),
                 }

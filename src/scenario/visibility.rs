@@ -1,6 +1,6 @@
 //! Which images see a place: a spatial lookup first, then the exact projection.
 
-use super::terrain::Place;
+use super::terrain::GroundPlace;
 use crate::block::{Image, ImageId};
 use crate::camera::undistort::{monotonic_radius, undistort};
 use crate::camera::{Camera, fraser};
@@ -95,7 +95,7 @@ impl<'a> Viewer<'a> {
     }
 
     /// The images that see the place, in their order, with the exact image points (px).
-    pub(super) fn seen_by(&self, place: &Place) -> Vec<(ImageId, [f64; 2])> {
+    pub(super) fn seen_by(&self, place: &GroundPlace) -> Vec<(ImageId, [f64; 2])> {
         let mut seen = Vec::new();
         for &index in self.grid.near(place.position.x, place.position.y) {
             let image = &self.images[index as usize];

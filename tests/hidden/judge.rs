@@ -13,8 +13,9 @@ use misclosure::adjust::{Options, Solver};
 use misclosure::block::Block;
 use misclosure::diagnose::improve::Settings;
 use misclosure::diagnose::run::{Diagnosed, diagnose};
+use misclosure::diagnose::shown::marks;
 use misclosure::diagnose::verdict;
-use misclosure::inject::recipe::{Truth, Verdict};
+use misclosure::inject::recipe::{ExpectedVerdict, Truth};
 use misclosure::model::Model;
 use misclosure::run::{self, Run};
 use std::ops::ControlFlow;
@@ -64,11 +65,12 @@ fn judge(named: &Named) -> Result<Vec<String>, String> {
     let sizes = Sizes::of(&recipe.truth, &run);
     print_line(name, &recipe.truth, &diagnosed, &sizes, check_rms_mm(&run), seconds);
     failures.extend(judge_names(&recipe.truth, &diagnosed));
+    failures.extend(judge_pictures(&diagnosed));
     failures.extend(sizes.failures());
     let (reached, possible) = (check_rms_mm(&run), recipe.truth.check_mm.model);
     // Where the truth is not in the catalogue there is nothing to reach.
     let missed = reached.is_nan() || reached > CHECK_RATIO * possible;
-    if recipe.truth.verdict != Verdict::Unexplained && missed {
+    if recipe.truth.verdict != ExpectedVerdict::Unexplained && missed {
         failures.push(format!("check points {reached:.4} mm, the true model reaches {possible:.4} mm"));
     }
     Ok(failures)
@@ -89,13 +91,32 @@ fn judge_ledger(diagnosed: &Diagnosed, run: &Run) -> Option<String> {
     (!same).then(|| format!("the ledger ends at {stated:.4} mm, the model at {found:.4} mm"))
 }
 
+/// Does the picture of every effect that was found show it: more is left without the effect than with it?
+fn judge_pictures(diagnosed: &Diagnosed) -> Vec<String> {
+    let fit = &diagnosed.improvement.fit;
+    let is_effect = |id: &&String| fit.model.effects.iter().any(|term| term.effect.descriptor().id == id.as_str());
+    let failure = |id: &String| {
+        let marks = match marks(fit, id) {
+            Ok(marks) => marks,
+            Err(error) => return Some(format!("the picture of {id}: {error}")),
+        };
+        let left = |with: bool| -> f64 {
+            let own = marks.iter().filter(|mark| mark.with == with);
+            own.map(|mark| mark.n as f64 * mark.mean.powi(2)).sum()
+        };
+        (left(true) >= left(false))
+            .then(|| format!("the picture of {id} shows {} with it, {} without", left(true), left(false)))
+    };
+    diagnosed.diagnosis.recommended.iter().filter(is_effect).filter_map(failure).collect()
+}
+
 /// Is the verdict right, and are the effects those that are hidden, or such as the diagnosis says the block cannot tell from them?
 fn judge_names(truth: &Truth, diagnosed: &Diagnosed) -> Vec<String> {
     let mut failures = Vec::new();
     let verdict = match diagnosed.diagnosis.verdict {
-        verdict::Verdict::Adequate => Verdict::Adequate,
-        verdict::Verdict::Missing => Verdict::Missing,
-        verdict::Verdict::Unexplained => Verdict::Unexplained,
+        verdict::Verdict::Adequate => ExpectedVerdict::Adequate,
+        verdict::Verdict::Missing => ExpectedVerdict::Missing,
+        verdict::Verdict::Unexplained => ExpectedVerdict::Unexplained,
     };
     if verdict != truth.verdict {
         let left = diagnosed.diagnosis.left.join("; ");
@@ -117,7 +138,7 @@ fn judge_names(truth: &Truth, diagnosed: &Diagnosed) -> Vec<String> {
         match found.iter().position(|id| declared(id, wanted)) {
             Some(position) => drop(found.remove(position)),
             // Of an unexplained block the effects that describe a part may be named.
-            None if truth.verdict == Verdict::Unexplained => {}
+            None if truth.verdict == ExpectedVerdict::Unexplained => {}
             None => failures.push(format!("{wanted} was not found, nor a declared partner")),
         }
     }

@@ -5,7 +5,7 @@ use misclosure::adjust::{Options, Solver};
 use misclosure::block::Block;
 use misclosure::camera::parameter_indices;
 use misclosure::effects::{self, Role};
-use misclosure::inject::recipe::{self, Expected, Recipe, Verdict};
+use misclosure::inject::recipe::{self, Expected, ExpectedVerdict, Recipe};
 use misclosure::model::{EffectRef, EffectTerm, Model};
 use misclosure::run::{self, Run};
 use std::ops::ControlFlow;
@@ -130,12 +130,12 @@ pub fn compare(recipe: &Recipe) -> Compared {
     let base = adjust(&block, &base_model(recipe, &block));
     let noisy = adjust(&block, &true_model(recipe, &block));
     let block = recipe.without_random_errors().build().expect("a block").block;
-    let before = if recipe.truth.verdict == Verdict::Adequate {
+    let before = if recipe.truth.verdict == ExpectedVerdict::Adequate {
         0.0
     } else {
         adjust(&block, &base_model(recipe, &block)).chi_square()
     };
-    let known = recipe.truth.verdict == Verdict::Missing && !has_random_effect(recipe);
+    let known = recipe.truth.verdict == ExpectedVerdict::Missing && !has_random_effect(recipe);
     let exact = known.then(|| adjust(&block, &true_model(recipe, &block)));
     Compared {
         noncentrality: before - exact.as_ref().map_or(0.0, Run::chi_square),

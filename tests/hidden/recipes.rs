@@ -2,7 +2,7 @@
 
 use super::models::{Compared, Named, all, compare, estimates, folder, has_random_effect, selected};
 use misclosure::effects::{self, Stage};
-use misclosure::inject::recipe::Verdict;
+use misclosure::inject::recipe::ExpectedVerdict;
 use misclosure::io::block::write_block;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -42,8 +42,8 @@ fn there_are_recipes_of_every_kind() {
     let all = all();
     assert!(all.len() >= 20, "{}", all.len());
     let count = |wanted: &dyn Fn(&Named) -> bool| all.iter().filter(|named| wanted(named)).count();
-    let verdict = |verdict: Verdict| count(&|named| named.recipe.truth.verdict == verdict);
-    assert!(verdict(Verdict::Adequate) >= 3 && verdict(Verdict::Unexplained) >= 2);
+    let verdict = |verdict: ExpectedVerdict| count(&|named| named.recipe.truth.verdict == verdict);
+    assert!(verdict(ExpectedVerdict::Adequate) >= 3 && verdict(ExpectedVerdict::Unexplained) >= 2);
     assert!(count(&|named| named.recipe.truth.effects.len() >= 2) >= 3);
     assert!(count(&|named| named.recipe.outliers.is_some()) >= 3);
     assert!(count(&|named| named.recipe.start.is_some()) >= 3);
@@ -65,12 +65,12 @@ fn expectations_are_consistent() {
     for Named { name, recipe } in all() {
         let truth = &recipe.truth;
         match truth.verdict {
-            Verdict::Adequate => assert!(truth.effects.is_empty() && truth.noncentrality == 0.0, "{name}"),
-            Verdict::Missing => assert!(!truth.effects.is_empty(), "{name}"),
-            Verdict::Unexplained => {}
+            ExpectedVerdict::Adequate => assert!(truth.effects.is_empty() && truth.noncentrality == 0.0, "{name}"),
+            ExpectedVerdict::Missing => assert!(!truth.effects.is_empty(), "{name}"),
+            ExpectedVerdict::Unexplained => {}
         }
         assert!(
-            truth.verdict == Verdict::Adequate || truth.noncentrality >= VISIBLE,
+            truth.verdict == ExpectedVerdict::Adequate || truth.noncentrality >= VISIBLE,
             "{name}: too small to be asked for"
         );
         let ratio = recipe.noise.stated_px / recipe.noise.px;

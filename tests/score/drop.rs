@@ -7,9 +7,9 @@ use super::blocks::{
 use misclosure::block::Block;
 use misclosure::diagnose::candidate::{Addition, Candidate, candidates};
 use misclosure::diagnose::fit::{Fit, solve};
-use misclosure::diagnose::linearised::{Added, Asked, with_candidates};
+use misclosure::diagnose::linearised::{Added, Questions, with_candidates};
 use misclosure::diagnose::models::{predicted_drop, with_set};
-use misclosure::diagnose::select::{Search, Taken};
+use misclosure::diagnose::select::{Searched, Taken};
 use misclosure::effects::{self, Domain, Role};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -54,9 +54,9 @@ fn blocks() -> [Block; 3] {
 fn predicted_and_refitted(block: &Block, base: &Fit, candidate: &Candidate) -> Option<(f64, f64)> {
     let mut added = Added::default();
     let settings = settings();
-    let tested = vec![(candidate.clone(), Search::None)];
-    let linearised =
-        with_candidates(block, base, &added, Asked { tested, ..Asked::nothing() }, &settings).expect("a null model");
+    let tested = vec![(candidate.clone(), Searched::None)];
+    let linearised = with_candidates(block, base, &added, Questions { tested, ..Questions::nothing() }, &settings)
+        .expect("a null model");
     let mut situation = linearised.situation(&settings, &BTreeSet::new());
     let beside = situation.beside();
     let judged = situation.judge(0, &beside)?;

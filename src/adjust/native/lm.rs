@@ -80,7 +80,7 @@ pub fn minimise(
         Factor::new(structure, system, pattern, damping).ok().map(|factor| factor.solve())
     };
     let robust = problem.loss != Loss::None;
-    let mut search = Search { damping: START_DAMPING, tighten: TIGHTEN, curvature: Curvature::Weights };
+    let mut search = StepControl { damping: START_DAMPING, tighten: TIGHTEN, curvature: Curvature::Weights };
     let mut iterations = 0;
     loop {
         let mut damping = search.damping;
@@ -153,13 +153,13 @@ pub fn minimise(
 }
 
 /// What the next step is made with.
-struct Search {
+struct StepControl {
     damping: f64,
     tighten: f64,
     curvature: Curvature,
 }
 
-impl Search {
+impl StepControl {
     /// After a step that reduced chi-square, by `quality` of what was predicted.
     fn accepted(&mut self, full: bool, quality: f64) {
         // A full step that is not what was predicted says that the valley bends: the damping that its bend needs stays.

@@ -35,7 +35,7 @@ pub enum Strictness {
 
 /// How to search.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
+pub struct SnoopingOptions {
     /// Before or after the effects are in.
     pub strictness: Strictness,
     /// Probability to reject anything in a block without outliers.
@@ -49,7 +49,7 @@ const SIGNIFICANCE: f64 = 0.01;
 /// Twice what 2 % of outliers in the simulated blocks need.
 pub const MAX_ROUNDS: usize = 8;
 
-impl Default for Options {
+impl Default for SnoopingOptions {
     fn default() -> Self {
         Self { strictness: Strictness::Loose, significance: SIGNIFICANCE, max_rounds: MAX_ROUNDS }
     }
@@ -99,7 +99,7 @@ pub struct Outliers {
 impl Outliers {
     /// The block without the rejected measurements.
     pub fn without(&self, block: &Block) -> Block {
-        let mut left = Left::all(block);
+        let mut left = Kept::all(block);
         for rejected in &self.rejected {
             left.of(rejected.kind)[rejected.measurement] = false;
         }
@@ -109,7 +109,7 @@ impl Outliers {
 
 /// An adjustment of a block.
 #[derive(Debug, Clone)]
-pub struct Fit {
+pub struct Solved {
     /// Its problem.
     pub problem: Problem,
     /// Its solution.
@@ -117,12 +117,12 @@ pub struct Fit {
 }
 
 /// Which measurements are still in.
-struct Left {
+struct Kept {
     ties: Vec<bool>,
     marks: Vec<bool>,
 }
 
-impl Left {
+impl Kept {
     fn all(block: &Block) -> Self {
         Self { ties: vec![true; block.ties.len()], marks: vec![true; block.marks.len()] }
     }
@@ -150,17 +150,17 @@ impl Left {
 }
 
 /// A search on its way: what is left out so far, re-judged at every fit.
-pub struct Search {
-    left: Left,
+pub struct Snooping {
+    left: Kept,
     significance: f64,
     outliers: Outliers,
 }
 
-impl Search {
+impl Snooping {
     /// Nothing is left out yet, except points whose rays do not meet in front of the cameras at the block's approximations and that have no
     /// coordinates to start from: each of their measurements is as likely to be wrong.
     pub fn new(block: &Block, model: &Model) -> Self {
-        let mut search = Self { left: Left::all(block), significance: SIGNIFICANCE, outliers: Outliers::default() };
+        let mut search = Self { left: Kept::all(block), significance: SIGNIFICANCE, outliers: Outliers::default() };
         for point in unmeetable_points(block, model) {
             for (m, row) in block.ties.iter().enumerate().filter(|(_, row)| row.point == point) {
                 search.left.ties[m] = false;
@@ -183,9 +183,9 @@ impl Search {
     }
 
     /// Judges every measurement at a fit of [`Self::block`]. Nothing was rejected or came back: the search has come to its end there.
-    pub fn judge(&mut self, block: &Block, fit: &Fit, strictness: Strictness) -> Result<Round, AdjustError> {
+    pub fn judge(&mut self, block: &Block, fit: &Solved, strictness: Strictness) -> Result<Round, AdjustError> {
         let mut sight = Sight::new(block, &self.left, fit)?;
-        let options = Options { strictness, significance: self.significance, max_rounds: MAX_ROUNDS };
+        let options = SnoopingOptions { strictness, significance: self.significance, max_rounds: MAX_ROUNDS };
         let round = sight.round(options, self.outliers.rounds.len() + 1, &mut self.outliers.rejected);
         for seen in &sight.seen {
             self.left.of(seen.kind)[seen.measurement] = seen.active;
@@ -230,11 +230,11 @@ fn unmeetable_points(block: &Block, model: &Model) -> Vec<PointId> {
 /// Those of `refit`, and a solution at which predictions fail.
 pub fn find<E: From<AdjustError>>(
     block: &Block,
-    options: Options,
-    refit: &mut dyn FnMut(&Block) -> Result<Fit, E>,
+    options: SnoopingOptions,
+    refit: &mut dyn FnMut(&Block) -> Result<Solved, E>,
 ) -> Result<Outliers, E> {
     let mut search =
-        Search { left: Left::all(block), significance: options.significance, outliers: Outliers::default() };
+        Snooping { left: Kept::all(block), significance: options.significance, outliers: Outliers::default() };
     for _ in 0..options.max_rounds {
         let fit = refit(&search.block(block))?;
         search.judge(block, &fit, options.strictness)?;

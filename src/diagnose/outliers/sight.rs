@@ -1,6 +1,6 @@
 //! A block's measurements at a solution: each tested against the others of its point and against its neighbours in the image.
 
-use super::{FEWEST_RAYS, Fit, Left, Options, Rejected, Round, Strictness};
+use super::{FEWEST_RAYS, Kept, Rejected, Round, SnoopingOptions, Solved, Strictness};
 use crate::adjust::AdjustError;
 use crate::block::{Block, Measurement};
 use crate::diagnose::neighbours::Neighbours;
@@ -51,15 +51,15 @@ pub(super) struct Sight {
 
 /// A measurement tested against the others of its point.
 #[derive(Clone, Copy)]
-struct Verdict {
+struct Statistic {
     /// Statistic, the lesser of its own and of its difference from the neighbours.
     statistic: f64,
     dof: f64,
 }
 
 impl Sight {
-    pub(super) fn new(block: &Block, left: &Left, fit: &Fit) -> Result<Self, AdjustError> {
-        let Fit { problem, state } = fit;
+    pub(super) fn new(block: &Block, left: &Kept, fit: &Solved) -> Result<Self, AdjustError> {
+        let Solved { problem, state } = fit;
         let predictor = Predictor::new(problem, state)?;
         let by_point = |rows: &[Measurement], points: usize| {
             let mut of = vec![Vec::new(); points];
@@ -111,13 +111,13 @@ impl Sight {
         Ok(sight)
     }
 
-    pub(super) fn round(&mut self, options: Options, number: usize, rejected: &mut Vec<Rejected>) -> Round {
+    pub(super) fn round(&mut self, options: SnoopingOptions, number: usize, rejected: &mut Vec<Rejected>) -> Round {
         let before: Vec<bool> = self.seen.iter().map(|seen| seen.active).collect();
         let variance = self.variance();
         self.judge_neighbours(variance);
         let wide = if options.strictness == Strictness::Loose { LOOSE * LOOSE } else { 1.0 };
         let level = (options.significance / before.iter().filter(|active| **active).count().max(1) as f64).ln();
-        let beyond = |verdict: Verdict, share: f64| {
+        let beyond = |verdict: Statistic, share: f64| {
             chi_square_ln_sf(verdict.statistic / (variance * wide * share * share), verdict.dof) < level
         };
         let mut round = Round { rejected: 0, returned: 0, sigma0: variance.sqrt() };
@@ -162,7 +162,7 @@ impl Sight {
     }
 
     /// The worst measurement of a point among those that are in.
-    fn worst(&self, j: usize) -> Option<(usize, Verdict)> {
+    fn worst(&self, j: usize) -> Option<(usize, Statistic)> {
         let (covariance, shift) = self.intersect(j)?;
         let active = (self.starts[j]..self.starts[j + 1]).filter(|k| self.seen[*k].active);
         let verdicts = active.filter_map(|k| {
@@ -175,7 +175,7 @@ impl Sight {
     }
 
     /// The best measurement of a point among those that were out at the begin of the round and still are.
-    fn best_outside(&self, j: usize, before: &[bool]) -> Option<(usize, Verdict)> {
+    fn best_outside(&self, j: usize, before: &[bool]) -> Option<(usize, Statistic)> {
         let (covariance, shift) = self.intersect(j)?;
         let outside = (self.starts[j]..self.starts[j + 1]).filter(|k| !self.seen[*k].active && !before[*k]);
         let verdicts = outside.filter_map(|k| {
@@ -190,7 +190,7 @@ impl Sight {
     }
 
     /// All measurements that are in; `None` where nothing is tested.
-    fn local(&self) -> Vec<Option<Local>> {
+    fn local(&self) -> Vec<Option<Intersected>> {
         let mut all = vec![None; self.seen.len()];
         for j in 0..self.starts.len() - 1 {
             let Some((covariance, shift)) = self.intersect(j) else { continue };
@@ -198,7 +198,7 @@ impl Sight {
                 let by_point = &self.seen[k].by_point;
                 let redundancy = Matrix2::identity() - by_point * covariance * by_point.transpose();
                 let residual = self.seen[k].residual - by_point * shift;
-                all[k] = Some(Local { residual, redundancy, weight: Weight::of(redundancy) });
+                all[k] = Some(Intersected { residual, redundancy, weight: Weight::of(redundancy) });
             }
         }
         all
@@ -206,8 +206,8 @@ impl Sight {
 
     /// Variance factor from the median statistic; 1 where nothing can be tested.
     fn variance(&self) -> f64 {
-        let verdicts = |local: &Local| local.weight.map(|weight| weight.verdict(local.residual));
-        let verdicts: Vec<Verdict> = self.local().iter().flatten().filter_map(verdicts).collect();
+        let verdicts = |local: &Intersected| local.weight.map(|weight| weight.verdict(local.residual));
+        let verdicts: Vec<Statistic> = self.local().iter().flatten().filter_map(verdicts).collect();
         let statistics = |dof: f64| -> Vec<f64> {
             verdicts.iter().filter(|verdict| verdict.dof == dof).map(|verdict| verdict.statistic).collect()
         };
@@ -230,7 +230,7 @@ impl Sight {
             .into_par_iter()
             .map(|position| {
                 let point = self.seen[order[position]].row.point;
-                let around: Vec<Local> = near
+                let around: Vec<Intersected> = near
                     .nearest(position, NEIGHBOURS)
                     .filter(|other| self.seen[order[*other]].row.point != point)
                     .filter_map(|other| local[order[other]])
@@ -245,7 +245,7 @@ impl Sight {
 }
 
 impl Seen {
-    fn verdict(&self, residual: Vector2<f64>, redundancy: Matrix2<f64>) -> Option<Verdict> {
+    fn verdict(&self, residual: Vector2<f64>, redundancy: Matrix2<f64>) -> Option<Statistic> {
         let weight = Weight::of(redundancy)?;
         let own = weight.verdict(residual);
         let Some(displacement) = self.neighbours else { return Some(own) };
@@ -256,7 +256,7 @@ impl Seen {
 
 /// A measurement that is in, its point intersected with the cameras held.
 #[derive(Clone, Copy)]
-struct Local {
+struct Intersected {
     residual: Vector2<f64>,
     redundancy: Matrix2<f64>,
     weight: Option<Weight>,
@@ -283,13 +283,13 @@ impl Weight {
     }
 
     /// `v' R^-1 v`.
-    fn verdict(&self, residual: Vector2<f64>) -> Verdict {
-        Verdict { statistic: residual.dot(&(self.inverse * residual)), dof: self.dof }
+    fn verdict(&self, residual: Vector2<f64>) -> Statistic {
+        Statistic { statistic: residual.dot(&(self.inverse * residual)), dof: self.dof }
     }
 }
 
 /// Iteratively reweighted, from the medians of the components.
-fn robust_displacement(around: &[Local], variance: f64) -> Option<Vector2<f64>> {
+fn robust_displacement(around: &[Intersected], variance: f64) -> Option<Vector2<f64>> {
     if around.len() < FEWEST_NEIGHBOURS {
         return None;
     }
@@ -298,7 +298,7 @@ fn robust_displacement(around: &[Local], variance: f64) -> Option<Vector2<f64>> 
     let mut displacement = mean.try_inverse()? * Vector2::new(component(0), component(1));
     for _ in 0..REWEIGHTINGS {
         let (mut normal, mut sum) = (Matrix2::zeros(), Vector2::zeros());
-        for Local { residual, redundancy, weight } in around {
+        for Intersected { residual, redundancy, weight } in around {
             let apart = weight.map_or(0.0, |weight| weight.verdict(residual - redundancy * displacement).statistic);
             let weight = 1.0 / (1.0 + apart / (variance * HALF_WEIGHT * HALF_WEIGHT));
             normal += redundancy * weight;
@@ -328,10 +328,10 @@ mod tests {
         block.ties[7].x += error_px;
         let problem = Problem::new(&block, &Model::default()).expect("a problem");
         let state = problem.start.clone();
-        let mut left = Left::all(&block);
+        let mut left = Kept::all(&block);
         left.ties[7] = false;
-        let mut sight = Sight::new(&block, &left, &Fit { problem, state }).expect("a solution");
-        let round = sight.round(Options::default(), 2, &mut Vec::new());
+        let mut sight = Sight::new(&block, &left, &Solved { problem, state }).expect("a solution");
+        let round = sight.round(SnoopingOptions::default(), 2, &mut Vec::new());
         let back =
             sight.seen.iter().any(|seen| seen.kind == MeasurementKind::Tie && seen.measurement == 7 && seen.active);
         (round, back)

@@ -11,7 +11,7 @@ const SHARE: f64 = 0.5;
 /// A structure that is left: columns of the same system, significant beside everything that is in. Properties of the noise (neighbours that
 /// err together, tails, weights) are none: they take no effect out.
 #[derive(Debug, Clone)]
-pub struct Structure {
+pub struct Shape {
     /// What it is called.
     pub name: String,
     /// Its columns.
@@ -20,7 +20,7 @@ pub struct Structure {
 
 /// The effect that a structure takes out: one that the structure overlaps, and that beside it is not significant any more, or explains less
 /// than half of what both explain together.
-pub fn rule(situation: &Situation<'_>, structures: &[Structure]) -> Option<Event> {
+pub fn rule(situation: &Situation<'_>, structures: &[Shape]) -> Option<Event> {
     for taken in situation.taken.iter().filter(|taken| taken.removable) {
         let id = &situation.sets[taken.set].id;
         let without = situation.without(id);
@@ -53,7 +53,7 @@ fn beside_structure(
     situation: &Situation<'_>,
     beside: &System,
     effect: &[usize],
-    structure: &Structure,
+    structure: &Shape,
     drop: f64,
 ) -> (f64, bool) {
     let all: Vec<usize> = effect.iter().chain(&structure.columns).copied().collect();

@@ -17,7 +17,7 @@ mod situation;
 #[cfg(test)]
 mod tests;
 
-pub use situation::{Judged, Nature, Search, Set, Situation, Taken};
+pub use situation::{Judged, Nature, Searched, Set, Situation, Taken};
 
 /// What a rule asks for.
 #[derive(Debug, Clone, PartialEq)]

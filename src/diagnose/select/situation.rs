@@ -17,7 +17,7 @@ pub enum Nature {
 
 /// How the columns of a set were found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Search {
+pub enum Searched {
     /// Not at all.
     None,
     /// The best of so many places; `drop` is that on the grid: finer grids about the best place find a larger one without counted tests.
@@ -45,7 +45,7 @@ pub struct Set {
     /// Names a cause; an empirical field does not.
     pub physical: bool,
     /// How it was found.
-    pub search: Search,
+    pub search: Searched,
 }
 
 /// A set that is in the model.
@@ -185,7 +185,7 @@ impl Situation<'_> {
         }
     }
 
-    fn judge_law(&self, set: usize, columns: &[usize], search: Search, beside: &System) -> Option<Judged> {
+    fn judge_law(&self, set: usize, columns: &[usize], search: Searched, beside: &System) -> Option<Judged> {
         let mut predicted_drop = None;
         let tested = fixed::test(beside, columns, |pivoted| {
             let Some((directions, change)) = self.directions(pivoted) else { return 1.0 };
@@ -194,7 +194,7 @@ impl Situation<'_> {
             self.clusters.design_effect(&directions, &change, variance)
         })?;
         let mut ln_p = tested.ln_p;
-        if let Search::Places { count, drop } = search {
+        if let Searched::Places { count, drop } = search {
             let rest = beside.redundancy - tested.dof;
             let statistic = tested.drop.min(drop.max(0.0)) / (tested.dof * tested.inflation());
             let at_grid = crate::math::statistics::f_ln_sf(statistic, tested.dof, rest).min(0.0);
@@ -270,7 +270,7 @@ impl Situation<'_> {
     /// The surest of variants, its p-value corrected for the choice.
     fn best_variant(&self, mut judged: Vec<Judged>, beside: &System) -> Option<Judged> {
         let range = |j: &Judged| match self.sets[j.set].search {
-            Search::Range(place) => place,
+            Searched::Range(place) => place,
             _ => f64::NAN,
         };
         let count = judged.len();
@@ -279,8 +279,8 @@ impl Situation<'_> {
         let angle: f64 = judged.windows(2).map(|pair| seen(&pair[0], &pair[1]).clamp(0.0, 1.0).acos()).sum();
         let mut best = judged.into_iter().min_by(|a, b| a.ln_p.total_cmp(&b.ln_p).then(b.drop.total_cmp(&a.drop)))?;
         best.ln_p = match self.sets[best.set].search {
-            Search::Range(_) if count > 1 => multiple::best_over_range(best.ln_p, best.drop / best.inflation, angle),
-            Search::Variant => multiple::best_of(best.ln_p, count as f64),
+            Searched::Range(_) if count > 1 => multiple::best_over_range(best.ln_p, best.drop / best.inflation, angle),
+            Searched::Variant => multiple::best_of(best.ln_p, count as f64),
             _ => best.ln_p,
         };
         Some(best)

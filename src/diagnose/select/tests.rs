@@ -1,7 +1,7 @@
 //! Rules on small systems: regressions of a few hundred measurements in images, no block.
 
-use super::challenge::{self, Structure};
-use super::{Event, Nature, Search, Set, Situation, Taken, next};
+use super::challenge::{self, Shape};
+use super::{Event, Nature, Searched, Set, Situation, Taken, next};
 use crate::diagnose::test::System;
 use crate::diagnose::test::design_effect::Clusters;
 use nalgebra::{DMatrix, DVector};
@@ -53,7 +53,7 @@ impl Regression {
     fn set(mut self, id: &str, nature: Nature, columns: Vec<Vec<f64>>) -> Self {
         let first = self.columns.len();
         let columns_of = (first..first + columns.len()).collect();
-        let (id, physical, search) = (id.to_string(), true, Search::None);
+        let (id, physical, search) = (id.to_string(), true, Searched::None);
         self.sets.push(Set { id, columns: columns_of, nature, physical, search });
         self.columns.extend(columns);
         self
@@ -191,7 +191,7 @@ fn a_structure_takes_out_what_it_could_itself_be() {
         .set("pattern", Nature::Law, vec![pattern.clone()])
         .truth(&pattern, 0.6)
         .with_in(0);
-    let structure = [Structure { name: "pattern".into(), columns: vec![1] }];
+    let structure = [Shape { name: "pattern".into(), columns: vec![1] }];
     let removed = false_name.ask(|situation| challenge::rule(situation, &structure));
     assert!(matches!(removed, Some(Event::Removed { id, .. }) if id == "false"));
 }
@@ -204,6 +204,6 @@ fn a_structure_elsewhere_takes_nothing_out() {
         .truth(&wave(1), 0.3)
         .truth(&wave(9), 1.5)
         .with_in(0);
-    let structure = [Structure { name: "pattern".into(), columns: vec![1] }];
+    let structure = [Shape { name: "pattern".into(), columns: vec![1] }];
     assert_eq!(drift_of_positions.ask(|situation| challenge::rule(situation, &structure)), None);
 }

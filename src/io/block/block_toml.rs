@@ -20,14 +20,14 @@ const SIGMA_KEYS: [&str; 6] = ["tie_px", "mark_px", "control_xy_m", "control_z_m
 const CAMERA_KEYS: [&str; 5] = ["id", "width_px", "height_px", "pixel_um", "model"];
 
 /// What `block.toml` says.
-pub(super) struct Frame {
+pub(super) struct ReferenceFrame {
     pub name: String,
     pub crs: String,
     pub sigma: Sigma,
     pub cameras: Vec<Camera>,
 }
 
-pub(super) fn read(dir: &Path) -> Result<Frame, Error> {
+pub(super) fn read(dir: &Path) -> Result<ReferenceFrame, Error> {
     let source = Source::read(&dir.join(BLOCK), BLOCK, EVERY_BLOCK)?;
     let root = source.parse()?;
     let whole = 0..0;
@@ -50,7 +50,7 @@ pub(super) fn read(dir: &Path) -> Result<Frame, Error> {
     if cameras.is_empty() {
         return Err(source.refuse(&whole, "there is no [[camera]]; a block has at least one"));
     }
-    Ok(Frame { name, crs, sigma, cameras })
+    Ok(ReferenceFrame { name, crs, sigma, cameras })
 }
 
 fn sigma(table: &Table<'_>) -> Result<Sigma, Error> {

@@ -4,7 +4,7 @@ use super::super::csv_table::Table;
 use super::super::error::{advice, shown};
 use super::super::names::Names;
 use super::super::table::TableWriter;
-use super::block_toml::Frame;
+use super::block_toml::ReferenceFrame;
 use super::{BLOCK, Error, SetAside};
 use crate::block::{Measurement, PointId, Role, SurveyedPoint};
 use std::path::Path;
@@ -12,7 +12,7 @@ use std::path::Path;
 const ROLES: [(&str, Role); 2] = [("control", Role::Control), ("check", Role::Check)];
 
 /// Reads the points and numbers their names.
-pub(super) fn read(table: &mut Table, frame: &Frame) -> Result<(Vec<SurveyedPoint>, Names), Error> {
+pub(super) fn read(table: &mut Table, frame: &ReferenceFrame) -> Result<(Vec<SurveyedPoint>, Names), Error> {
     let point = table.column("point")?;
     let coordinates = table.columns(["x", "y", "z"])?;
     let role_column = table.column("role")?;
@@ -49,7 +49,7 @@ pub(super) fn read(table: &mut Table, frame: &Frame) -> Result<(Vec<SurveyedPoin
 }
 
 /// Control takes part in the datum and needs a weight; a check point is only compared with.
-fn refuse_unknown_precision(table: &Table, point: &SurveyedPoint, frame: &Frame) -> Result<(), Error> {
+fn refuse_unknown_precision(table: &Table, point: &SurveyedPoint, frame: &ReferenceFrame) -> Result<(), Error> {
     let sigmas = [
         (point.sigma_xy, frame.sigma.control_xy_m, "sigma_xy", "control_xy_m"),
         (point.sigma_z, frame.sigma.control_z_m, "sigma_z", "control_z_m"),

@@ -4,7 +4,7 @@ use super::super::csv_table::Table;
 use super::super::error::{advice, shown};
 use super::super::names::Names;
 use super::super::table::TableWriter;
-use super::block_toml::Frame;
+use super::block_toml::ReferenceFrame;
 use super::{BLOCK, Error, IMAGES, Place, SetAside};
 use crate::block::{Block, CameraId, FlightId, Gnss, Image, Pose};
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -70,7 +70,7 @@ impl Columns {
     }
 }
 
-pub(super) fn read(table: &mut Table, frame: &Frame, set_aside: &mut SetAside) -> Result<Images, Error> {
+pub(super) fn read(table: &mut Table, frame: &ReferenceFrame, set_aside: &mut SetAside) -> Result<Images, Error> {
     let columns = Columns::find(table)?;
     let extra: Vec<usize> = (0..table.header().len()).filter(|column| !is_known(&table.header()[*column])).collect();
     let mut extra_columns: Vec<(String, Vec<String>)> =
@@ -133,7 +133,12 @@ fn rotation(table: &Table, columns: [usize; 4]) -> Result<UnitQuaternion<f64>, E
     }
 }
 
-fn gnss(table: &Table, columns: &Columns, frame: &Frame, set_aside: &mut SetAside) -> Result<Option<Gnss>, Error> {
+fn gnss(
+    table: &Table,
+    columns: &Columns,
+    frame: &ReferenceFrame,
+    set_aside: &mut SetAside,
+) -> Result<Option<Gnss>, Error> {
     let sigma_xy = table.optional_positive(columns.gnss_sigma_xy)?;
     let sigma_z = table.optional_positive(columns.gnss_sigma_z)?;
     let Some(position) = table.optional_vector(columns.gnss)? else {

@@ -3,7 +3,7 @@
 use super::super::csv_table::Table;
 use super::super::error::shown;
 use super::super::table::TableWriter;
-use super::block_toml::Frame;
+use super::block_toml::ReferenceFrame;
 use super::images::Images;
 use super::{BLOCK, Error, IMAGES};
 use crate::block::{ImageId, Measurement, PointId};
@@ -27,7 +27,7 @@ pub(super) struct BlockSigma {
 /// Reads the rows; `point` gives the number of the point that a cell of the column names.
 pub(super) fn read(
     table: &mut Table,
-    frame: &Frame,
+    frame: &ReferenceFrame,
     images: &Images,
     block_sigma: BlockSigma,
     mut point: impl FnMut(&Table, usize) -> Result<u32, Error>,

@@ -185,7 +185,7 @@ type Ties = (Vec<TiePoint>, Vec<Measurement>);
 
 fn read_ties(
     dir: &Path,
-    frame: &block_toml::Frame,
+    frame: &block_toml::ReferenceFrame,
     images: &images::Images,
     set_aside: &mut SetAside,
 ) -> Result<Ties, Error> {
@@ -215,7 +215,7 @@ type Surveyed = (Vec<SurveyedPoint>, Vec<Measurement>);
 
 fn read_surveyed(
     dir: &Path,
-    frame: &block_toml::Frame,
+    frame: &block_toml::ReferenceFrame,
     images: &images::Images,
     set_aside: &mut SetAside,
 ) -> Result<Surveyed, Error> {
@@ -250,7 +250,11 @@ fn read_surveyed(
 }
 
 /// A camera that took no image has nothing that could determine it.
-fn leave_out_unused_cameras(frame: &mut block_toml::Frame, images: &mut images::Images, set_aside: &mut SetAside) {
+fn leave_out_unused_cameras(
+    frame: &mut block_toml::ReferenceFrame,
+    images: &mut images::Images,
+    set_aside: &mut SetAside,
+) {
     let mut used = vec![false; frame.cameras.len()];
     for image in &images.images {
         used[image.camera.index()] = true;

@@ -48,7 +48,7 @@ pub fn correlation_matrix(matrix: &CorrelationMatrix) -> String {
     }
     let mut entries = Vec::new();
     if matrix.threshold <= 1.0 {
-        entries.push((Key::Frame, format!("framed: |r| ≥ {}", matrix.threshold)));
+        entries.push((Key::PlotFrame, format!("framed: |r| ≥ {}", matrix.threshold)));
     }
     if missing > 0 {
         entries.push((Key::Patch { colour: MISSING.into() }, format!("cells without value: {missing}")));

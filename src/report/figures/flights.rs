@@ -1,7 +1,7 @@
 //! Plan and profile of the flights.
 
 use super::super::axes::{Axis, drawable, extent};
-use super::super::frame::Frame;
+use super::super::frame::PlotFrame;
 use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet};
 use super::super::style::{INK, Marker, VERMILLION, series_colour, series_marker};
@@ -75,7 +75,7 @@ pub fn flights_plan_profile(plan: &FlightPlan) -> String {
     let height = Axis::new("Z", "m");
     let top = sheet.y + 14.0;
     if let Some(z) = Scale::fit(&height, extent(all.map(|p| p[2])), top + 200.0, top) {
-        let frame = Frame { x: map.frame.x, y: z };
+        let frame = PlotFrame { x: map.frame.x, y: z };
         frame.draw(&mut sheet.svg, &map.along, &height);
         let k = usize::from(map.turned);
         draw_points(&mut sheet, &images, &control, &check, |p| frame.px([p[k], p[2]]));

@@ -1,7 +1,7 @@
 //! A grid of values as coloured cells.
 
 use super::super::axes::{Axis, drawable, extent};
-use super::super::frame::Frame;
+use super::super::frame::PlotFrame;
 use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet};
 use super::super::style::{INK, MISSING, diverging, is_dark, sequential};
@@ -90,7 +90,7 @@ pub fn heat_map(map: &HeatMap) -> String {
     let height = (room * ratio).clamp(120.0, MAX_HEIGHT);
     let width = if x.unit == y.unit { (height / ratio).clamp(60.0, room) } else { room };
     let (low, high) = if map.y_down { (top, top + height) } else { (top + height, top) };
-    let mut frame = Frame { x: Scale::linear(xr[0], xr[1], 0.0, width), y: Scale::linear(yr[0], yr[1], low, high) };
+    let mut frame = PlotFrame { x: Scale::linear(xr[0], xr[1], 0.0, width), y: Scale::linear(yr[0], yr[1], low, high) };
     let margin = frame.margin(&x, &y, width);
     frame.x = frame.x.on(margin.left + 6.0, margin.left + 6.0 + width);
     frame.draw(&mut sheet.svg, &x, &y);

@@ -1,7 +1,7 @@
 //! Distributions as histograms.
 
 use super::super::axes::{Axis, drawable, extent, round_below};
-use super::super::frame::Frame;
+use super::super::frame::PlotFrame;
 use super::super::numbers::significant;
 use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet};
@@ -72,8 +72,8 @@ pub fn histogram(histogram: &Histogram) -> String {
     let Some((xs, ys)) = scales else {
         return sheet.finish_empty();
     };
-    let margin = Frame { x: xs, y: ys }.margin(&x, &y, WIDTH);
-    let frame = Frame { x: xs.on(margin.left + 6.0, WIDTH - 18.0), y: ys };
+    let margin = PlotFrame { x: xs, y: ys }.margin(&x, &y, WIDTH);
+    let frame = PlotFrame { x: xs.on(margin.left + 6.0, WIDTH - 18.0), y: ys };
     frame.draw(&mut sheet.svg, &x, &y);
     for (i, counts) in counts.iter().enumerate() {
         let edge = |k: usize| (first + k as f64) * step;

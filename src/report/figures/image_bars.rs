@@ -1,7 +1,7 @@
 //! One value per image in order, coloured by flight.
 
 use super::super::axes::{Axis, drawable, extent};
-use super::super::frame::Frame;
+use super::super::frame::PlotFrame;
 use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet, whisker};
 use super::super::style::{INK, series_colour};
@@ -68,8 +68,8 @@ pub fn image_bars(chart: &ImageBars) -> String {
         return sheet.finish_empty();
     };
     let whole = Scale::linear(0.5, n + 0.5, 0.0, WIDTH);
-    let margin = Frame { x: whole, y: ys }.margin(&x, &y, WIDTH);
-    let frame = Frame { x: whole.on(margin.left + 6.0, WIDTH - 18.0), y: ys };
+    let margin = PlotFrame { x: whole, y: ys }.margin(&x, &y, WIDTH);
+    let frame = PlotFrame { x: whole.on(margin.left + 6.0, WIDTH - 18.0), y: ys };
     frame.draw(&mut sheet.svg, &x, &y);
     frame.zero_line(&mut sheet.svg);
 

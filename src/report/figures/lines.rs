@@ -1,7 +1,7 @@
 //! Series of points in one or several panels, and binned profiles.
 
 use super::super::axes::{Axis, extent};
-use super::super::frame::{Frame, Margin};
+use super::super::frame::{Margin, PlotFrame};
 use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet, no_data, whisker};
 use super::super::style::{GREY, Marker, series_colour, series_marker};
@@ -128,7 +128,7 @@ pub fn line_chart(chart: &LineChart) -> String {
     let slot = (sheet.width - 14.0) / columns as f64;
     // A single panel may be tall, three in a stack should fit a screen.
     let height = PANEL_HEIGHT * if columns > 1 { 1.0 } else { [1.4, 1.0, 0.75][chart.panels.len().min(3) - 1] };
-    let frames: Vec<Option<Frame>> = chart.panels.iter().map(|p| fit(p, slot, height)).collect();
+    let frames: Vec<Option<PlotFrame>> = chart.panels.iter().map(|p| fit(p, slot, height)).collect();
     let margins: Vec<Margin> = chart
         .panels
         .iter()
@@ -146,7 +146,7 @@ pub fn line_chart(chart: &LineChart) -> String {
             sheet.svg.text([x0, top - 7.0], &panel.title, Font::new(13.0).bold());
             match frames[first + c] {
                 Some(f) => {
-                    let frame = Frame { x: f.x.on(x0, x1), y: f.y.on(top + height, top) };
+                    let frame = PlotFrame { x: f.x.on(x0, x1), y: f.y.on(top + height, top) };
                     frame.draw(&mut sheet.svg, &panel.x, &panel.y);
                     frame.zero_line(&mut sheet.svg);
                     panel.series.iter().for_each(|s| draw(&mut sheet, frame, panel, s, index(&labels, &s.label)));
@@ -208,13 +208,13 @@ fn bar(panel: &Panel, series: &Series, k: usize) -> Option<[f64; 2]> {
     (s >= 0.0 && ends.iter().all(|v| panel.y.shows(*v))).then_some(ends)
 }
 
-fn fit(panel: &Panel, width: f64, height: f64) -> Option<Frame> {
+fn fit(panel: &Panel, width: f64, height: f64) -> Option<PlotFrame> {
     let points = || panel.series.iter().flat_map(|s| s.points.iter().filter(|p| shown(panel, p)));
     let bars = panel.series.iter().flat_map(|s| {
         (0..s.points.len()).filter(|k| shown(panel, &s.points[*k])).filter_map(|k| bar(panel, s, k)).flatten()
     });
     points().next()?;
-    Some(Frame {
+    Some(PlotFrame {
         x: Scale::fit(&panel.x, extent(points().map(|p| p[0])), 0.0, width)?,
         y: Scale::fit(&panel.y, extent(points().map(|p| p[1]).chain(bars)), height, 0.0)?,
     })
@@ -236,7 +236,7 @@ fn count_left_out(sheet: &mut Sheet, panel: &Panel) {
     sheet.left_out(bars.sum(), &format!("error bars that reach below the axis or are not finite{place}"));
 }
 
-fn draw(sheet: &mut Sheet, frame: Frame, panel: &Panel, series: &Series, i: usize) {
+fn draw(sheet: &mut Sheet, frame: PlotFrame, panel: &Panel, series: &Series, i: usize) {
     let (colour, marker) = (series_colour(i), series_marker(i));
     let style = series.style;
     let pixels = |p: &[f64; 2]| frame.px(*p);

@@ -1,7 +1,7 @@
 //! Maps in plan: equal scales along both axes, the long side of the block laid along the page.
 
 use super::super::axes::{Axis, extent};
-use super::super::frame::{Frame, Margin};
+use super::super::frame::{Margin, PlotFrame};
 use super::super::scale::Scale;
 use super::super::svg::Svg;
 use std::collections::BTreeSet;
@@ -15,7 +15,7 @@ const MIN_HEIGHT: f64 = 110.0;
 /// right and X down the page: a true rotation, never a mirror image.
 pub(super) struct Plan {
     /// The plotting area.
-    pub frame: Frame,
+    pub frame: PlotFrame,
     /// Axis along the page.
     pub along: Axis,
     /// Axis across the page.
@@ -41,7 +41,7 @@ impl Plan {
         // A single point, or points on a line, still get an area.
         let size = (a[1] - a[0]).max(1e-9 * a[0].abs().max(a[1].abs())).max(1e-6);
         let (mut left, mut margin) = (80.0, Margin::default());
-        let mut frame = Frame { x: Scale::linear(0.0, 1.0, 0.0, 1.0), y: Scale::linear(0.0, 1.0, 0.0, 1.0) };
+        let mut frame = PlotFrame { x: Scale::linear(0.0, 1.0, 0.0, 1.0), y: Scale::linear(0.0, 1.0, 0.0, 1.0) };
         let mut stretch = 1.0;
         // Twice, since the width of the labels depends on the frame.
         for _ in 0..2 {

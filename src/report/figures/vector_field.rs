@@ -1,7 +1,7 @@
 //! Displacements over the sensor, as arrows.
 
 use super::super::axes::{Axis, drawable};
-use super::super::frame::Frame;
+use super::super::frame::PlotFrame;
 use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet};
 use super::super::style::{BLUE, GREY, INK, VERMILLION, series_colour, series_marker};
@@ -100,7 +100,7 @@ pub fn vector_field(field: &VectorField) -> String {
     let left = LEFT;
     let width = (WIDTH - left - 20.0).min(MAX_HEIGHT * w / h);
     let (top, height) = (sheet.y + 4.0, width * h / w);
-    let frame = Frame {
+    let frame = PlotFrame {
         x: Scale::linear(-border, sensor[0] + border, left, left + width),
         y: Scale::linear(-border, sensor[1] + border, top, top + height),
     };

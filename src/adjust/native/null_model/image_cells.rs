@@ -1,7 +1,7 @@
 //! Score and information of values per image by cell of the sensor: measurements of a cell may err together, those of different cells of an
 //! image less so, and neither can be told from a value of the image as a whole.
 
-use super::{NullModel, Place};
+use super::{ColumnPlace, NullModel};
 use crate::adjust::native::null_model::rows::EffectEntry;
 use crate::effects::Scope;
 use crate::measure::{self, Prediction, Stages};
@@ -19,12 +19,12 @@ pub struct ImageCells {
     /// Columns of effects, in the order of the null model.
     pub columns: Vec<usize>,
     /// Its cells.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<ImageCell>,
 }
 
 /// A cell, over the columns of its image, the image's pose and the points taken out; unit weight.
 #[derive(Debug, Clone)]
-pub struct Cell {
+pub struct ImageCell {
     /// Score.
     pub score: DVector<f64>,
     /// Information.
@@ -45,7 +45,7 @@ impl NullModel {
             let Some(t) = unknown.checked_sub(layout.theta(0)) else { continue };
             let entry = &self.problem.theta[t];
             let instance = &self.problem.effects[entry.effect as usize];
-            if let (Place::Local(k), Scope::Image) = (place, instance.slots[entry.parameter as usize].0) {
+            if let (ColumnPlace::Local(k), Scope::Image) = (place, instance.slots[entry.parameter as usize].0) {
                 column_of.insert(*k as u32, column);
             }
         }
@@ -53,7 +53,8 @@ impl NullModel {
             return Vec::new();
         }
         let measured = self.measurements();
-        let stages = self.stages_of(|place| matches!(place, Place::Local(k) if column_of.contains_key(&(*k as u32))));
+        let stages =
+            self.stages_of(|place| matches!(place, ColumnPlace::Local(k) if column_of.contains_key(&(*k as u32))));
         let mut of_image = vec![Vec::new(); self.entries.len()];
         for j in 0..self.problem.point_sources.len() {
             for number in self.problem.point_start[j]..self.problem.point_start[j + 1] {
@@ -80,7 +81,7 @@ impl NullModel {
         entries: &[EffectEntry],
         own: &[(usize, usize)],
         measured: &[super::Local],
-    ) -> Vec<Cell> {
+    ) -> Vec<ImageCell> {
         let Self { problem, state, frames, .. } = self;
         let context = &problem.image_contexts[image];
         let side = context.width_px.max(context.height_px) / CELLS;
@@ -111,13 +112,13 @@ impl NullModel {
         }
         let inverse = normal.try_inverse().unwrap_or_else(Matrix6::zeros);
         let follows: Vec<Vector6<f64>> = mixed.iter().map(|mixed| inverse * mixed).collect();
-        let mut cells: BTreeMap<[i64; 2], Sums> = BTreeMap::new();
+        let mut cells: BTreeMap<[i64; 2], CellSums> = BTreeMap::new();
         for ((_, number), rows) in own.iter().zip(rows.chunks_exact_mut(count)) {
             let local = &measured[*number];
             rows.iter_mut().zip(&follows).for_each(|(row, follows)| *row -= local.by_pose * follows);
             let residual = Vector2::from(local.residual) * problem.observations[*number].inverse_sigma;
             let cell = local.predicted.map(|at| (at / side).floor() as i64);
-            let sums = cells.entry(cell).or_insert_with(|| Sums {
+            let sums = cells.entry(cell).or_insert_with(|| CellSums {
                 score: DVector::zeros(count),
                 information: DMatrix::zeros(count, count),
                 mixed: vec![Vector6::zeros(); count],
@@ -129,16 +130,16 @@ impl NullModel {
                 sums.mixed[a] += local.by_pose.transpose() * left;
             }
         }
-        let finished = |Sums { score, information, mixed }: Sums| {
+        let finished = |CellSums { score, information, mixed }: CellSums| {
             let taken = DMatrix::from_fn(count, count, |a, b| mixed[a].dot(&(inverse * mixed[b])));
-            Cell { score, covariance: &information - taken, information }
+            ImageCell { score, covariance: &information - taken, information }
         };
         cells.into_values().map(finished).collect()
     }
 }
 
 /// Sums over the measurements of a cell.
-struct Sums {
+struct CellSums {
     score: DVector<f64>,
     information: DMatrix<f64>,
     /// With the pose.

@@ -24,7 +24,7 @@ mod rows;
 mod sums;
 
 pub use columns::{Columns, Coordinate, Entries, Measured, NoColumns};
-pub use image_cells::{Cell, ImageCells};
+pub use image_cells::{ImageCell, ImageCells};
 pub use measurements::Local;
 pub use parts::Parts;
 
@@ -84,13 +84,13 @@ pub struct NullModel {
     columns: Vec<usize>,
     units: Vec<f64>,
     /// Position of each among the dense or the local columns.
-    places: Vec<Place>,
+    places: Vec<ColumnPlace>,
     entries: Vec<Vec<EffectEntry>>,
     effect_columns: [usize; 2],
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Place {
+enum ColumnPlace {
     Dense(usize),
     Local(usize),
 }
@@ -177,10 +177,10 @@ impl NullModel {
         for unknown in &self.columns {
             let place = if local(*unknown) {
                 counts[1] += 1;
-                Place::Local(counts[1] - 1)
+                ColumnPlace::Local(counts[1] - 1)
             } else {
                 counts[0] += 1;
-                Place::Dense(counts[0] - 1)
+                ColumnPlace::Dense(counts[0] - 1)
             };
             self.places.push(place);
             place_of[*unknown] = Some(place);
@@ -188,8 +188,8 @@ impl NullModel {
         self.effect_columns = counts;
         let entry = |source: usize, unknown: usize| {
             let (column, local) = match place_of[unknown]? {
-                Place::Dense(column) => (column as u32, false),
-                Place::Local(column) => (column as u32, true),
+                ColumnPlace::Dense(column) => (column as u32, false),
+                ColumnPlace::Local(column) => (column as u32, true),
             };
             Some(EffectEntry { source: source as u32, column, local, scale: scale_of(&self.problem, unknown) })
         };
@@ -203,7 +203,7 @@ impl NullModel {
     }
 
     /// Effects that act, and those that have a column at one of some places.
-    fn stages_of(&self, wanted: impl Fn(&Place) -> bool) -> Stages {
+    fn stages_of(&self, wanted: impl Fn(&ColumnPlace) -> bool) -> Stages {
         let theta = self.problem.layout().theta(0);
         let columns = self.places.iter().zip(&self.columns).filter(|(place, _)| wanted(place));
         let mut kept = acting(&self.problem, &self.state);
@@ -248,14 +248,14 @@ impl NullModel {
         let sums = Sums::of(&source, each_alone)?;
         let border = self.structure.border.len();
         let [effects_dense, effects_local] = self.effect_columns;
-        let dense = (0..extra.dense()).map(|k| Place::Dense(effects_dense + k));
-        let local = (0..extra.local()).map(|k| Place::Local(effects_local + k));
-        let places: Vec<Place> = self.places.iter().copied().chain(dense).chain(local).collect();
+        let dense = (0..extra.dense()).map(|k| ColumnPlace::Dense(effects_dense + k));
+        let local = (0..extra.local()).map(|k| ColumnPlace::Local(effects_local + k));
+        let places: Vec<ColumnPlace> = self.places.iter().copied().chain(dense).chain(local).collect();
         let (q, n, d, l) = (places.len(), self.structure.images * self.structure.dim, sums.dense, sums.local);
         // Columns of the sums that the caller's are.
-        let own = |place: Place| match place {
-            Place::Dense(k) => border + k,
-            Place::Local(k) => d + k,
+        let own = |place: ColumnPlace| match place {
+            ColumnPlace::Dense(k) => border + k,
+            ColumnPlace::Local(k) => d + k,
         };
         let with_base = Mat::from_fn(n + border, q, |i, c| match (i < n, own(places[c])) {
             (true, k) if k < d => sums.image_dense[i * d + k],

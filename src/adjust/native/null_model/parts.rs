@@ -2,7 +2,7 @@
 
 use super::rows::{Carry, Source};
 use super::sums::waves;
-use super::{NoColumns, NullModel, Place, ScoreSystem};
+use super::{ColumnPlace, NoColumns, NullModel, ScoreSystem};
 use crate::adjust::AdjustError;
 use crate::adjust::native::structure::NONE;
 use nalgebra::{DMatrix, DVector};
@@ -25,7 +25,7 @@ impl NullModel {
     /// A state that cannot be projected.
     pub fn parts(&self, system: &mut ScoreSystem) -> Result<Parts, AdjustError> {
         let dense: Vec<usize> =
-            (0..self.columns.len()).filter(|c| matches!(self.places[*c], Place::Dense(_))).collect();
+            (0..self.columns.len()).filter(|c| matches!(self.places[*c], ColumnPlace::Dense(_))).collect();
         let count = dense.len();
         let unknowns = system.moves.nrows();
         let mut moves = vec![0.0; unknowns * count];
@@ -39,7 +39,7 @@ impl NullModel {
         let entries = self.entries.iter().map(|of| of.iter().copied().filter(|entry| !entry.local).collect());
         let entries: Vec<Vec<_>> = entries.collect();
         let extra = NoColumns;
-        let stages = self.stages_of(|place| matches!(place, Place::Dense(_)));
+        let stages = self.stages_of(|place| matches!(place, ColumnPlace::Dense(_)));
         let source = Source {
             stages: &stages,
             effects: &entries,
