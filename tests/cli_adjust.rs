@@ -193,8 +193,8 @@ fn the_page_has_its_sections_and_is_the_same_from_the_folder() {
     }
     let pictures = fs::read_dir(run.join("figures")).expect("pictures").count();
     assert_eq!(
-        pictures, 8,
-        "sensor, images, histogram, flights, and two each of control and check points, which are few"
+        pictures, 9,
+        "sensor, images, histogram, flights, three of check points, two of control points, which are few"
     );
     assert_eq!((first.matches("<svg").count(), first.matches("</svg>").count()), (pictures, pictures));
     assert!(!first.contains("no data"));
