@@ -224,22 +224,14 @@ pub fn with_candidates(
     values.resize(count, 0.0);
     let redundancy = problem.redundancy().2 as f64;
     let null = NullModel::new(problem, state, columns, threads)?;
-    let mut scores = null.test(extra)?;
-    // Only where effects may enter or leave does a design effect decide.
-    let parts = match clustered {
-        true => null.parts(&mut scores)?,
-        false => Parts { columns: Vec::new(), parts: Vec::new() },
-    };
-    let design_effects = design_effects(&null, &sets, null.chi_square() / redundancy);
-    let system = at_zero(&scores, &values, least, null.chi_square(), redundancy);
+    let scores = null.test(extra)?;
+    let system = at_zero(&scores, &values, &least, null.chi_square(), redundancy);
     let extra_columns = count - (extra.dense() + extra.local())..count;
-    let mut clustered = vec![None; values.len()];
-    parts.columns.iter().enumerate().for_each(|(position, column)| clustered[*column] = Some(position));
-    // Surveyed coordinates are no cluster: each is a measurement of its own.
-    let mut clusters = parts.parts;
-    clusters.pop();
-    let in_effects = added.own..first_candidate;
-    Ok(Linearised {
+    let mut linearised = Linearised {
+        clusters: Clusters { parts: Vec::new() },
+        clustered: vec![None; values.len()],
+        design_effects: vec![1.0; sets.len()],
+        in_effects: added.own..first_candidate,
         null,
         scores,
         system,
@@ -249,13 +241,44 @@ pub fn with_candidates(
         values,
         plausible,
         taken,
-        clusters: Clusters { parts: clusters },
-        clustered,
-        design_effects,
-        in_effects,
         extra_columns,
         elsewhere,
-    })
+    };
+    linearised.widen(clustered, settings)?;
+    Ok(linearised)
+}
+
+impl Linearised {
+    /// Design effects, which make a p-value larger and never smaller: of what would be significant without, and of what is in.
+    fn widen(&mut self, laws: bool, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
+        let situation = self.situation(settings, &BTreeSet::new());
+        let beside = situation.beside();
+        let asked = |set: usize| {
+            situation.has(&self.sets[set].id)
+                || situation.judge(set, &beside).is_some_and(|judged| judged.ln_p < situation.ln_level)
+        };
+        let wanted = |nature: Nature| -> Vec<usize> {
+            (0..self.sets.len()).filter(|set| self.sets[*set].nature == nature && asked(*set)).collect()
+        };
+        let values = (laws || self.extra_columns.is_empty()) && !wanted(Nature::Chance).is_empty();
+        let laws = if laws { wanted(Nature::Law) } else { Vec::new() };
+        let columns: Vec<usize> = laws.into_iter().flat_map(|set| self.sets[set].columns.iter().copied()).collect();
+        if values {
+            self.design_effects =
+                design_effects(&self.null, &self.sets, self.null.chi_square() / self.system.redundancy);
+        }
+        if columns.is_empty() {
+            return Ok(());
+        }
+        let Parts { columns, mut parts } = self.null.parts(&mut self.scores, &columns)?;
+        columns.iter().enumerate().for_each(|(position, column)| self.clustered[*column] = Some(position));
+        // Surveyed coordinates are no cluster: each is a measurement of its own.
+        parts.pop();
+        self.clusters = Clusters { parts };
+        let System { least, redundancy, .. } = &self.system;
+        self.system = at_zero(&self.scores, &self.values, least, self.null.chi_square(), *redundancy);
+        Ok(())
+    }
 }
 
 /// Design effect of every set of values per image; one for laws.
@@ -282,7 +305,7 @@ fn design_effects(null: &NullModel, sets: &[Set], variance: f64) -> Vec<f64> {
 }
 
 /// Score, information and `v'Pv` where all columns are zero.
-fn at_zero(scores: &ScoreSystem, values: &[f64], least: Vec<f64>, chi_square: f64, redundancy: f64) -> System {
+fn at_zero(scores: &ScoreSystem, values: &[f64], least: &[f64], chi_square: f64, redundancy: f64) -> System {
     let values = DVector::from_column_slice(values);
     let moved = &scores.information * &values;
     System {
@@ -290,7 +313,7 @@ fn at_zero(scores: &ScoreSystem, values: &[f64], least: Vec<f64>, chi_square: f6
         score: &scores.score + moved,
         information: scores.information.clone(),
         length: scores.length.clone(),
-        least,
+        least: least.to_vec(),
         redundancy,
     }
 }

@@ -1,6 +1,6 @@
 //! Chosen columns projected row by row, and what each image has of their score and information.
 
-use super::rows::{Carry, Source};
+use super::rows::{Carry, EffectEntry, Source};
 use super::sums::waves;
 use super::{ColumnPlace, NoColumns, NullModel, ScoreSystem};
 use crate::adjust::AdjustError;
@@ -19,13 +19,13 @@ pub struct Parts {
 }
 
 impl NullModel {
-    /// Projects the dense columns of effects row by row, and puts their scores and information, which have more digits, into `system`.
+    /// Projects those of `columns` that are dense row by row, and puts their scores and information, which have more digits, into `system`.
     ///
     /// # Errors
     /// A state that cannot be projected.
-    pub fn parts(&self, system: &mut ScoreSystem) -> Result<Parts, AdjustError> {
-        let dense: Vec<usize> =
-            (0..self.columns.len()).filter(|c| matches!(self.places[*c], ColumnPlace::Dense(_))).collect();
+    pub fn parts(&self, system: &mut ScoreSystem, columns: &[usize]) -> Result<Parts, AdjustError> {
+        let is_dense = |c: &usize| matches!(self.places[*c], ColumnPlace::Dense(_));
+        let dense: Vec<usize> = columns.iter().copied().filter(is_dense).collect();
         let count = dense.len();
         let unknowns = system.moves.nrows();
         let mut moves = vec![0.0; unknowns * count];
@@ -35,11 +35,21 @@ impl NullModel {
             }
         }
         let carry = Carry { columns: count, moves };
-        // Local columns are not projected: an entry that is looked for would only cost.
-        let entries = self.entries.iter().map(|of| of.iter().copied().filter(|entry| !entry.local).collect());
+        // Other columns are not projected: an entry that is looked for would only cost.
+        let mut position = vec![None; self.effect_columns[0]];
+        for (own, c) in dense.iter().enumerate() {
+            if let ColumnPlace::Dense(k) = self.places[*c] {
+                position[k] = Some(own as u32);
+            }
+        }
+        let projected = |entry: &EffectEntry| {
+            let column = (!entry.local).then(|| position[entry.column as usize])??;
+            Some(EffectEntry { column, ..*entry })
+        };
+        let entries = self.entries.iter().map(|of| of.iter().filter_map(projected).collect());
         let entries: Vec<Vec<_>> = entries.collect();
         let extra = NoColumns;
-        let stages = self.stages_of(|place| matches!(place, ColumnPlace::Dense(_)));
+        let stages = self.stages_of(|place| matches!(place, ColumnPlace::Dense(k) if position[*k].is_some()));
         let source = Source {
             stages: &stages,
             effects: &entries,
