@@ -196,8 +196,15 @@ fn estimates(linearised: &Linearised, judged: &Judged) -> BTreeMap<String, Estim
             }
         };
         let scale = linearised.unit(*column);
+        // A place or a lag is a column for its change from where it is.
+        let searched = |t: &usize| {
+            let entry = &problem.theta[*t];
+            let parameters = &problem.effects[entry.effect as usize].effect.descriptor().parameters;
+            matches!(parameters[entry.parameter as usize].role, Role::Searched(_))
+        };
+        let from = unknown.checked_sub(theta).filter(searched).map_or(0.0, |t| linearised.null.state().theta[t]);
         let sigma = (variances[position] * judged.inflation).sqrt() * scale;
-        estimates.insert(name, EstimateEntry { value: value * scale, sigma, unit });
+        estimates.insert(name, EstimateEntry { value: from + value * scale, sigma, unit });
     }
     estimates
 }

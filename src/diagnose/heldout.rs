@@ -40,7 +40,9 @@ pub fn held_out_px(fitted: &Fit, threads: usize) -> Result<f64, AdjustError> {
         for t in part.searched() {
             part.theta[t].free = false;
         }
-        let of_part = State { points: state.points.clone(), ..one_step(&part, &at, threads)? };
+        // A part that does not determine every unknown predicts nothing.
+        let Ok(next) = one_step(&part, &at, threads) else { continue };
+        let of_part = State { points: state.points.clone(), ..next };
         let predictor = Predictor::new(problem, &of_part)?;
         let cameras = Cameras { problem, predictor: &predictor, unoriented: &unoriented };
         let predicted = |j: &usize| predict_point(&cameras, &of_part.points[*j], *j);

@@ -332,12 +332,22 @@ impl Improvement {
         self.note(block, Change::Reweighted, why)
     }
 
-    /// Estimates the weights of groups of observations anew; fits again where they changed.
+    /// Estimates the weights of groups of observations anew; fits again where they changed. Where that fails they stay.
     pub fn weigh(&mut self, block: &Block, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
-        let Some(factors) = weights::factors(block, &self.fit, &self.parts, settings)? else { return Ok(()) };
-        let model = Model { sigma_factors: factors, ..self.fit.model.clone() };
-        let fit = fit(block, &model, Some(&self.fit), &settings.options)?;
-        self.replace(block, fit, "weights from the residuals", settings)
+        let refit = || -> Result<Option<Fit>, DiagnoseError> {
+            let Some(factors) = weights::factors(block, &self.fit, &self.parts, settings)? else { return Ok(None) };
+            let model = Model { sigma_factors: factors, ..self.fit.model.clone() };
+            let refitted = fit(block, &model, Some(&self.fit), &settings.options)?;
+            self.settle(block, refitted, &self.parts, settings).map(Some)
+        };
+        match refit() {
+            Ok(None) => Ok(()),
+            Ok(Some(fit)) => self.replace(block, fit, "weights from the residuals", settings),
+            Err(error) => {
+                (settings.tell)(&format!("the weights stay as they are: {error}"));
+                Ok(())
+            }
+        }
     }
 
     /// Solves the model as it stands to the last digit, and its row of the ledger with it. Where it does not come that far, the row stays.
