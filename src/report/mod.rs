@@ -6,7 +6,8 @@
 //! and the same pictures under `figures/`.
 //!
 //! ```
-//! use misclosure::report::{figures, html::{Page, Verdict}, tables::Table};
+//! use misclosure::diagnose::verdict::Verdict;
+//! use misclosure::report::{figures, html::Page, tables::Table};
 //!
 //! let mut page = Page::new("Dike, four flights");
 //! page.verdict(Verdict::Missing, "rolling-shutter explains what was left over.");
