@@ -170,6 +170,16 @@ pub enum AdjustError {
         /// The null space.
         directions: Vec<NullDirection>,
     },
+    /// Rays that are as good as parallel, or one alone: a point that they do not fix.
+    #[error(
+        "{solver}: the measurements do not determine: {point} (its rays do not meet); remove the point, or what is wrong of its measurements"
+    )]
+    RaysDoNotMeet {
+        /// Which solver found it.
+        solver: &'static str,
+        /// The point.
+        point: String,
+    },
     /// Stopped by the iteration limit or stuck.
     #[error("{solver}: not converged after {iterations} iterations: {reason}")]
     NotConverged {

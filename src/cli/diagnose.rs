@@ -6,8 +6,10 @@ use super::summary_text::{failure, warning};
 use super::{Answer, Console, structure_rows};
 use crate::adjust::Options;
 use crate::diagnose::improve::Settings;
+use crate::diagnose::models::with_search_held;
 use crate::diagnose::run::{Diagnosed, diagnose};
 use crate::io::block::read_block;
+use crate::model::Model;
 use crate::report::run::write_page;
 use crate::run::summary::Summary;
 use crate::run::{self, folder, residual_rows};
@@ -94,14 +96,25 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     let settings =
         Settings { plugins: &plugins, options: options.clone(), significance: arguments.significance, tell: &tell };
     let mut diagnosed = diagnose(block, &model, &settings)?;
-    let final_model = match keep {
+    let mut final_model = match keep {
         Keep::Base => diagnosed.improvement.base.model.clone(),
         Keep::Improved => diagnosed.improvement.fit.model.clone(),
     };
     tell("adjusting the final model with both solvers");
     let solvers = arguments.model.solvers();
     // The models on the way decide nothing any more: the ledger keeps what the native solver found.
-    let run = run::adjust(&diagnosed.block, &final_model, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))?;
+    let adjust =
+        |model: &Model| run::adjust(&diagnosed.block, model, &solvers, &options, &mut |_, _| ControlFlow::Continue(()));
+    let run = match adjust(&final_model) {
+        Ok(run) => run,
+        // From the block's approximations a place may not be found again: then it stays where the diagnosis found it.
+        Err(error) => {
+            let Some(held) = with_search_held(&final_model) else { return Err(error.into()) };
+            console.message(&format!("{error}\nso the places that were searched are held where they were found"));
+            final_model = held;
+            adjust(&final_model)?
+        }
+    };
     let ledger = &mut diagnosed.diagnosis.ledger;
     let row = match keep {
         Keep::Base => ledger.first_mut(),

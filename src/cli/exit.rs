@@ -71,7 +71,9 @@ fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
 
 fn adjustment(error: &AdjustError) -> Exit {
     match error {
-        AdjustError::Singular { .. } | AdjustError::NotConverged { .. } => Exit::AdjustmentFailed,
+        AdjustError::Singular { .. } | AdjustError::RaysDoNotMeet { .. } | AdjustError::NotConverged { .. } => {
+            Exit::AdjustmentFailed
+        }
         AdjustError::BadStart { .. } | AdjustError::Unsupported { .. } => Exit::BadInput,
         AdjustError::Cancelled { .. } | AdjustError::Bridge(_) => Exit::Other,
     }

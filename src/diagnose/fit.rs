@@ -7,6 +7,7 @@ use crate::measure::MeasureError;
 use crate::model::Model;
 use crate::problem::{Problem, ProblemError};
 use crate::run::RunError;
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
 /// A model fitted to a block.
@@ -52,9 +53,54 @@ pub fn fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) 
 }
 
 /// Fits a problem from its start values.
+///
+/// A searched parameter (a place on the sensor, a width, a lag) that leaves the domain of its search describes another shape than the one that
+/// was found there (a flaw wider than the sensor is a distortion of the lens), and one that the measurements do not determine ends the fit:
+/// in both cases the searched parameters of that effect are held where they started.
 pub fn solve(model: &Model, problem: Problem, options: &Options) -> Result<Fit, AdjustError> {
-    let solution = Native.solve(&problem, &deciding(options), &mut |_| ControlFlow::Continue(()))?;
-    Ok(Fit { model: model.clone(), problem, solution })
+    let solved = solve_as_it_is(&problem, options);
+    let lost = match &solved {
+        Ok(solution) => lost_effects(&problem, &solution.state.theta),
+        Err(_) => problem.searched().iter().map(|t| problem.theta[*t].effect).collect(),
+    };
+    if lost.is_empty() {
+        return Ok(Fit { model: model.clone(), problem, solution: solved? });
+    }
+    let (held_model, held) = hold_search(model, &problem, &lost);
+    match (solve_as_it_is(&held, options), solved) {
+        (Ok(solution), _) => Ok(Fit { model: held_model, problem: held, solution }),
+        (Err(_), solved) => Ok(Fit { model: model.clone(), problem, solution: solved? }),
+    }
+}
+
+fn solve_as_it_is(problem: &Problem, options: &Options) -> Result<Solution, AdjustError> {
+    Native.solve(problem, &deciding(options), &mut |_| ControlFlow::Continue(()))
+}
+
+/// Effects of which a searched parameter left its domain.
+fn lost_effects(problem: &Problem, theta: &[f64]) -> BTreeSet<u32> {
+    let left = |t: &usize| {
+        let inside = |value: f64| problem.searched_bounds(*t).is_none_or(|(low, high)| (low..=high).contains(&value));
+        // Whoever starts one outside wants it there.
+        inside(problem.start.theta[*t]) && !inside(theta[*t])
+    };
+    problem.searched().iter().filter(|t| left(t)).map(|t| problem.theta[*t].effect).collect()
+}
+
+/// Model and problem with the searched parameters of some effects held at their start values.
+fn hold_search(model: &Model, problem: &Problem, effects: &BTreeSet<u32>) -> (Model, Problem) {
+    let (mut model, mut problem) = (model.clone(), problem.clone());
+    for t in problem.searched() {
+        let entry = &mut problem.theta[t];
+        if effects.contains(&entry.effect) {
+            let term = &mut model.effects[entry.effect as usize];
+            let name = entry.short_name(&term.effect.descriptor().id).to_string();
+            term.values.insert(name.clone(), problem.start.theta[t]);
+            term.held.push(name);
+            (entry.free, entry.prior_sigma) = (false, None);
+        }
+    }
+    (model, problem)
 }
 
 /// Why a diagnosis failed.
@@ -80,5 +126,48 @@ impl From<MeasureError> for DiagnoseError {
 impl From<ProblemError> for DiagnoseError {
     fn from(error: ProblemError) -> Self {
         Self::Run(error.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{EffectRef, EffectTerm};
+    use crate::scenario::{Scenario, simulate};
+    use std::collections::BTreeMap;
+
+    /// A bulge about the middle of the sensor, three times wider than any flaw that is searched, and how the fit of a flaw takes it.
+    #[test]
+    fn width_that_leaves_its_domain_is_held_where_it_started() {
+        let scenario = Scenario::preset("closerange", &BTreeMap::from([("points".into(), 60.0)])).expect("a preset");
+        let mut block = simulate(&scenario, 1).expect("a block").block;
+        let camera = &block.cameras[0];
+        let [width, height] = [f64::from(camera.width_px), f64::from(camera.height_px)];
+        let wide = 0.75 * width.hypot(height);
+        for row in block.ties.iter_mut().chain(&mut block.marks) {
+            let q = [row.x - 0.5 * width, row.y - 0.5 * height].map(|along| along / wide);
+            let bulge = 20.0 * (-q[0] * q[0] - q[1] * q[1]).exp();
+            (row.x, row.y) = (row.x + bulge * q[0], row.y + bulge * q[1]);
+        }
+        let effect = EffectRef::Builtin(crate::effects::find("local-flaw").expect("an effect"));
+        let start = 0.2 * width.hypot(height);
+        let values = [("lambda", 1.0), ("sigma", start), ("smooth", 1.0)];
+        let values = values.map(|(name, value)| (name.to_string(), value)).into();
+        let model = Model {
+            effects: vec![EffectTerm { effect, values, held: vec!["centre_x".into(), "centre_y".into()] }],
+            free: [false; 12],
+            ..Model::default()
+        };
+        let problem = Problem::new(&block, &model).expect("a problem");
+        let options = Options { threads: 1, ..Options::default() };
+        let free = solve_as_it_is(&problem, &options).expect("a fit");
+        assert_eq!(lost_effects(&problem, &free.state.theta), BTreeSet::from([0]), "{:?}", free.state.theta);
+
+        let fitted = solve(&model, problem, &options).expect("a fit");
+        assert_eq!(fitted.solution.state.theta[3], start, "the width stays");
+        assert!(fitted.solution.state.theta[0] > 1.0, "its height is estimated: {:?}", fitted.solution.state.theta);
+        assert_eq!(fitted.model.effects[0].held, ["centre_x", "centre_y", "sigma"]);
+        let again = fit(&block, &fitted.model, None, &options).expect("a fit");
+        assert!((again.chi_square() - fitted.chi_square()).abs() < 1e-3 * fitted.chi_square(), "the model repeats it");
     }
 }

@@ -66,7 +66,7 @@ pub fn with_set(
             let scanned = matches!(linearised.sets[set].search, Searched::Places { .. });
             for column in columns {
                 let entry = &extended.theta[linearised.null.unknown(*column) - theta];
-                let name = short_name(id, &entry.name);
+                let name = entry.short_name(id).to_string();
                 if linearised.sets[set].nature == Nature::Law {
                     if !kept.contains(column) {
                         term.held.push(name.clone());
@@ -119,10 +119,6 @@ pub fn without_effect(fit: &Fit, id: &str, added: &mut Added) -> Model {
     model
 }
 
-fn short_name(id: &str, name: &str) -> String {
-    name.strip_prefix(id).and_then(|name| name.strip_prefix('.')).unwrap_or(name).to_string()
-}
-
 /// The model with the start values of effects and cameras where its fit ended: what is adjusted with it again ends in the same minimum. (An
 /// unflat sensor and a free centre of distortion have two, 2.7 units of `v'Pv` apart in a small block.)
 pub fn at_solution(fitted: &Fit) -> Model {
@@ -143,10 +139,25 @@ pub fn at_solution(fitted: &Fit) -> Model {
                 }
             }
             _ => {
-                let name = short_name(&descriptor.id, &entry.name);
+                let name = entry.short_name(&descriptor.id).to_string();
                 term.values.insert(name, fitted.solution.state.theta[t]);
             }
         }
     }
     model
+}
+
+/// The model with every place, width and lag held at its start value; `None` where none is free.
+pub fn with_search_held(model: &Model) -> Option<Model> {
+    let (mut held, mut any) = (model.clone(), false);
+    for term in &mut held.effects {
+        for parameter in &term.effect.descriptor().parameters {
+            let known = term.held.iter().any(|name| *name == parameter.name);
+            if matches!(parameter.role, Role::Searched(_)) && !known {
+                term.held.push(parameter.name.to_string());
+                any = true;
+            }
+        }
+    }
+    any.then_some(held)
 }

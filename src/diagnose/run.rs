@@ -8,7 +8,7 @@ use super::structure::{self, Structure};
 use super::verdict::{Diagnosis, diagnosis};
 use crate::adjust::AdjustError;
 use crate::adjust::native::pool;
-use crate::block::Block;
+use crate::block::{Block, PointId};
 use crate::model::Model;
 use crate::run::{self, RunError};
 
@@ -104,16 +104,37 @@ fn settle(
     strictness: Strictness,
     settings: &Settings<'_>,
 ) -> Result<Fit, DiagnoseError> {
-    let mut fitted = fit(&search.block(whole), model, near, &settings.options)?;
+    let mut fitted = fit_what_meets(whole, search, model, near, settings)?;
     for _ in 0..MAX_ROUNDS {
         let seen = outliers::Solved { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
         let round = pool(settings.options.threads)?.install(|| search.judge(whole, &seen, strictness))?;
         if round.rejected + round.returned == 0 {
             break;
         }
-        fitted = fit(&search.block(whole), model, Some(&fitted), &settings.options)?;
+        fitted = fit_what_meets(whole, search, model, Some(&fitted), settings)?;
     }
     Ok(fitted)
+}
+
+/// Fits, without the points whose rays turn out not to meet.
+fn fit_what_meets(
+    whole: &Block,
+    search: &mut Snooping,
+    model: &Model,
+    near: Option<&Fit>,
+    settings: &Settings<'_>,
+) -> Result<Fit, DiagnoseError> {
+    loop {
+        let error = match fit(&search.block(whole), model, near, &settings.options) {
+            Ok(fitted) => return Ok(fitted),
+            Err(error) => error,
+        };
+        let RunError::Adjust(AdjustError::RaysDoNotMeet { point, .. }) = &error else { return Err(error.into()) };
+        let id = whole.tie_points.iter().position(|tie| tie.name == *point).map(PointId::from);
+        if !id.is_some_and(|id| search.set_aside(whole, id)) {
+            return Err(error.into());
+        }
+    }
 }
 
 /// Judges every measurement anew at the model as it stands; the loop goes on with what is left. Did anything change?

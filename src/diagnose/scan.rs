@@ -130,12 +130,11 @@ impl<'a> Scan<'a> {
         let x = position(&|role| *role == Role::Searched(Domain::SensorX))?;
         let y = position(&|role| *role == Role::Searched(Domain::SensorY))?;
         let width = position(&|role| matches!(role, Role::Searched(Domain::SensorFraction(..))))?;
-        let Role::Searched(Domain::SensorFraction(least, most)) = parameters[width].role else { return None };
+        let Role::Searched(of_width) = &parameters[width].role else { return None };
         let sensor = problem
             .image_contexts
             .iter()
             .fold([0.0f64; 2], |[w, h], image| [w.max(image.width_px), h.max(image.height_px)]);
-        let half_diagonal = 0.5 * sensor[0].hypot(sensor[1]);
         let count = problem.camera_names.len();
         let on_cameras = |variant: Candidate| (0..count as u32).map(move |camera| (variant.clone(), camera));
         let (variants, cameras): (Vec<Candidate>, Vec<u32>) =
@@ -145,7 +144,7 @@ impl<'a> Scan<'a> {
             parameters.iter().map(|p| given(p.name.as_ref()).unwrap_or(p.nominal)).collect()
         };
         let values = variants.iter().map(values_of).collect();
-        let widths = (least * half_diagonal, most * half_diagonal);
+        let widths = of_width.bounds(sensor[0], sensor[1]);
         Some(Self {
             problem,
             variants,

@@ -177,6 +177,19 @@ pub enum Domain {
     Range(f64, f64),
 }
 
+impl Domain {
+    /// Least and largest value, in the parameter's unit, on a sensor of `width_px` x `height_px`.
+    pub fn bounds(&self, width_px: f64, height_px: f64) -> (f64, f64) {
+        let half_diagonal = 0.5 * width_px.hypot(height_px);
+        match *self {
+            Self::SensorX => (0.0, width_px),
+            Self::SensorY => (0.0, height_px),
+            Self::SensorFraction(low, high) => (low * half_diagonal, high * half_diagonal),
+            Self::Range(low, high) => (low, high),
+        }
+    }
+}
+
 /// What a parameter can be if the cause that its effect names is at work. What is estimated beyond looks like that cause, and is another.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plausible {

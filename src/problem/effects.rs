@@ -143,16 +143,31 @@ impl Problem {
         images.any(|(context, free)| context.camera == camera && *free != [false; 6])
     }
 
-    /// Default of a parameter; a searched one starts in the middle of its domain on its camera's sensor (the first one's where all share it).
+    /// Default of a parameter; one that is searched on the sensor starts in the middle of its domain.
     fn nominal(&self, parameter: &effects::Parameter, scope: Scope, instance: u32) -> f64 {
-        let effects::Role::Searched(domain) = &parameter.role else { return parameter.nominal };
-        let own = |context: &&ImageContext| scope != Scope::Camera || context.camera == instance;
-        let Some(context) = self.image_contexts.iter().find(own) else { return parameter.nominal };
-        match domain {
-            effects::Domain::SensorX => 0.5 * context.width_px,
-            effects::Domain::SensorY => 0.5 * context.height_px,
-            effects::Domain::SensorFraction(a, b) => 0.25 * (a + b) * context.width_px.hypot(context.height_px),
-            effects::Domain::Range(..) => parameter.nominal,
+        match &parameter.role {
+            effects::Role::Searched(effects::Domain::Range(..)) => parameter.nominal,
+            effects::Role::Searched(domain) => {
+                self.bounds(domain, scope, instance).map_or(parameter.nominal, |(low, high)| 0.5 * (low + high))
+            }
+            _ => parameter.nominal,
         }
+    }
+
+    /// Bounds of a domain on a camera's sensor (the first image's where all share a value); `None` without images.
+    fn bounds(&self, domain: &effects::Domain, scope: Scope, instance: u32) -> Option<(f64, f64)> {
+        let own = |context: &&ImageContext| scope != Scope::Camera || context.camera == instance;
+        let context = self.image_contexts.iter().find(own)?;
+        Some(domain.bounds(context.width_px, context.height_px))
+    }
+
+    /// Least and largest value of a searched parameter, the entry `t` of `theta`, in its unit; `None` for any other.
+    pub fn searched_bounds(&self, t: usize) -> Option<(f64, f64)> {
+        let entry = &self.theta[t];
+        let of = &self.effects[entry.effect as usize];
+        let effects::Role::Searched(domain) = &of.effect.descriptor().parameters[entry.parameter as usize].role else {
+            return None;
+        };
+        self.bounds(domain, of.slots[entry.parameter as usize].0, entry.instance)
     }
 }

@@ -101,6 +101,13 @@ pub struct ThetaEntry {
     pub prior_mean: f64,
 }
 
+impl ThetaEntry {
+    /// Name within the effect `id`, as a model gives it: `a[nadir50]`.
+    pub fn short_name(&self, id: &str) -> &str {
+        self.name.strip_prefix(id).and_then(|name| name.strip_prefix('.')).unwrap_or(&self.name)
+    }
+}
+
 /// Where the values of an effect's parameters stand in `theta`.
 #[derive(Debug, Clone)]
 pub struct EffectInstance {

@@ -94,8 +94,9 @@ fn adjust(block: &Block, model: &Model, solvers: &[&dyn Solver], threads: usize)
 fn is_finding(error: &RunError) -> bool {
     matches!(
         error,
-        RunError::Adjust(AdjustError::Singular { .. } | AdjustError::NotConverged { .. })
-            | RunError::Problem(ProblemError::Empty)
+        RunError::Adjust(
+            AdjustError::Singular { .. } | AdjustError::RaysDoNotMeet { .. } | AdjustError::NotConverged { .. }
+        ) | RunError::Problem(ProblemError::Empty)
             | RunError::Similarity(_)
     )
 }

@@ -1,8 +1,9 @@
 //! The judge: `improve` on every block, held against its truth.
 
 use crate::beside;
+use crate::judging::in_turn::in_turn;
 use crate::judging::program::improve;
-use crate::judging::tally::{Judged, in_turn, judged, score};
+use crate::judging::tally::{Judged, judged, score};
 use crate::truth;
 use std::path::Path;
 

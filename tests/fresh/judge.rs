@@ -1,9 +1,10 @@
 //! The judge: `improve` on a block of every seed, held against what was put in.
 
 use crate::draw::Fresh;
+use crate::judging::in_turn::in_turn;
 use crate::judging::program::improve;
 use crate::judging::rule::Truth;
-use crate::judging::tally::{Judged, in_turn, judged, score};
+use crate::judging::tally::{Judged, judged, score};
 use crate::measure::Measured;
 use misclosure::io::block::write_block;
 

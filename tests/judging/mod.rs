@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test program uses a part of it")]
 
+#[path = "../common/in_turn.rs"]
+pub mod in_turn;
 pub mod program;
 pub mod rule;
 pub mod tally;

@@ -1,12 +1,7 @@
-//! Many blocks, two at a time: a line for each, and the score.
+//! Many blocks: a line for each, and the score.
 
 use super::program::Found;
 use super::rule::{Judgement, Truth, judge};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// Blocks that are judged at the same time; the program works on each with one thread.
-const AT_A_TIME: usize = 2;
 
 /// What came of one block.
 #[derive(Debug, Clone)]
@@ -61,28 +56,6 @@ fn hidden_in(truth: &Truth) -> String {
     let all: Vec<String> = truth.hidden.iter().map(one).collect();
     let noise = if truth.correlated_noise { ", correlated noise" } else { "" };
     format!("hidden {}{noise}", if all.is_empty() { "nothing".into() } else { all.join(" + ") })
-}
-
-/// `work` on each of `items`, [`AT_A_TIME`] at a time; the results in the order of the items.
-pub fn in_turn<T: Sync>(items: &[T], work: impl Fn(&T) -> Judged + Sync) -> Vec<Judged> {
-    let next = AtomicUsize::new(0);
-    let done = Mutex::new(Vec::new());
-    std::thread::scope(|scope| {
-        for _ in 0..AT_A_TIME {
-            scope.spawn(|| {
-                while let Some((number, item)) = {
-                    let number = next.fetch_add(1, Ordering::Relaxed);
-                    items.get(number).map(|item| (number, item))
-                } {
-                    let judged = work(item);
-                    done.lock().expect("no other thread panicked").push((number, judged));
-                }
-            });
-        }
-    });
-    let mut done = done.into_inner().expect("no thread panicked");
-    done.sort_by_key(|(number, _)| *number);
-    done.into_iter().map(|(_, judged)| judged).collect()
 }
 
 /// Prints the score and gives it as one sentence, with the blocks that are wrong.

@@ -4,6 +4,7 @@
 use super::blocks::{
     UNTESTABLE, everything_free, fitted, measured_under, options, preset, settings, small, with_noise,
 };
+use super::in_turn::in_turn;
 use misclosure::block::Block;
 use misclosure::diagnose::candidate::{Addition, Candidate, candidates};
 use misclosure::diagnose::fit::{Fit, solve};
@@ -11,7 +12,6 @@ use misclosure::diagnose::linearised::{Added, Questions, with_candidates};
 use misclosure::diagnose::models::{predicted_drop, with_set};
 use misclosure::diagnose::select::{Searched, Taken};
 use misclosure::effects::{self, Domain, Role};
-use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 /// What the catalogue asks.
@@ -101,11 +101,10 @@ fn the_predicted_drop_is_that_of_the_refit() {
     let mut failures = Vec::new();
     let mut tested = BTreeSet::new();
     for block in blocks() {
-        let lines: Vec<_> = linear_candidates(&block)
-            .par_iter()
-            .flat_map_iter(|candidate| SIZES.into_iter().map(move |sigmas| (candidate, sigmas)))
-            .map(|(candidate, sigmas)| (candidate.id.clone(), sigmas, drops(&block, candidate, sigmas, 1)))
-            .collect();
+        let candidates = linear_candidates(&block);
+        let all: Vec<_> = candidates.iter().flat_map(|candidate| SIZES.map(|sigmas| (candidate, sigmas))).collect();
+        let lines =
+            in_turn(&all, |(candidate, sigmas)| (candidate.id.clone(), *sigmas, drops(&block, candidate, *sigmas, 1)));
         for (id, sigmas, drops) in lines {
             let Some((predicted, drop)) = drops else {
                 println!("{:12} {id:18} {sigmas:4.0} sigma: nothing left by the base", block.name);

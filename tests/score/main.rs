@@ -2,4 +2,6 @@
 
 mod blocks;
 mod drop;
+#[path = "../common/in_turn.rs"]
+mod in_turn;
 mod null;

@@ -5,13 +5,13 @@
 //! redundancy, while the base is linear over the size of the noise. Family-wise over all candidates: Bonferroni.
 
 use super::blocks::{UNTESTABLE, everything_free, fitted, settings, small, with_noise};
+use super::in_turn::in_turn;
 use misclosure::block::Block;
 use misclosure::camera;
 use misclosure::diagnose::linearised::{Added, linearise};
 use misclosure::effects::{self, Role, Stage};
 use misclosure::math::statistics::kolmogorov_smirnov;
 use misclosure::model::Model;
-use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Blocks with noise alone.
@@ -64,7 +64,8 @@ fn p_values(seed: u64) -> Vec<(String, f64)> {
 
 #[test]
 fn p_values_of_noise_are_uniform() {
-    let each: Vec<Vec<(String, f64)>> = (1..=BLOCKS).into_par_iter().map(p_values).collect();
+    let seeds: Vec<u64> = (1..=BLOCKS).collect();
+    let each = in_turn(&seeds, |seed| p_values(*seed));
     let mut by_id: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for (id, p) in each.into_iter().flatten() {
         by_id.entry(id).or_default().push(p);

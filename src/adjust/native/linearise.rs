@@ -4,7 +4,7 @@ use super::columns::Columns;
 use super::point::{ControlRows, Curvature, PointRows, Prepared, inverse_of_damped};
 use super::structure::{FIRST_THETA, Structure};
 use super::system::System;
-use crate::adjust::{AdjustError, NullDirection};
+use crate::adjust::AdjustError;
 use crate::measure::{self, MeasureError};
 use crate::problem::Problem;
 use faer::traits::pulp::{Arch, Simd, WithSimd};
@@ -75,8 +75,7 @@ fn linearise_chunk<const D: usize>(
 
 /// The rays of point `j` do not fix it.
 pub fn rays_do_not_meet(problem: &Problem, j: usize) -> AdjustError {
-    let name = format!("{} (its rays do not meet)", problem.point_names[j]);
-    AdjustError::Singular { solver: super::NAME, directions: vec![NullDirection { components: vec![(name, 1.0)] }] }
+    AdjustError::RaysDoNotMeet { solver: super::NAME, point: problem.point_names[j].clone() }
 }
 
 /// Adds a point's rows and takes the point out: `S += J'J - W V^-1 W'`, `b += J'v - W V^-1 g`.

@@ -162,19 +162,27 @@ impl Snooping {
     pub fn new(block: &Block, model: &Model) -> Self {
         let mut search = Self { left: Kept::all(block), significance: SIGNIFICANCE, outliers: Outliers::default() };
         for point in unmeetable_points(block, model) {
-            for (m, row) in block.ties.iter().enumerate().filter(|(_, row)| row.point == point) {
-                search.left.ties[m] = false;
-                search.outliers.rejected.push(Rejected {
+            search.set_aside(block, point);
+        }
+        search
+    }
+
+    /// Leaves out every measurement of a tie point whose rays do not meet. Was any in?
+    pub fn set_aside(&mut self, block: &Block, point: PointId) -> bool {
+        let before = self.outliers.rejected.len();
+        for (m, row) in block.ties.iter().enumerate().filter(|(_, row)| row.point == point) {
+            if std::mem::replace(&mut self.left.ties[m], false) {
+                self.outliers.rejected.push(Rejected {
                     kind: MeasurementKind::Tie,
                     measurement: m,
                     image: row.image,
                     point,
                     normalised: f64::INFINITY,
-                    round: 0,
+                    round: self.outliers.rounds.len(),
                 });
             }
         }
-        search
+        self.outliers.rejected.len() > before
     }
 
     /// The block without what is left out.

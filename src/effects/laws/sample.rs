@@ -1,8 +1,7 @@
 //! Random places at which the laws are checked, and the calls there.
 
 use crate::effects::{
-    BlockContext, Context, Descriptor, Domain, Effect, ImageContext, OutsideDomain, Parameter, Role, Stage,
-    SurveyedKind,
+    BlockContext, Context, Descriptor, Effect, ImageContext, OutsideDomain, Parameter, Role, Stage, SurveyedKind,
 };
 use crate::math::rotation::log;
 use nalgebra::{Matrix3, Vector3};
@@ -122,15 +121,14 @@ pub(super) fn draw_theta(
     estimated: impl Fn(&Parameter, f64) -> f64,
     random: &mut impl Rng,
 ) -> Vec<f64> {
-    let half_diagonal = 0.5 * SENSOR[0].hypot(SENSOR[1]);
     let draw = |parameter: &Parameter| {
         let u: f64 = random.random_range(0.0..1.0);
         match &parameter.role {
             Role::Estimated | Role::Random(_) => estimated(parameter, u),
-            Role::Searched(Domain::SensorX) => u * SENSOR[0],
-            Role::Searched(Domain::SensorY) => u * SENSOR[1],
-            Role::Searched(Domain::SensorFraction(low, high)) => (low + u * (high - low)) * half_diagonal,
-            Role::Searched(Domain::Range(low, high)) => low + u * (high - low),
+            Role::Searched(domain) => {
+                let (low, high) = domain.bounds(SENSOR[0], SENSOR[1]);
+                low + u * (high - low)
+            }
             Role::Given(named) if named.is_empty() => parameter.nominal,
             Role::Given(named) => named[((u * named.len() as f64) as usize).min(named.len() - 1)].1,
         }
