@@ -20,7 +20,7 @@ use std::path::Path;
 use std::time::Instant;
 
 /// Simulated blocks: preset, number of tie points (0 for the preset's own), and an error.
-const SIMULATED: [(&str, f64, &str); 3] = [("dike", 0.0, ""), ("dike", 0.0, "focal-time"), ("corridor", 0.0, "")];
+const SIMULATED: [(&str, f64, &str); 3] = [("dike", 0.0, ""), ("dike", 0.0, "focal-growth"), ("corridor", 0.0, "")];
 /// The corridor of two million measurements, where `MISCLOSURE_BENCH_LARGE` is set: minutes.
 const LARGE: (&str, f64, &str) = ("corridor", 340_000.0, "");
 /// Real blocks, where they are at hand.
