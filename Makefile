@@ -2,7 +2,7 @@
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
 
-.PHONY: help setup build demo test test-hidden test-cases test-fresh bench clean
+.PHONY: help setup build demo test test-sanitize test-hidden test-cases test-fresh bench clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -22,9 +22,13 @@ test: setup ## everything CI runs: format, lints, documentation, Rust and C++ te
 	cargo clippy --release --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps
 	cargo test --release
-	cmake -S cpp -B target/cpp-test -DCMAKE_BUILD_TYPE=Release
-	cmake --build target/cpp-test --target cpp_tests --parallel 2
-	ctest --test-dir target/cpp-test --output-on-failure
+	$(MAKE) --no-print-directory test-sanitize
+
+test-sanitize: setup ## the C++ tests under AddressSanitizer, UBSan and the standard library's assertions
+	cmake -S cpp -B target/cpp-sanitize -DCMAKE_BUILD_TYPE=Sanitize \
+		-DCMAKE_CXX_FLAGS_SANITIZE="-O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=all -D_GLIBCXX_ASSERTIONS"
+	cmake --build target/cpp-sanitize --target cpp_tests --parallel 2
+	ctest --test-dir target/cpp-sanitize --output-on-failure
 
 test-hidden: setup ## judge every block with a hidden effect (make test: a part of them)
 	MISCLOSURE_HIDDEN=all cargo test --release --test hidden
