@@ -39,6 +39,13 @@ pub enum PluginError {
 /// order and 1e-13 / 1e-3 by rounding.
 const STEP: f64 = 1e-3;
 
+/// Change of a value, as a share of it, that leaves a derivative eleven digits.
+const VISIBLE: f64 = 1e-5;
+/// Steps grow by this, so many times at most.
+const GROWTH: f64 = 10.0;
+/// See [`GROWTH`].
+const MOST_DECADES: usize = 7;
+
 /// Sizes over which effects change: rotation, rad; positions, m; image coordinates, px.
 const ANGLE: f64 = 1.0;
 const POSITION_M: f64 = 100.0;
@@ -123,6 +130,32 @@ fn differentiate(
     Ok(())
 }
 
+/// A step of parameter `k` that the values show: an effect that changes a coordinate of a kilometre by a micrometre leaves it four digits of its
+/// own. A size in which values are linear may be as large as it takes.
+fn visible_step(f: Values<'_>, x: &[f64], k: usize, step: f64, m: usize) -> f64 {
+    let changed = |step: f64| -> Result<bool, OutsideDomain> {
+        let (mut low, mut high) = (vec![0.0; m], vec![0.0; m]);
+        let mut at = x.to_vec();
+        at[k] = x[k] - step;
+        f(&at, &mut low)?;
+        at[k] = x[k] + step;
+        f(&at, &mut high)?;
+        let seen = |(a, b): (&f64, &f64)| (a - b).abs() >= VISIBLE * a.abs().max(b.abs()) && a != b;
+        Ok(low.iter().zip(&high).any(seen))
+    };
+    let mut larger = step;
+    for _ in 0..MOST_DECADES {
+        // At the edge of a domain a step stays inside.
+        match changed(larger) {
+            Ok(true) => return larger,
+            Ok(false) if changed(GROWTH * larger).is_ok() => larger *= GROWTH,
+            _ => break,
+        }
+    }
+    // Values that show nothing at all do not depend on it.
+    step
+}
+
 impl Effect for Plugin {
     fn descriptor(&self) -> &Descriptor {
         self.effect.descriptor()
@@ -163,8 +196,11 @@ impl Effect for Plugin {
                 if matches!(parameter.role, Role::Given(_)) {
                     continue;
                 }
-                let step = STEP * parameter.typical.abs().max(theta[k].abs());
+                let mut step = STEP * parameter.typical.abs().max(theta[k].abs());
                 let f = |x: &[f64], out: &mut [f64]| self.effect.eval(context, input, x, out, None, None);
+                if !matches!(parameter.role, Role::Searched(_)) {
+                    step = visible_step(&f, theta, k, step, m);
+                }
                 differentiate(&f, theta, k, step, m, matrix)?;
             }
         }
