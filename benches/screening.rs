@@ -80,7 +80,8 @@ fn simulated(preset: &str, points: f64, error: &str) -> Result<Block> {
 fn row(table: &mut Table, name: &str, block: &Block, model: &Model, threads: usize) -> Result<()> {
     let model = Model { datum: default_diagnosis_datum(block), ..model.clone() };
     let options = Options { threads, ..Options::default() };
-    let settings = Settings { plugins: &[], options: options.clone(), significance: SIGNIFICANCE, tell: &|_| {} };
+    let settings =
+        Settings { plugins: &[], options: options.clone(), significance: SIGNIFICANCE, snoop: true, tell: &|_| {} };
     let (base, of_fit) = timed(|| fit(block, &model, None, &options));
     let base = base?;
     let (tested, of_screening) = timed(|| -> Result<usize> {

@@ -36,7 +36,7 @@
 //! let run = run::adjust(&block, &model, &[&Ceres, &Native], &Options::default(), &mut |_, _| ControlFlow::Continue(()))?;
 //! assert!(run.agreement.is_some_and(|agreement| agreement.agree));
 //!
-//! let settings = Settings { plugins: &[], options: Options::default(), significance: 1e-3, tell: &|_| {} };
+//! let settings = Settings { plugins: &[], options: Options::default(), significance: 1e-3, snoop: true, tell: &|_| {} };
 //! assert_eq!(diagnose(&block, &model, &settings)?.diagnosis.recommended, ["rolling-shutter"]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

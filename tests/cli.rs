@@ -196,3 +196,81 @@ fn inject_follows_a_recipe() {
     assert_eq!(code, 2, "{stderr}");
     assert!(stderr.contains("a recipe has its own seed and errors"), "{stderr}");
 }
+
+#[test]
+fn no_command_writes_over_measurements() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let block = path(&folder, "site/block");
+    fs::create_dir(folder.path().join("site")).expect("a folder");
+    json(&["simulate", "closerange", "-o", &block, "--set", "points=60", "--json"]);
+    std::os::unix::fs::symlink(&block, folder.path().join("link")).expect("a link");
+    let before = contents(folder.path());
+    let commands: [&[&str]; 7] = [
+        &["simulate", "closerange"],
+        &["simulate", "--from", &block],
+        &["inject", &block, "--error", "noise"],
+        &["adjust", &block],
+        &["diagnose", &block],
+        &["improve", &block],
+        &["reproduce", "calibration-error"],
+    ];
+    let aliases = ["site/block", "site/block/", "link", "site/../link", "new/../site/block", "link/truth", "link/run"];
+    for command in commands {
+        for alias in aliases {
+            let (code, _, stderr) = misclosure(&[command, &["-o", &path(&folder, alias), "--quiet"]].concat());
+            assert_eq!(code, 2, "{command:?} -o {alias}: {stderr}");
+            assert!(stderr.contains("the block") || stderr.contains("a block"), "{command:?} -o {alias}: {stderr}");
+        }
+        assert!(before == contents(folder.path()), "{command:?} changed the block");
+    }
+    // What holds the block is no place either, for those that read it.
+    for command in &commands[1..6] {
+        let (code, _, stderr) = misclosure(&[command, &["-o", &path(&folder, "site"), "--quiet"][..]].concat());
+        assert_eq!(code, 2, "{command:?}: {stderr}");
+    }
+    assert!(before == contents(folder.path()), "the block changed");
+}
+
+#[test]
+fn what_no_block_has_is_refused_or_shown_as_text() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let block = path(&folder, "block");
+    json(&["simulate", "closerange", "-o", &block, "--set", "points=60", "--json"]);
+    let refused = |arguments: &[&str], what: &str| {
+        let (code, stdout, stderr) = misclosure(arguments);
+        assert_eq!((code, stdout.as_str()), (2, ""), "{arguments:?}: {stderr}");
+        assert!(stderr.contains(what), "{arguments:?}: {stderr}");
+    };
+    refused(&["--threads", "10000", "check", &block], "--threads 10000: this machine has");
+
+    let control = Path::new(&block).join("control.csv");
+    let text = fs::read_to_string(&control).expect("surveyed points");
+    let line = text.lines().nth(1).expect("a point");
+    let cells: Vec<&str> = line.split(',').collect();
+    let far = line.replacen(cells[1], "1e308", 1);
+    fs::write(&control, text.replacen(line, &far, 1)).expect("surveyed points");
+    refused(&["check", &block], "control.csv:2: column x: \"1e308\" is no coordinate; expected at most 1e12 m");
+    fs::write(&control, &text).expect("surveyed points");
+
+    // Names of any length, and one that would clear a terminal.
+    let images = fs::read_to_string(Path::new(&block).join("images.csv")).expect("images");
+    let long = "x".repeat(70_000);
+    let renamed = |name: &str| {
+        let flight = images.lines().nth(1).expect("an image").split(',').nth(2).expect("a flight");
+        let rows: Vec<String> =
+            images.lines().map(|row| row.replace(&format!(",{flight},"), &format!(",{name},"))).collect();
+        fs::write(Path::new(&block).join("images.csv"), rows.join("\n") + "\n").expect("images");
+    };
+    for name in [long.as_str(), "a\u{1b}[2Jb"] {
+        renamed(name);
+        let (code, stdout, stderr) = misclosure(&["check", &block]);
+        assert_eq!(code, 0, "{stderr}");
+        assert!(stdout.lines().all(|line| line.len() < 1000) && !stdout.contains('\u{1b}'), "{stdout}");
+    }
+    fs::write(Path::new(&block).join("images.csv"), &images).expect("images");
+
+    let ties = Path::new(&block).join("ties.csv");
+    fs::remove_file(&ties).expect("measurements");
+    assert!(Command::new("mkfifo").arg(&ties).status().expect("mkfifo").success());
+    refused(&["check", &block], "this is no regular file");
+}

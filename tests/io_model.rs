@@ -186,6 +186,11 @@ fn every_fault_is_named() {
             "model.toml:3:1: unknown key \"focal\" in [camera.cam]; known: \"f\", \"ppx\", \"ppy\", \"dcx\", \"dcy\", \"k1\", \"k2\", \"k3\", \"p1\", \"p2\", \"b1\", \"b2\"",
         ),
         ("format = 1\n[camera.cam]\nf = \"1.0\"", "model.toml:3:5: key f: expected a finite number, found \"1.0\""),
+        ("format = 1\n[camera.cam]\nf = -5510.0", "model.toml:3:5: key f: expected a number above zero, found -5510.0"),
+        (
+            "format = 1\n[sigma_factors]\nimage = 2.0\ngnss = -1",
+            "model.toml:4:8: key gnss: expected a number above zero, found -1",
+        ),
         ("format = 1\n[camera]\nf = 1.0", "model.toml:3:5: key f: expected a table, found 1.0"),
         ("format = 1\n[[effect]]\nheld = []", "model.toml:2:1: key id is missing in [[effect]]"),
         (

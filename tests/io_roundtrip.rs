@@ -135,6 +135,7 @@ impl Draw {
             ties: Vec::new(),
             surveyed: Vec::new(),
             marks: Vec::new(),
+            origin: nalgebra::Vector3::zeros(),
             extra_image_columns: Vec::new(),
         };
         for (i, name) in image_names.into_iter().enumerate() {

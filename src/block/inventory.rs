@@ -241,6 +241,7 @@ mod tests {
             ties,
             images,
             surveyed: vec![surveyed("c1", Role::Control), surveyed("k1", Role::Check), surveyed("c2", Role::Control)],
+            origin: nalgebra::Vector3::zeros(),
             extra_image_columns: Vec::new(),
         }
     }

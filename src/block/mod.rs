@@ -175,6 +175,8 @@ pub struct Block {
     pub name: String,
     /// Coordinate system, free text or `EPSG:n`.
     pub crs: String,
+    /// Where the zero of all object coordinates of this block lies in that system, m: zero unless [`Block::about_its_centre`] moved it.
+    pub origin: Vector3<f64>,
     /// A-priori precision.
     pub sigma: Sigma,
     /// Cameras.
@@ -199,6 +201,45 @@ impl Block {
     /// Camera of an image.
     pub fn camera_of(&self, image: ImageId) -> &Camera {
         &self.cameras[self.images[image.index()].camera.index()]
+    }
+
+    /// The same block with coordinates that are small: an adjustment loses digits where they are not (a northing of 5 000 km leaves a nanometre
+    /// to the tenth of a micrometre of a close range, and derivatives by a rotation grow with it). The origin is the centre of the projection
+    /// centres, rounded to a power of ten that is at least the size of the block: a block that has its zero within stays as it is.
+    pub fn about_its_centre(self) -> Self {
+        let centres = || self.images.iter().map(|image| &image.pose.centre);
+        let known = self.tie_points.iter().filter_map(|point| point.position.as_ref());
+        let all = centres().chain(known).chain(self.surveyed.iter().map(|point| &point.position));
+        let (low, high) = all
+            .fold((Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)), |(low, high), p| {
+                (low.inf(p), high.sup(p))
+            });
+        let size = (high - low).max();
+        if !(size > 0.0 && size.is_finite()) {
+            return self;
+        }
+        let unit = 10f64.powf(size.log10().ceil());
+        let mean = centres().sum::<Vector3<f64>>() / self.images.len() as f64;
+        let origin = self.origin + mean.map(|coordinate| (coordinate / unit).round() * unit);
+        self.about(origin)
+    }
+
+    /// The same block with its zero at `origin` of its coordinate system, m.
+    pub fn about(mut self, origin: Vector3<f64>) -> Self {
+        let move_by = self.origin - origin;
+        self.origin = origin;
+        if move_by == Vector3::zeros() {
+            return self;
+        }
+        for image in &mut self.images {
+            image.pose.centre += move_by;
+            if let Some(gnss) = &mut image.gnss {
+                gnss.position += move_by;
+            }
+        }
+        self.tie_points.iter_mut().filter_map(|point| point.position.as_mut()).for_each(|p| *p += move_by);
+        self.surveyed.iter_mut().for_each(|point| point.position += move_by);
+        self
     }
 
     /// Number of surveyed points of a role.

@@ -1,6 +1,8 @@
 //! `misclosure adjust`: one adjustment, with both solvers unless one is asked for.
 
+use super::blunders;
 use super::model_options::ModelOptions;
+use super::output::Output;
 use super::summary_text::{failure, text};
 use super::{Answer, Console};
 use crate::adjust::Options;
@@ -32,28 +34,51 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::Result<Answer> {
+    let output = Output::of_run(&arguments.output, &arguments.block)?;
     let loaded = read_block(&arguments.block)?;
     if !loaded.set_aside.is_empty() {
         console.message(&format!("{}: set aside: {}", arguments.block.display(), loaded.set_aside));
     }
-    let block = &loaded.block;
+    let (whole, mut outliers) = arguments.model.without_outliers(loaded.block.about_its_centre(), console)?;
     let model = arguments.model.model(Datum::Free)?;
     let options = Options { threads, ..Options::default() };
     let progress = console.progress("adjust");
+    let model = arguments.model.started(&whole, model, &options, &|what| progress.step(what))?;
+    let search = blunders::search(&whole, &model, &options, arguments.model.outliers, &|what| progress.step(what))?;
+    let block = &search.block(&whole);
+    let set_aside = search.outliers(&whole).rows(&whole);
     let run = run::adjust(block, &model, &arguments.model.solvers(), &options, &mut |solver, at| {
         let (cost, gradient) = (significant(at.cost, 9), significant(at.gradient_max, 2));
         progress
             .step(&format!("{solver}: iteration {}, cost {cost}, gradient {gradient}, {:.1} s", at.number, at.seconds));
         ControlFlow::Continue(())
-    })?;
+    });
     drop(progress);
+    let run = match run {
+        Ok(run) => run,
+        Err(error) => return Err(blunders::explain(error, block, &model, &options, &output)),
+    };
+    if !set_aside.is_empty() {
+        console.message(&format!("{} measurements are set aside (outliers.csv)", set_aside.len()));
+    }
+    outliers.extend(set_aside);
+    if let Some(text) = blunders::named(block, &model, &run) {
+        console.message(&text);
+    }
+    arguments.model.doubts(block, &run, console);
+    if let Some(why) = run.why_not_compared(block) {
+        console.message(&why);
+    }
     let idle = run.problem.images_without_part();
     if !idle.is_empty() {
         console.message(&format!("{} images have too few measurements to take part: {}", idle.len(), idle.join(", ")));
     }
     let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
-    folder::write(&arguments.output, block, &model, &run, &rows)?;
-    write_page(&arguments.output)?;
+    output.write(&folder::FILES, folder::SUMMARY, |dir| {
+        folder::write(dir, block, &model, &run, &rows)?;
+        folder::write_outliers(dir, outliers)?;
+        write_page(dir)
+    })?;
     let summary = Summary::of(block, &run, &rows);
     let text = text(&summary) + &format!("\nRun: {}\n", arguments.output.display());
     Ok(Answer { text, json: serde_json::to_value(&summary)?, failure: failure(&run) })

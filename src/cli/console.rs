@@ -72,5 +72,10 @@ impl Drop for Progress {
 
 /// A line on standard error. That it cannot be written is no reason to fail, so `eprintln!`, which would panic, is not used.
 pub(super) fn write_error(text: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{text}");
+    let _ = writeln!(std::io::stderr().lock(), "{}", printable(text));
+}
+
+/// The text without control characters other than line ends: a name from a file could hold what makes a terminal do things.
+pub(super) fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() && c != '\n' { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }

@@ -1,7 +1,8 @@
 //! `misclosure diagnose` and `misclosure improve`: what is missing in the model, and the loop that adds it.
 
 use super::diagnosis_text::text;
-use super::model_options::ModelOptions;
+use super::model_options::{ModelOptions, Treatment};
+use super::output::Output;
 use super::summary_text::{failure, warning};
 use super::{Answer, Console, structure_rows};
 use crate::adjust::Options;
@@ -83,18 +84,27 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     if let Some(tolerance) = arguments.tolerance_mm.filter(|tolerance| !(*tolerance > 0.0 && tolerance.is_finite())) {
         return Err(super::Usage(format!("--tolerance-mm {tolerance}: expected a length above 0")).into());
     }
+    let output = Output::of_run(&arguments.output, &arguments.block)?;
     let loaded = read_block(&arguments.block)?;
     if !loaded.set_aside.is_empty() {
         console.message(&format!("{}: set aside: {}", arguments.block.display(), loaded.set_aside));
     }
-    let block = &loaded.block;
+    let (block, mut outliers) = arguments.model.without_outliers(loaded.block.about_its_centre(), console)?;
+    let block = &block;
     let model = arguments.model.model(run::default_diagnosis_datum(block))?;
+    let snoop = arguments.model.outliers.unwrap_or(Treatment::Snoop) == Treatment::Snoop;
     let options = Options { threads, ..Options::default() };
     let progress = console.progress("diagnose");
     let tell = |what: &str| progress.step(what);
+    let model = arguments.model.started(block, model, &options, &tell)?;
     let plugins = arguments.model.plugin_effects()?;
-    let settings =
-        Settings { plugins: &plugins, options: options.clone(), significance: arguments.significance, tell: &tell };
+    let settings = Settings {
+        plugins: &plugins,
+        options: options.clone(),
+        significance: arguments.significance,
+        snoop,
+        tell: &tell,
+    };
     let mut diagnosed = diagnose(block, &model, &settings)?;
     let mut final_model = match keep {
         Keep::Base => diagnosed.improvement.base.model.clone(),
@@ -124,16 +134,24 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
         row.solvers_agree = run.agreement.as_ref().map(|agreement| agreement.agree);
     }
     drop(progress);
+    arguments.model.doubts(block, &run, console);
+    if let Some(why) = run.why_not_compared(block) {
+        console.message(&why);
+    }
     let idle = run.problem.images_without_part();
     if !idle.is_empty() {
         console.message(&format!("{} images have too few measurements to take part: {}", idle.len(), idle.join(", ")));
     }
     diagnosed.diagnosis.weigh(run.point_sigma_m(), arguments.tolerance_mm.map(|mm| 1e-3 * mm));
+    outliers.extend(diagnosed.outliers.rows(block));
     let Diagnosed { block, diagnosis, .. } = &diagnosed;
     let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
-    folder::write(&arguments.output, block, &final_model, &run, &rows)?;
-    folder::write_diagnosis(&arguments.output, diagnosis, structure_rows::rows(&diagnosed)?)?;
-    write_page(&arguments.output)?;
+    output.write(&folder::FILES, folder::SUMMARY, |dir| {
+        folder::write(dir, block, &final_model, &run, &rows)?;
+        folder::write_outliers(dir, outliers)?;
+        folder::write_diagnosis(dir, diagnosis, structure_rows::rows(&diagnosed)?)?;
+        write_page(dir)
+    })?;
     let warning = warning(&Summary::of(block, &run, &rows));
     let next = match keep {
         Keep::Base if !diagnosis.recommended.is_empty() => {

@@ -1,10 +1,11 @@
 //! `misclosure inject`: measures a simulated block anew under known errors.
 
+use super::output::{Output, usable};
 use super::{Answer, Usage};
 use crate::block::Block;
 use crate::inject::recipe::{self, Made};
 use crate::inject::{self, Cause, Injected, ParameterSpec, Report};
-use crate::io::block::{read_block, write_block};
+use crate::io::block::{BLOCK_FILE, read_block, write_block};
 use crate::io::table::write_json;
 use crate::report::numbers::significant;
 use crate::report::tables::Table;
@@ -50,6 +51,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
     if folder.extension().is_some_and(|extension| extension == "toml") {
         return follow_recipe(folder, output, arguments);
     }
+    let output = Output::of_block(output, Some(folder))?;
     if arguments.errors.is_empty() {
         return Err(Usage(
             "the following required arguments were not provided: --error (`misclosure inject --list` lists them)"
@@ -69,7 +71,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
     }
     let truth = read_block(&truth_folder)?.block;
     let Injected { block, report } = inject::apply(&block, &truth, &injections, seed).map_err(bad_input)?;
-    write(&block, &truth, &report, seed, output)
+    write(&block, &truth, &report, seed, &output)
 }
 
 /// Makes the block of a recipe.
@@ -77,17 +79,21 @@ fn follow_recipe(file: &Path, output: &Path, arguments: &Arguments) -> anyhow::R
     if arguments.seed.is_some() || !arguments.errors.is_empty() {
         return Err(Usage(format!("{}: a recipe has its own seed and errors", file.display())).into());
     }
+    let output = Output::of_block(output, None)?;
     let recipe = recipe::read(file).map_err(bad_input)?;
     let Made { block, truth, report } = recipe.build().map_err(bad_input)?;
-    write(&block, &truth, &report, recipe.seed, output)
+    write(&block, &truth, &report, recipe.seed, &output)
 }
 
-fn write(block: &Block, truth: &Block, report: &Report, seed: u64, output: &Path) -> anyhow::Result<Answer> {
-    write_block(block, output)?;
-    write_block(truth, &output.join("truth"))?;
+fn write(block: &Block, truth: &Block, report: &Report, seed: u64, output: &Output) -> anyhow::Result<Answer> {
     let json = as_json(report, seed);
-    write_json(&output.join("truth").join("errors.json"), &json)?;
-    Ok(Answer { text: text(report) + &format!("\nBlock: {}\n", output.display()), json, failure: None })
+    output.write(&[], BLOCK_FILE, |dir| {
+        write_block(truth, &dir.join("truth"))?;
+        write_json(&dir.join("truth").join("errors.json"), &json)?;
+        write_block(block, dir)?;
+        usable(dir)
+    })?;
+    Ok(Answer { text: text(report) + &format!("\nBlock: {}\n", output.folder().display()), json, failure: None })
 }
 
 /// Whatever the registry refuses was asked for on the command line.

@@ -3,6 +3,7 @@
 //! Results go to standard output (as JSON with `--json`), progress and messages to standard error.
 
 mod adjust;
+mod blunders;
 mod check;
 mod console;
 mod diagnose;
@@ -11,6 +12,7 @@ mod effects;
 mod exit;
 mod inject;
 pub mod model_options;
+mod output;
 mod report;
 mod reproduce;
 mod simulate;
@@ -93,6 +95,14 @@ fn execute(arguments: Arguments) -> Exit {
     let Arguments { global, command } = arguments;
     let console = Console::new(global.quiet);
     let threads = global.threads.map_or_else(available_threads, usize::from);
+    let most = MOST_THREADS.max(available_threads());
+    if threads > most {
+        console::write_error(&format!(
+            "error: --threads {threads}: this machine has {}, the most is {most}",
+            available_threads()
+        ));
+        return Exit::BadInput;
+    }
     let outcome = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build_global()
@@ -128,6 +138,9 @@ impl Command {
     }
 }
 
+/// Threads that are allowed on any machine: results do not depend on their number, and tests of that need more than a small one has.
+const MOST_THREADS: usize = 64;
+
 fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
@@ -138,7 +151,7 @@ fn print(answer: &Answer, json: bool) -> std::io::Result<()> {
         serde_json::to_writer_pretty(&mut out, &answer.json)?;
         writeln!(out)?;
     } else if !answer.text.is_empty() {
-        writeln!(out, "{}", answer.text.trim_end())?;
+        writeln!(out, "{}", console::printable(answer.text.trim_end()))?;
     }
     out.flush()
 }

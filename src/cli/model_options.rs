@@ -1,15 +1,19 @@
 //! The model options of `adjust`, `diagnose` and `improve`, and the [`Model`] that they describe.
 
-use super::Usage;
-use crate::adjust::Solver;
+use super::{Console, Usage};
 use crate::adjust::ceres::Ceres;
 use crate::adjust::native::Native;
+use crate::adjust::{Options, Solver};
+use crate::block::Block;
 use crate::camera::{GROUPS, PARAMETER_COUNT, PARAMETERS, parameter_indices};
 use crate::effects::{self, Descriptor, Effect, Parameter, Role, plugin};
 use crate::io::model::read_model;
 use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, PRIOR_KEY, TieWeights};
+use crate::run::folder::{self, OutlierRow};
+use crate::run::multistart::{best_start, doubtful_cameras};
+use crate::run::{Run, RunError, set_aside};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Options that describe a model. What is not given stays as `--model` says, else as by default.
@@ -44,6 +48,12 @@ pub struct ModelOptions {
     /// Robust loss on image measurements [default: none]
     #[arg(long)]
     pub loss: Option<Loss>,
+    /// What becomes of measurements that stand alone [default: none for adjust, which names them; snoop for diagnose and improve]
+    #[arg(long, value_enum)]
+    pub outliers: Option<Treatment>,
+    /// Start from half to twice the focal length, and go on from the best: where its start value is in doubt
+    #[arg(long)]
+    pub multistart: bool,
     /// Weights of tie points by the number m of their images: 1, m (m - 1), m (m - 1)^2 [default: unit]
     #[arg(long, value_name = "WEIGHTS")]
     pub tie_weights: Option<TieWeights>,
@@ -70,6 +80,17 @@ impl SolverChoice {
             SolverChoice::Native => vec![&Native],
         }
     }
+}
+
+/// What becomes of measurements that stand alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Treatment {
+    /// Data snooping sets them aside, one by one.
+    Snoop,
+    /// Huber's loss takes their weight (as --loss huber).
+    Huber,
+    /// They stay as they are.
+    None,
 }
 
 /// The one tie there is.
@@ -120,6 +141,43 @@ impl ModelOptions {
         Ok(self.apply(base, &find)?)
     }
 
+    /// The block without what the run that `--model` belongs to set aside, and that; says so.
+    ///
+    /// # Errors
+    /// An `outliers.csv` beside the model that cannot be read, or is not of this block.
+    pub fn without_outliers(&self, block: Block, console: &Console) -> anyhow::Result<(Block, Vec<OutlierRow>)> {
+        let beside = self.model.as_ref().map(|model| model.parent().unwrap_or(Path::new("")));
+        let Some((file, rows)) = beside.map(folder::read_outliers).transpose()?.flatten() else {
+            return Ok((block, Vec::new()));
+        };
+        let left = set_aside::without(&block, &rows, &file)?;
+        console.message(&format!("{} measurements are set aside, as {} says", rows.len(), file.display()));
+        Ok((left, rows))
+    }
+
+    /// The model with the best start values, where `--multistart` asks for others than its own.
+    ///
+    /// # Errors
+    /// A block of which no problem can be made.
+    pub fn started(
+        &self,
+        block: &Block,
+        model: Model,
+        options: &Options,
+        tell: &dyn Fn(&str),
+    ) -> Result<Model, RunError> {
+        if self.multistart { best_start(block, &model, &Native, options, tell) } else { Ok(model) }
+    }
+
+    /// Says where a camera ended so far from its start values that these are in doubt.
+    pub fn doubts(&self, block: &Block, run: &Run, console: &Console) {
+        let cameras = doubtful_cameras(block, &run.solution().state.interiors);
+        if !cameras.is_empty() {
+            let advice = if self.multistart { "" } else { "; --multistart tries other start values" };
+            console.message(&format!("WARNING: the start values are in doubt: {}{advice}", cameras.join(", ")));
+        }
+    }
+
     /// The effects of `--plugin`, as candidates of a diagnosis.
     ///
     /// # Errors
@@ -154,7 +212,13 @@ impl ModelOptions {
             model.effects.push(term);
         }
         model.datum = self.datum.unwrap_or(model.datum);
-        model.loss = self.loss.unwrap_or(model.loss);
+        if let (Some(Treatment::Huber), Some(Loss::None | Loss::Cauchy)) = (self.outliers, self.loss) {
+            return Err(Usage("--outliers huber: --loss asks for another loss".into()));
+        }
+        model.loss = match self.outliers {
+            Some(Treatment::Huber) => Loss::Huber,
+            _ => self.loss.unwrap_or(model.loss),
+        };
         model.tie_weights = self.tie_weights.unwrap_or(model.tie_weights);
         Ok(model)
     }
@@ -236,7 +300,11 @@ fn number(parameter: &Parameter, text: &str) -> Result<f64, String> {
         let names: String = named.iter().map(|(name, _)| format!(" or `{name}`")).collect();
         format!("`{}={text}`: expected a number ({}){names}", parameter.name, parameter.unit)
     };
-    text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(expected)
+    let value = text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(expected)?;
+    match parameter.expected_instead_of(value) {
+        Some(expected) => Err(format!("`{}={text}`: expected {expected}", parameter.name)),
+        None => Ok(value),
+    }
 }
 
 #[cfg(test)]
@@ -332,6 +400,7 @@ mod tests {
         assert!(message(&["--add", "drift:a"]).ends_with("`a` is not of the form param=value"));
         assert!(message(&["--add", "drift:a=NaN"]).ends_with("`a=NaN`: expected a number (px)"));
         assert!(message(&["--add", "drift:against=x"]).ends_with("expected a number (px) or `time` or `order`"));
+        assert!(message(&["--add", "drift:against=-7"]).ends_with("`against=-7`: expected 0 (time) or 1 (order)"));
         assert!(message(&["--add", "drift:a=1,a=2"]).ends_with("`a` stands there twice"));
         assert!(message(&["--add", "drift", "--add", "drift"]).ends_with("the model has `drift` already"));
     }

@@ -1,9 +1,10 @@
 //! `misclosure simulate`: a block of a scenario, or the error-free twin of a real block, with its truth.
 
+use super::output::{Output, usable};
 use super::text::multiplicity;
 use super::{Answer, Console, Usage};
 use crate::block::Block;
-use crate::io::block::{read_block, write_block};
+use crate::io::block::{BLOCK_FILE, read_block, write_block};
 use crate::report::numbers::{fixed, mm};
 use crate::report::tables::Table;
 use crate::scenario::{
@@ -71,13 +72,14 @@ struct Start {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
+    let output = Output::of_block(&arguments.output, arguments.from.as_deref())?;
     let mut simulation = match &arguments.from {
         Some(real) => {
             let loaded = read_block(real)?;
             if !loaded.set_aside.is_empty() {
                 console.message(&format!("{}: set aside: {}", real.display(), loaded.set_aside));
             }
-            twin_of(&loaded.block)?
+            twin_of(&loaded.block.about_its_centre())?
         }
         None => {
             let scenario = scenario(arguments)?;
@@ -90,8 +92,11 @@ pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
     disturb(&mut simulation, arguments)?;
     let progress = console.progress("simulate");
     progress.step(&format!("writing {}", arguments.output.display()));
-    write_block(&simulation.block, &arguments.output)?;
-    write_block(&truth, &arguments.output.join("truth"))?;
+    output.write(&[], BLOCK_FILE, |dir| {
+        write_block(&truth, &dir.join("truth"))?;
+        write_block(&simulation.block, dir)?;
+        usable(dir)
+    })?;
     drop(progress);
     let mut text = text(&simulation.block, &simulation.report);
     text +=

@@ -33,6 +33,8 @@ pub struct Settings<'a> {
     pub options: Options,
     /// Family-wise significance level.
     pub significance: f64,
+    /// Are outliers searched, and set aside?
+    pub snoop: bool,
     /// Told what is being done.
     pub tell: &'a dyn Fn(&str),
 }

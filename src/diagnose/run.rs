@@ -96,7 +96,10 @@ pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result
 }
 
 /// Fits and sets outliers aside until nothing changes.
-fn settle(
+///
+/// # Errors
+/// A fit that fails, also without what stands alone at a robust one.
+pub fn settle(
     whole: &Block,
     search: &mut Snooping,
     model: &Model,
@@ -104,16 +107,46 @@ fn settle(
     strictness: Strictness,
     settings: &Settings<'_>,
 ) -> Result<Fit, DiagnoseError> {
-    let mut fitted = fit_what_meets(whole, search, model, near, settings)?;
+    let mut fitted = match fit_what_meets(whole, search, model, near, settings) {
+        Err(error) if settings.snoop => after_robust_search(whole, search, model, error, settings)?,
+        fitted => fitted?,
+    };
+    if !settings.snoop {
+        return Ok(fitted);
+    }
     for _ in 0..MAX_ROUNDS {
         let seen = outliers::Solved { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
         let round = pool(settings.options.threads)?.install(|| search.judge(whole, &seen, strictness))?;
         if round.rejected + round.returned == 0 {
             break;
         }
-        fitted = fit_what_meets(whole, search, model, Some(&fitted), settings)?;
+        // Not from where the blunders had bent it: that may be another minimum.
+        fitted = fit_what_meets(whole, search, model, near, settings)?;
     }
     Ok(fitted)
+}
+
+/// Fits what failed with `error` once more, without what stands alone at a robust fit.
+fn after_robust_search(
+    whole: &Block,
+    search: &mut Snooping,
+    model: &Model,
+    error: DiagnoseError,
+    settings: &Settings<'_>,
+) -> Result<Fit, DiagnoseError> {
+    (settings.tell)(&format!("{error}: searching blunders by a robust fit"));
+    let mut found = false;
+    for _ in 0..MAX_ROUNDS {
+        let Some(robust) = outliers::robust_fit(&search.block(whole), model, &settings.options) else { break };
+        let seen = outliers::Solved { problem: robust.problem, state: robust.solution.state };
+        let round = pool(settings.options.threads)?.install(|| search.judge(whole, &seen, Strictness::Loose))?;
+        if round.rejected == 0 {
+            break;
+        }
+        found = true;
+    }
+    // Nothing stands alone: it is not for a blunder that the fit failed.
+    if found { fit_what_meets(whole, search, model, None, settings) } else { Err(error) }
 }
 
 /// Fits, without the points whose rays turn out not to meet.
@@ -145,6 +178,9 @@ fn judged_again(
     strictness: Strictness,
     settings: &Settings<'_>,
 ) -> Result<bool, DiagnoseError> {
+    if !settings.snoop {
+        return Ok(false);
+    }
     let fitted = &improvement.fit;
     let seen = outliers::Solved { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
     let round = pool(settings.options.threads)?.install(|| search.judge(whole, &seen, strictness))?;

@@ -28,6 +28,9 @@ pub const MOST: f64 = 3.0;
 const CHANGE: f64 = 0.02;
 /// Least variance that is left of a group, as a share of the stated one: no receiver is ten times better than its maker says.
 const LEAST_SHARE: f64 = 0.01;
+/// Least factor on the standard deviation of image measurements: none is a hundred times better than stated. The weights of an error-free block
+/// would leave nothing to control and GNSS.
+const LEAST_IMAGE: f64 = 0.01;
 /// Coordinates that take part in an estimate; of more, an even sample.
 const SAMPLE: usize = 900;
 
@@ -113,7 +116,7 @@ pub fn factors(
     let image = if (variance - 1.0).abs() > spread { variance.sqrt() } else { 1.0 };
     let cap = |now: f64, ratio: f64| (now * ratio).min(MOST);
     let next = SigmaFactors {
-        image: now.image * image,
+        image: (now.image * image).max(LEAST_IMAGE),
         control: cap(now.control, control),
         control_z: cap(now.control_z, control_z),
         gnss: cap(now.gnss, gnss),

@@ -221,6 +221,18 @@ pub struct Parameter {
     pub plausible: Option<Plausible>,
 }
 
+impl Parameter {
+    /// What is expected where `value` is none that a given parameter can have; `None` where it is one, or any number is.
+    pub fn expected_instead_of(&self, value: f64) -> Option<String> {
+        let Role::Given(named) = &self.role else { return None };
+        if named.is_empty() || named.iter().any(|(_, number)| *number == value) {
+            return None;
+        }
+        let all: Vec<String> = named.iter().map(|(name, number)| format!("{number} ({name})")).collect();
+        Some(all.join(" or "))
+    }
+}
+
 /// A measured quantity that an effect needs of the block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u32)]

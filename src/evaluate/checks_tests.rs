@@ -48,6 +48,7 @@ fn survey_block() -> Block {
         ties: Vec::new(),
         surveyed: (0..25).map(surveyed).collect(),
         marks: Vec::new(),
+        origin: nalgebra::Vector3::zeros(),
         extra_image_columns: Vec::new(),
     };
     for (p, point) in block.surveyed.iter().enumerate() {

@@ -9,6 +9,9 @@ use std::path::{Path, PathBuf};
 /// Buffer of the reader: large files are read in few system calls.
 const BUFFER_BYTES: usize = 1 << 18;
 
+/// Largest coordinate (m) or component of a velocity (m/s): beyond the solar system's inner part, sums of squares lose their meaning.
+const LARGEST: f64 = 1e12;
+
 /// An open table, standing on a row.
 pub(super) struct Table {
     file: &'static str,
@@ -26,7 +29,7 @@ impl Table {
     pub(super) fn open(folder: &Path, file: &'static str) -> Result<Option<Self>, Error> {
         let path = folder.join(file);
         let refuse = |problem: String| Error::content(file, Place::Line(1), problem);
-        let opened = match File::open(&path) {
+        let opened = match super::open(&path) {
             Ok(opened) => opened,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(Error::Read { path, source }),
@@ -165,9 +168,16 @@ impl Table {
         }
     }
 
-    /// Three finite numbers.
+    /// Three finite numbers of a size that there is in object space.
     pub(super) fn vector(&self, columns: [usize; 3]) -> Result<Vector3<f64>, Error> {
-        Ok(Vector3::new(self.number(columns[0])?, self.number(columns[1])?, self.number(columns[2])?))
+        let component = |column: usize| match self.number(column)? {
+            value if value.abs() > LARGEST => {
+                let problem = format!("{} is no coordinate; expected at most {LARGEST:e} m", self.found(column));
+                Err(self.refuse(column, problem))
+            }
+            value => Ok(value),
+        };
+        Ok(Vector3::new(component(columns[0])?, component(columns[1])?, component(columns[2])?))
     }
 
     /// Three finite numbers, or `None` when all three cells are empty.
@@ -228,14 +238,14 @@ fn read_error(path: &Path, error: csv::Error) -> Error {
 
 /// Line of a row of a file; `None` when the file cannot be read any more.
 fn line_of(path: &Path, row: usize) -> Option<u64> {
-    let mut reader = reader(File::open(path).ok()?);
+    let mut reader = reader(super::open(path).ok()?);
     let mut record = csv::ByteRecord::new();
     // The header is a record too.
     for _ in 0..row + 2 {
         reader.read_byte_record(&mut record).ok()?;
     }
     let start = record.position()?.byte();
-    let mut before = BufReader::new(File::open(path).ok()?);
+    let mut before = BufReader::new(super::open(path).ok()?);
     let mut line = 1;
     let mut position = 0;
     loop {

@@ -35,7 +35,7 @@
 
 use super::error::{Error, advice, shown};
 use super::toml_table::{Source, Table, quoted};
-use crate::camera::{GROUPS, PARAMETER_COUNT, PARAMETERS, parameter_indices};
+use crate::camera::{F, GROUPS, PARAMETER_COUNT, PARAMETERS, parameter_indices};
 use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, PRIOR_KEY, Prior, SigmaFactors, TieWeights};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -78,7 +78,9 @@ pub fn read_model(path: &Path, resolve: &dyn Fn(&str) -> Option<EffectRef>) -> R
         ..default
     };
     if let Some((factors, _)) = table.table("sigma_factors")? {
-        let values = numbers(&Table::new(&source, "[sigma_factors]", factors, &SIGMA_FACTORS)?)?;
+        let factors = Table::new(&source, "[sigma_factors]", factors, &SIGMA_FACTORS)?;
+        SIGMA_FACTORS.iter().try_for_each(|name| factors.positive(name).map(drop))?;
+        let values = numbers(&factors)?;
         let factor = |name: &str| values.get(name).copied().unwrap_or(1.0);
         let height = |name: &str, horizontal: &str| values.get(name).copied().unwrap_or_else(|| factor(horizontal));
         model.sigma_factors = SigmaFactors {
@@ -94,7 +96,9 @@ pub fn read_model(path: &Path, resolve: &dyn Fn(&str) -> Option<EffectRef>) -> R
         for (id, _) in cameras.keys() {
             if let Some((values, _)) = cameras.table(id)? {
                 let name = format!("[camera.{id}]");
-                let values = numbers(&Table::new(&source, &name, values, &PARAMETERS)?)?;
+                let values = Table::new(&source, &name, values, &PARAMETERS)?;
+                values.positive(PARAMETERS[F])?;
+                let values = numbers(&values)?;
                 model.camera_values.insert(id.to_owned(), values);
             }
         }
@@ -190,7 +194,14 @@ fn effect(
             let values = Table::of_names(source, "values", values);
             let mut named = values.keys().into_iter().filter(|(key, _)| *key != PRIOR_KEY);
             named.try_for_each(|(key, span)| refuse_unknown(key, &span))?;
-            numbers(&values)?
+            let numbers = numbers(&values)?;
+            for (key, number) in &numbers {
+                let expected = effect.parameter_of(key).and_then(|parameter| parameter.expected_instead_of(*number));
+                if let (Some(expected), Some(value)) = (expected, values.value(key)) {
+                    return Err(values.refuse(key, value, &expected));
+                }
+            }
+            numbers
         }
     };
     Ok(EffectTerm { effect, values, held })

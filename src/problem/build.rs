@@ -29,10 +29,17 @@ impl Problem {
         let mut point_start = vec![0];
         let mut observations = Vec::with_capacity(points.iter().map(|point| point.observations.len()).sum());
         let mut positions = Vec::with_capacity(points.len());
+        let mut apart = Vec::new();
         for point in &points {
             observations.extend_from_slice(&point.observations);
             point_start.push(observations.len());
-            positions.push(start_position(block, &interiors, point)?);
+            match start_position(block, &interiors, point) {
+                Some(position) => positions.push(position),
+                None => apart.push(point_name(block, point.source)),
+            }
+        }
+        if !apart.is_empty() {
+            return Err(ProblemError::NoIntersection { points: apart });
         }
 
         let control =

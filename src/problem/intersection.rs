@@ -1,25 +1,19 @@
 //! Points intersected from the approximate orientation.
 
-use super::observations::{PointRows, point_name};
-use super::{ImageObservation, PointSource, ProblemError};
+use super::observations::PointRows;
+use super::{ImageObservation, PointSource};
 use crate::block::Block;
 use crate::camera::{Interior, undistort::viewing_ray};
 use crate::math::intersect::intersect_rays;
 use nalgebra::Vector3;
 
-/// Start coordinates: given, surveyed, or intersected from the approximate orientation.
-pub(super) fn start_position(
-    block: &Block,
-    interiors: &[Interior],
-    point: &PointRows,
-) -> Result<Vector3<f64>, ProblemError> {
+/// Start coordinates: given, surveyed, or intersected from the approximate orientation; `None` where the rays do not meet.
+pub(super) fn start_position(block: &Block, interiors: &[Interior], point: &PointRows) -> Option<Vector3<f64>> {
     match point.source {
-        PointSource::Control(id) => Ok(block.surveyed[id.index()].position),
-        PointSource::Tie(id) => match block.tie_points[id.index()].position {
-            Some(position) => Ok(position),
-            None => intersect(block, interiors, &point.observations)
-                .ok_or_else(|| ProblemError::NoIntersection { point: point_name(block, point.source) }),
-        },
+        PointSource::Control(id) => Some(block.surveyed[id.index()].position),
+        PointSource::Tie(id) => {
+            block.tie_points[id.index()].position.or_else(|| intersect(block, interiors, &point.observations))
+        }
     }
 }
 

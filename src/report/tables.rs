@@ -69,7 +69,9 @@ impl Table {
         }
         let head = lines.len();
         lines.extend(
-            self.rows.iter().map(|r| (0..all.len()).map(|k| cell(r, k).replace(['\n', '\r', '\t'], " ")).collect()),
+            self.rows
+                .iter()
+                .map(|r| (0..all.len()).map(|k| cell(r, k).replace(['\n', '\r', '\t'], " ")).map(elided).collect()),
         );
         let width: Vec<usize> =
             (0..all.len()).map(|k| lines.iter().map(|l| l[k].chars().count()).max().unwrap_or(0)).collect();
@@ -139,6 +141,17 @@ impl Table {
             all.push(Column { name: String::new(), unit: String::new(), numeric: false });
         }
         all
+    }
+}
+
+/// Characters of a cell in a table of text: names may have any length, and one line of a terminal has not.
+const MOST_CHARACTERS: usize = 160;
+
+/// The beginning of a long text.
+fn elided(text: String) -> String {
+    match text.char_indices().nth(MOST_CHARACTERS) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text,
     }
 }
 

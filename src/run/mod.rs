@@ -5,8 +5,10 @@ mod distortion_centre;
 mod fitted;
 pub mod folder;
 mod loose_poses;
+pub mod multistart;
 mod residual_means;
 mod residuals;
+pub mod set_aside;
 mod solvers;
 pub mod summary;
 mod variance_components;
@@ -81,11 +83,23 @@ impl Run {
         (self.chi_square() / self.problem.redundancy().2 as f64).sqrt()
     }
 
+    /// Why the surveyed points of a block are not compared with it; `None` where they are, or there are none.
+    pub fn why_not_compared(&self, block: &Block) -> Option<String> {
+        if self.comparison.is_some() || block.surveyed.is_empty() {
+            return None;
+        }
+        let (control, check) = (block.count(Role::Control), block.count(Role::Check));
+        Some(format!(
+            "{control} control and {check} check points are not compared with the block: with the free datum a similarity takes it to them, \
+             which needs {SIMILARITY_POINTS} control points (--datum control, gnss or all needs none)"
+        ))
+    }
+
     /// Median over the points of the standard deviation in space, a posteriori, in the units of the block (m); NaN where it was not computed.
     pub fn point_sigma_m(&self) -> f64 {
         let points = self.solution().covariance.iter().flat_map(|covariance| &covariance.points);
-        let sigmas: Vec<f64> = points.map(|covariance| self.sigma0() * covariance.trace().max(0.0).sqrt()).collect();
-        if sigmas.is_empty() { f64::NAN } else { crate::math::statistics::median(&sigmas) }
+        let sigmas: Vec<f64> = points.map(|covariance| covariance.trace().max(0.0).sqrt()).collect();
+        if sigmas.is_empty() { f64::NAN } else { self.sigma0() * crate::math::statistics::median(&sigmas) }
     }
 }
 

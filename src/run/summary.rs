@@ -133,7 +133,11 @@ impl Summary {
             agreement: run.agreement.clone(),
             cameras: cameras(&run.problem, run.solution(), sigma0),
             effects: effects(&run.problem, run.solution(), sigma0),
-            similarity: run.comparison.as_ref().and_then(|comparison| comparison.similarity.as_ref()).map(similarity),
+            similarity: run
+                .comparison
+                .as_ref()
+                .and_then(|comparison| comparison.similarity.as_ref())
+                .map(|found| similarity(found, block)),
             control: run.comparison.as_ref().and_then(|comparison| comparison.control),
             check: run.comparison.as_ref().and_then(|comparison| comparison.check),
         }
@@ -162,11 +166,13 @@ fn failed(failure: &AdjustError) -> SolverSummary {
     SolverSummary { converged: false, cost, iterations, seconds, gradient_max, failure: Some(failure.to_string()) }
 }
 
-fn similarity(similarity: &Similarity) -> SimilaritySummary {
+/// Between coordinates as the user has them; the block's own may have another origin.
+fn similarity(similarity: &Similarity, block: &Block) -> SimilaritySummary {
+    let origin = block.origin;
     SimilaritySummary {
         scale: similarity.scale,
         rotation: similarity.quaternion(),
-        translation_m: similarity.translation.into(),
+        translation_m: (similarity.apply(&-origin) + origin).into(),
     }
 }
 

@@ -53,6 +53,7 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Result<Simulation> {
         ties: Vec::new(),
         surveyed: Vec::new(),
         marks: Vec::new(),
+        origin: nalgebra::Vector3::zeros(),
         extra_image_columns: Vec::new(),
     };
     let ground = Ground::new(&scenario.terrain, seed);
@@ -89,6 +90,7 @@ pub(super) fn truth_of(block: &Block) -> Block {
         ties: Vec::new(),
         surveyed: block.surveyed.clone(),
         marks: Vec::new(),
+        origin: nalgebra::Vector3::zeros(),
         extra_image_columns: Vec::new(),
     }
 }

@@ -8,6 +8,7 @@ mod building;
 mod covariance;
 mod dike;
 mod found_again;
+mod moved;
 mod noisy;
 mod reduced;
 mod singular;

@@ -15,9 +15,12 @@ use misclosure::diagnose::improve::Settings;
 use misclosure::diagnose::run::{Diagnosed, diagnose};
 use misclosure::diagnose::shown::marks;
 use misclosure::diagnose::verdict;
+use misclosure::effects;
 use misclosure::inject::recipe::{ExpectedVerdict, Truth};
-use misclosure::model::Model;
+use misclosure::io::model::{read_model, write_model};
+use misclosure::model::{EffectRef, Model};
 use misclosure::run::{self, Run};
+use misclosure::run::{folder, set_aside};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -48,7 +51,8 @@ fn judge(named: &Named) -> Result<Vec<String>, String> {
     let Named { name, recipe } = named;
     let block = recipe.build().map_err(|error| format!("{error:#}"))?.block;
     let started = Instant::now();
-    let settings = Settings { plugins: &[], options: Options::default(), significance: SIGNIFICANCE, tell: &|_| {} };
+    let settings =
+        Settings { plugins: &[], options: Options::default(), significance: SIGNIFICANCE, snoop: true, tell: &|_| {} };
     let diagnosed = diagnose(&block, &base_model(recipe, &block), &settings).map_err(|error| error.to_string())?;
     let seconds = started.elapsed().as_secs_f64();
     let mut failures = Vec::new();
@@ -62,6 +66,7 @@ fn judge(named: &Named) -> Result<Vec<String>, String> {
     let run = solve_both(&diagnosed.block, &improvement.fit.model)?;
     failures.extend(disagreement(&run));
     failures.extend(judge_ledger(&diagnosed, &run));
+    failures.extend(judge_repetition(&block, &diagnosed));
     let sizes = Sizes::of(&recipe.truth, &run);
     print_line(name, &recipe.truth, &diagnosed, &sizes, check_rms_mm(&run), seconds);
     failures.extend(judge_names(&recipe.truth, &diagnosed));
@@ -81,6 +86,24 @@ fn solve_both(block: &Block, model: &Model) -> Result<Run, String> {
     let solvers: [&dyn Solver; 2] = [&Native, &Ceres];
     run::adjust(block, model, &solvers, &Options::default(), &mut |_, _| ControlFlow::Continue(()))
         .map_err(|error| error.to_string())
+}
+
+/// The model that is handed on and the list of what was set aside, once written and read, are all that it takes to adjust the same again.
+fn judge_repetition(block: &Block, diagnosed: &Diagnosed) -> Option<String> {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let rows = diagnosed.outliers.rows(block);
+    folder::write_outliers(folder.path(), rows).expect("a folder that can be written");
+    let (file, rows) = folder::read_outliers(folder.path()).expect("what was written").expect("a file");
+    match set_aside::without(block, &rows, &file) {
+        Ok(left) if left == diagnosed.block => {}
+        Ok(_) => return Some("without the outliers of the list it is another block".into()),
+        Err(error) => return Some(error.to_string()),
+    }
+    let (model, path) = (&diagnosed.improvement.fit.model, folder.path().join("model.toml"));
+    write_model(model, &path).expect("a folder that can be written");
+    let find = |id: &str| effects::find(id).map(EffectRef::Builtin);
+    let again = read_model(&path, &find).expect("what was written");
+    (format!("{again:?}") != format!("{model:?}")).then(|| format!("the model {model:?} is read as {again:?}"))
 }
 
 /// The last row of the ledger is that of the model that is handed on.

@@ -80,6 +80,7 @@ pub fn truth_with(interior: Interior) -> Block {
         ties: Vec::new(),
         surveyed: Vec::new(),
         marks: Vec::new(),
+        origin: nalgebra::Vector3::zeros(),
         extra_image_columns: Vec::new(),
     };
     for n in 0..400_u32 {

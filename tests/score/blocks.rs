@@ -19,7 +19,7 @@ const GEOMETRY: u64 = 1;
 
 /// Settings of every screening.
 pub fn settings() -> Settings<'static> {
-    Settings { plugins: &[], options: options(), significance: SIGNIFICANCE, tell: &|_| {} }
+    Settings { plugins: &[], options: options(), significance: SIGNIFICANCE, snoop: true, tell: &|_| {} }
 }
 
 /// Options of every fit: one thread each, the tests take turns on several blocks at once.

@@ -12,13 +12,19 @@
 //! freedom, with one where the point has two rays (across the epipolar plane; along it nothing can be seen). `s0` is taken from the median,
 //! which outliers do not move. The threshold is that of the largest of as many as the block has.
 
+mod robust;
 mod sight;
+
+pub use robust::{robust_fit, stand_alone};
 
 use crate::adjust::AdjustError;
 use crate::block::{Block, ImageId, Measurement, PointId};
 use crate::model::Model;
 use crate::problem::{MeasurementKind, Problem, ProblemError, State};
+use crate::run::folder::OutlierRow;
+use crate::run::set_aside;
 use sight::Sight;
+use std::collections::HashSet;
 
 /// Points below two rays take no part.
 const FEWEST_RAYS: usize = 2;
@@ -97,6 +103,23 @@ pub struct Outliers {
 }
 
 impl Outliers {
+    /// What was left out, by name, and why.
+    pub fn rows(&self, block: &Block) -> Vec<OutlierRow> {
+        let row = |rejected: &Rejected| {
+            let (kind, point) = match rejected.kind {
+                MeasurementKind::Tie => (set_aside::TIE, &block.tie_points[rejected.point.index()].name),
+                MeasurementKind::Mark => (set_aside::MARK, &block.surveyed[rejected.point.index()].name),
+            };
+            let reason = match rejected.normalised {
+                size if size.is_finite() => format!("data snooping: a residual of {size:.1} standard deviations"),
+                _ => "the rays of its point do not meet".into(),
+            };
+            let image = block.images[rejected.image.index()].name.clone();
+            OutlierRow { image, point: point.clone(), kind: kind.into(), reason }
+        };
+        self.rejected.iter().map(row).collect()
+    }
+
     /// The block without the rejected measurements.
     pub fn without(&self, block: &Block) -> Block {
         let mut left = Kept::all(block);
@@ -220,14 +243,10 @@ impl Snooping {
 
 /// Tie points that no problem can be laid out with.
 fn unmeetable_points(block: &Block, model: &Model) -> Vec<PointId> {
-    let mut points = Vec::new();
-    let mut rest = block.clone();
-    while let Err(ProblemError::NoIntersection { point }) = Problem::new(&rest, model) {
-        let Some(id) = block.tie_points.iter().position(|tie| tie.name == point).map(PointId::from) else { break };
-        points.push(id);
-        rest.ties.retain(|row| row.point != id);
-    }
-    points
+    let Err(ProblemError::NoIntersection { points }) = Problem::new(block, model) else { return Vec::new() };
+    let points: HashSet<String> = points.into_iter().collect();
+    let is_one = |p: &usize| points.contains(&block.tie_points[*p].name);
+    (0..block.tie_points.len()).filter(is_one).map(PointId::from).collect()
 }
 
 /// Searches a block; `refit` adjusts the block it is given (from whatever start it likes) and is called once per round.

@@ -12,6 +12,9 @@ use rayon::prelude::*;
 
 /// Before a diagnosis residuals hold effects too: the threshold is this much wider.
 const LOOSE: f64 = 1.5;
+/// Share of the worst residual of a round below which another may be its doing: a blunder bends the images that it lies in, by no more than its
+/// leverage, which is below a tenth in an image of twenty points or more. What is left stands out in the next round.
+const BENT: f64 = 0.1;
 /// A measurement comes back below this share of the threshold; the gap keeps one from going to and fro.
 const RETURN: f64 = 0.8;
 /// Directions with less redundancy are not tested: twenty sigma there show as less than five.
@@ -121,8 +124,13 @@ impl Sight {
             chi_square_ln_sf(verdict.statistic / (variance * wide * share * share), verdict.dof) < level
         };
         let mut round = Round { rejected: 0, returned: 0, sigma0: variance.sqrt() };
-        for j in 0..self.starts.len() - 1 {
-            while let Some((k, verdict)) = self.worst(j).filter(|(_, verdict)| beyond(*verdict, 1.0)) {
+        let points = 0..self.starts.len() - 1;
+        let worst =
+            points.clone().filter_map(|j| self.worst(j)).map(|(_, verdict)| verdict.statistic).fold(0.0, f64::max);
+        let may_be_bent = |verdict: Statistic| verdict.statistic < BENT * BENT * worst;
+        for j in points {
+            let found = |(_, verdict): &(usize, Statistic)| beyond(*verdict, 1.0) && !may_be_bent(*verdict);
+            while let Some((k, verdict)) = self.worst(j).filter(found) {
                 self.seen[k].active = false;
                 let Seen { kind, measurement, row, .. } = self.seen[k];
                 let normalised = (verdict.statistic / variance).sqrt();

@@ -1,7 +1,7 @@
 //! What is left may take an effect out only where it could itself be the effect.
 
 use super::{Event, Situation};
-use crate::diagnose::test::{System, fixed, separability};
+use crate::diagnose::test::{System, fixed, separability, variance_factor};
 
 /// A structure overlaps an effect where it could take the larger part of what the effect explains.
 const OVERLAP: f64 = 0.5;
@@ -59,7 +59,7 @@ fn beside_structure(
     let all: Vec<usize> = effect.iter().chain(&structure.columns).copied().collect();
     let together = beside.pivoted(&all);
     let rest = beside.redundancy - together.kept.len() as f64;
-    let variance = (beside.chi_square - together.drop()) / rest;
+    let variance = variance_factor(beside.chi_square - together.drop(), rest);
     let by_chance = variance * (together.kept.len() - effect.len().min(together.kept.len())) as f64;
     let share = drop / (together.drop() - by_chance).max(drop);
     let alone = fixed::test(&beside.beside(&structure.columns, &[]), effect, |_| 1.0);

@@ -2,7 +2,7 @@
 
 use crate::diagnose::test::design_effect::Clusters;
 use crate::diagnose::test::system::Pivoted;
-use crate::diagnose::test::{Penalised, System, fixed, multiple, random, separability};
+use crate::diagnose::test::{Penalised, System, fixed, multiple, random, separability, variance_factor};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
 
@@ -190,7 +190,8 @@ impl Situation<'_> {
         let tested = fixed::test(beside, columns, |pivoted| {
             let Some((directions, change)) = self.directions(pivoted) else { return 1.0 };
             predicted_drop = self.clusters.predicted_drop(&directions, &change);
-            let variance = (beside.chi_square - pivoted.drop()) / (beside.redundancy - pivoted.kept.len() as f64);
+            let rest = beside.redundancy - pivoted.kept.len() as f64;
+            let variance = variance_factor(beside.chi_square - pivoted.drop(), rest);
             self.clusters.design_effect(&directions, &change, variance)
         })?;
         let mut ln_p = tested.ln_p;

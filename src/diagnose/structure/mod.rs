@@ -27,8 +27,8 @@ mod spectrum;
 
 pub use pictures::{Cell, ImageValue, Peak, Pictures, Profile, ProfileBin, SensorGrid, SpectrumGrid};
 
-use super::test::System;
 use super::test::system::KEPT_SHARE;
+use super::test::{System, is_noise, variance_factor};
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{Columns, Coordinate, Local, NullModel, ScoreSystem};
 use crate::evaluate::Comparison;
@@ -164,7 +164,7 @@ impl<'a> Context<'a> {
 
     /// Variance factor of the image measurements.
     fn variance(&self) -> f64 {
-        self.noise.sum_of_squares / self.noise.degrees
+        variance_factor(self.noise.sum_of_squares, self.noise.degrees)
     }
 
     /// Places of every measurement, in the order of the problem.
@@ -195,7 +195,7 @@ impl Asked<'_> {
     }
 
     fn variance(&self) -> f64 {
-        self.noise.sum_of_squares / self.noise.degrees
+        variance_factor(self.noise.sum_of_squares, self.noise.degrees)
     }
 
     /// How much more the scores vary from point to point than the weights say, at least 1.
@@ -224,7 +224,7 @@ impl Asked<'_> {
         if dof == 0 || left <= 0.0 || left.is_nan() {
             return None;
         }
-        let remaining = (noise.sum_of_squares - drop).max(f64::MIN_POSITIVE) / left;
+        let remaining = variance_factor(noise.sum_of_squares - drop, left);
         let statistic = drop / (dof as f64 * remaining * inflation);
         let ln_p_value = f_ln_sf(statistic, dof as f64, left).min(0.0);
         Some(Tested { statistic, dof, p_value: ln_p_value.exp(), ln_p_value })
@@ -393,7 +393,10 @@ impl<'a> Layout<'a> {
                 found.push(name, asked.test(&all), covariate.description.clone());
             }
             covariates::draw(context, &self.covariates, &mut found);
-            autocorrelation::test(context, &mut found);
+            match is_noise(context.noise.sum_of_squares, context.noise.degrees) {
+                true => autocorrelation::test(context, &mut found),
+                false => found.skip("autocorrelation", "the residuals are much smaller than stated"),
+            }
             for (name, _) in gnss::DIRECTIONS {
                 match asked(name) {
                     Some(asked) => gnss::judge(context, name, &asked, &mut found),

@@ -1,7 +1,7 @@
 //! Is a set of columns zero? One F test, whatever the set is.
 
-use super::System;
 use super::system::Pivoted;
+use super::{System, variance_factor};
 use crate::math::statistics::f_ln_sf;
 
 /// What the test of a set says.
@@ -32,8 +32,7 @@ pub fn test(system: &System, set: &[usize], design_effect: impl FnOnce(&Pivoted)
     if dof == 0.0 || rest <= 0.0 {
         return None;
     }
-    // An error-free block leaves rounding.
-    let variance = ((system.chi_square - drop) / rest).max(f64::MIN_POSITIVE);
+    let variance = variance_factor(system.chi_square - drop, rest);
     let design_effect = design_effect(&set);
     let statistic = drop / (dof * variance * design_effect);
     let ln_p = f_ln_sf(statistic, dof, rest).min(0.0);

@@ -5,7 +5,7 @@
 //! Sources: Lin (1997), variance component testing in generalised linear models with random effects; Liu, Tang and Zhang (2009) for the tail
 //! of a sum of weighted chi-squares.
 
-use super::System;
+use super::{System, variance_factor};
 use crate::math::statistics::{chi_square_ln_sf, f_ln_sf};
 use crate::math::variance_component::RandomValues;
 use faer::Mat;
@@ -33,11 +33,6 @@ pub struct Component {
     pub variance: f64,
 }
 
-/// Variance factor of the scores; an error-free block leaves rounding.
-fn variance_factor(system: &System, design_effect: f64) -> f64 {
-    (design_effect * system.chi_square / system.redundancy).max(f64::MIN_POSITIVE)
-}
-
 fn spectral(system: &System, set: &[usize]) -> Option<RandomValues> {
     RandomValues::new(set.len(), |i, j| system.information[(set[i], set[j])], |i| system.score[set[i]])
 }
@@ -45,7 +40,7 @@ fn spectral(system: &System, set: &[usize]) -> Option<RandomValues> {
 /// Tests that the variance is zero. `design_effect`: factor on the variance of the scores from measurements that err together; `ln_level`: level
 /// of the smallest detectable deviation. `None` where the base leaves nothing.
 pub fn test(system: &System, set: &[usize], design_effect: f64, ln_level: f64) -> Option<Component> {
-    let variance = variance_factor(system, design_effect);
+    let variance = design_effect * variance_factor(system.chi_square, system.redundancy);
     let n = set.len();
     let information = Mat::from_fn(n, n, |i, j| system.information[(set[i], set[j])]);
     let square = &information * &information;
@@ -124,7 +119,7 @@ pub fn law_beside_chance(system: &System, law: &[usize], values: &[usize], desig
     if p == 0 || n <= p {
         return None;
     }
-    let variance = variance_factor(system, design_effect);
+    let variance = design_effect * variance_factor(system.chi_square, system.redundancy);
     let design = DMatrix::from_fn(n, p, |i, c| {
         (0..values.len()).map(|v| spectral.basis[(v, kept[i])] * system.information[(values[v], law[c])]).sum::<f64>()
     });

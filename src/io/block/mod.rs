@@ -22,6 +22,7 @@ use super::csv_table::Table;
 use super::error::{Error, Place};
 use super::names::Names;
 use crate::block::{Block, CameraId, Measurement, SurveyedPoint, TiePoint};
+use nalgebra::Vector3;
 use std::fmt;
 use std::path::Path;
 
@@ -123,10 +124,19 @@ pub fn read_block(dir: &Path) -> Result<Loaded, Error> {
         ties,
         surveyed,
         marks,
+        origin: Vector3::zeros(),
         extra_image_columns: images.extra_columns,
     };
     Ok(Loaded { block, set_aside })
 }
+
+/// Is the folder `dir` a block? It is where it has a `block.toml`.
+pub fn is_block(dir: &Path) -> bool {
+    dir.join(BLOCK).exists()
+}
+
+/// The file that says so, for whoever writes it last.
+pub const BLOCK_FILE: &str = BLOCK;
 
 /// Writes a block into the folder `dir`, which is made when it is not there. Tables of an older block in it are replaced;
 /// optional ones that this block does not need are removed, so that none of them is read with it.
@@ -137,6 +147,9 @@ pub fn read_block(dir: &Path) -> Result<Loaded, Error> {
 /// # Panics
 /// When an id of the block points at nothing, or an extra column is shorter than the images.
 pub fn write_block(block: &Block, dir: &Path) -> Result<(), Error> {
+    if block.origin != Vector3::zeros() {
+        return write_block(&block.clone().about(Vector3::zeros()), dir);
+    }
     std::fs::create_dir_all(dir).map_err(|source| Error::Write { path: dir.to_owned(), source })?;
     block_toml::write(block, &dir.join(BLOCK))?;
     images::write(block, &dir.join(IMAGES))?;

@@ -8,14 +8,32 @@ mod rows;
 mod write;
 
 pub use crate::io::write_atomically;
-pub use read::RunFolder;
-pub use rows::{CheckRow, FoundRow, ImageRow, ImageScaleRow, PointRow, ProfileRow, ResidualLine, SensorRow};
-pub use write::{Pictures, write, write_diagnosis};
+pub use read::{RunFolder, read_outliers};
+use rows::Row;
+pub use rows::{
+    CheckRow, FoundRow, ImageRow, ImageScaleRow, OutlierRow, PointRow, ProfileRow, ResidualLine, SensorRow,
+};
+pub use write::{Pictures, write, write_diagnosis, write_outliers, write_residuals};
+
+/// Every file that a run may have, its last apart.
+pub const FILES: [&str; 11] = [
+    MODEL,
+    OutlierRow::FILE,
+    ImageRow::FILE,
+    PointRow::FILE,
+    ResidualLine::FILE,
+    CheckRow::FILE,
+    SensorRow::FILE,
+    DIAGNOSIS,
+    ImageScaleRow::FILE,
+    ProfileRow::FILE,
+    FoundRow::FILE,
+];
 
 /// The model as used.
 const MODEL: &str = "model.toml";
 /// What was found; where it is, the run is complete.
-const SUMMARY: &str = "summary.json";
+pub const SUMMARY: &str = "summary.json";
 /// What a diagnosis found.
 const DIAGNOSIS: &str = "diagnosis.json";
 

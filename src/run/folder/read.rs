@@ -1,12 +1,12 @@
 //! A run folder, read back.
 
-use super::rows::{CheckRow, FoundRow, ImageRow, ImageScaleRow, ProfileRow, ResidualLine, Row, SensorRow};
+use super::rows::{CheckRow, FoundRow, ImageRow, ImageScaleRow, OutlierRow, ProfileRow, ResidualLine, Row, SensorRow};
 use super::{DIAGNOSIS, MODEL, SUMMARY};
 use crate::io::Error;
 use crate::run::summary::Summary;
 use serde::de::DeserializeOwned;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What the page of a run is made from. `D` is what stands in `diagnosis.json`: a run does not know what a diagnosis is.
 #[derive(Debug, Clone)]
@@ -68,8 +68,21 @@ impl<D> RunFolder<D> {
     }
 }
 
+/// What the run of a folder set aside, with the file that says so; `None` where it has no such file.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn read_outliers(dir: &Path) -> Result<Option<(PathBuf, Vec<OutlierRow>)>, Error> {
+    let path = dir.join(OutlierRow::FILE);
+    if !path.exists() {
+        return Ok(None);
+    }
+    let rows = rows(&path)?;
+    Ok(Some((path, rows)))
+}
+
 fn text(path: &Path) -> Result<String, Error> {
-    std::fs::read_to_string(path).map_err(|source| {
+    crate::io::read_text(path).map_err(|source| {
         let advice = if source.kind() == io::ErrorKind::NotFound { "; is this the folder of a run?" } else { "" };
         unreadable(path, io::Error::new(source.kind(), format!("{source}{advice}")))
     })
@@ -80,7 +93,8 @@ fn json<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
 }
 
 pub(super) fn rows<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, Error> {
-    let read = || -> Result<Vec<T>, csv::Error> { csv::Reader::from_path(path)?.deserialize().collect() };
+    let read =
+        || -> Result<Vec<T>, csv::Error> { csv::Reader::from_reader(crate::io::open(path)?).deserialize().collect() };
     read().map_err(|error| unreadable(path, error.into()))
 }
 

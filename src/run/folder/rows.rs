@@ -121,6 +121,20 @@ table! { "residuals.csv",
     }
 }
 
+table! { "outliers.csv",
+    /// An image measurement that was set aside.
+    OutlierRow {
+        /// Image.
+        image: String,
+        /// Point.
+        point: String,
+        /// `tie` or `mark`.
+        kind: String,
+        /// Why.
+        reason: String,
+    }
+}
+
 table! { "checks.csv",
     /// A surveyed point against the adjusted block.
     CheckRow {

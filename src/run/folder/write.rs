@@ -1,6 +1,8 @@
 //! A run folder, written.
 
-use super::rows::{CheckRow, FoundRow, ImageRow, ImageScaleRow, PointRow, ProfileRow, ResidualLine, Row, SensorRow};
+use super::rows::{
+    CheckRow, FoundRow, ImageRow, ImageScaleRow, OutlierRow, PointRow, ProfileRow, ResidualLine, Row, SensorRow,
+};
 use super::{DIAGNOSIS, FINAL, MODEL, SUMMARY};
 use crate::adjust::Covariance;
 use crate::block::{Block, Image, Role};
@@ -12,6 +14,7 @@ use crate::model::Model;
 use crate::problem::PointSource;
 use crate::run::summary::{Summary, sigma0, theta_sigma};
 use crate::run::{ResidualKind, ResidualRow, Run, cell_means};
+use nalgebra::Vector3;
 use serde::Serialize;
 use std::path::Path;
 
@@ -39,16 +42,32 @@ pub struct Pictures {
 pub fn write(dir: &Path, block: &Block, model: &Model, run: &Run, rows: &[ResidualRow]) -> Result<(), Error> {
     std::fs::create_dir_all(dir).map_err(|source| Error::Write { path: dir.to_owned(), source })?;
     let similarity = run.comparison.as_ref().and_then(|comparison| comparison.similarity);
-    let folder = Folder { block, run, alignment: similarity.unwrap_or_else(Similarity::identity) };
+    let folder = Folder { block, run, alignment: similarity.unwrap_or_else(Similarity::identity), sigma0: sigma0(run) };
     io::model::write_model(model, &dir.join(MODEL))?;
     io::block::write_images(&folder.adjusted_block(), &dir.join(ImageRow::FILE))?;
     write_rows(dir, folder.points())?;
-    write_rows(dir, folder.residuals(rows))?;
+    write_rows(dir, lines(block, rows))?;
     write_rows(dir, folder.checks())?;
     remove_diagnosis(dir)?;
     write_rows(dir, sensor_means(block, rows))?;
     // Last: where it is, the run is complete.
     write_json(&dir.join(SUMMARY), &Summary::of(block, run, rows))
+}
+
+/// Writes residuals alone: all that there is to say of an adjustment that failed.
+///
+/// # Errors
+/// What cannot be written.
+pub fn write_residuals(dir: &Path, block: &Block, rows: &[ResidualRow]) -> Result<(), Error> {
+    write_rows(dir, lines(block, rows))
+}
+
+/// Adds to the folder of a run what was set aside before it was adjusted.
+///
+/// # Errors
+/// What cannot be written.
+pub fn write_outliers(dir: &Path, rows: Vec<OutlierRow>) -> Result<(), Error> {
+    write_rows(dir, rows.into_iter())
 }
 
 /// Adds to the folder of a run what a diagnosis found; its means over the sensor replace those of the run.
@@ -111,12 +130,13 @@ struct Folder<'a> {
     block: &'a Block,
     run: &'a Run,
     alignment: Similarity,
+    sigma0: Option<f64>,
 }
 
 impl Folder<'_> {
     /// Covariance and sigma0, where both are known.
     fn precision(&self) -> Option<(&Covariance, f64)> {
-        self.run.solution().covariance.as_ref().zip(sigma0(self.run))
+        self.run.solution().covariance.as_ref().zip(self.sigma0)
     }
 
     /// The block with the adjusted poses and, as further columns, their standard deviations and the values that effects have
@@ -142,12 +162,12 @@ impl Folder<'_> {
                 let name = format!("{}.{}", descriptor.id, descriptor.parameters[p].name);
                 let solution = self.run.solution();
                 let theta = |image: usize| *base as usize + image;
-                let sigma = |t: usize| theta_sigma(problem, solution, sigma0(self.run), t);
+                let sigma = |t: usize| theta_sigma(problem, solution, self.sigma0, t);
                 add(name.clone(), (0..images.len()).map(|i| Some(solution.state.theta[theta(i)])).collect());
                 add(format!("sigma_{name}"), (0..images.len()).map(|i| sigma(theta(i))).collect());
             }
         }
-        Block { images, extra_image_columns: extra, ..self.block.clone() }
+        Block { images, extra_image_columns: extra, ..self.block.clone() }.about(Vector3::zeros())
     }
 
     /// A-posteriori standard deviation of component `k` of pose `i`.
@@ -172,7 +192,7 @@ impl Folder<'_> {
         let mut ties: Vec<_> = (0..problem.point_sources.len()).filter_map(tie).collect();
         ties.sort_unstable();
         ties.into_iter().map(|(_, j)| {
-            let position = self.alignment.apply(&self.run.solution().state.points[j]);
+            let position = self.alignment.apply(&self.run.solution().state.points[j]) + self.block.origin;
             let sigma = self.precision().and_then(|(covariance, sigma0)| {
                 let aligned = self.alignment.apply_to_covariance(covariance.points.get(j)?);
                 Some(aligned.diagonal().map(|variance| sigma0 * variance.max(0.0).sqrt()))
@@ -189,25 +209,6 @@ impl Folder<'_> {
         })
     }
 
-    fn residuals(&self, rows: &[ResidualRow]) -> impl Iterator<Item = ResidualLine> {
-        rows.iter().map(|row| {
-            let (point, kind) = match row.kind {
-                ResidualKind::Tie => (&self.block.tie_points[row.point as usize].name, "tie"),
-                ResidualKind::Mark => (&self.block.surveyed[row.point as usize].name, "mark"),
-            };
-            ResidualLine {
-                image: self.block.images[row.image.index()].name.clone(),
-                point: point.clone(),
-                kind: kind.into(),
-                x: row.observed[0],
-                y: row.observed[1],
-                rx: row.residual[0],
-                ry: row.residual[1],
-                sigma: row.sigma,
-            }
-        })
-    }
-
     fn checks(&self) -> impl Iterator<Item = CheckRow> {
         self.run.comparison.iter().flat_map(|comparison| &comparison.rows).map(|row| CheckRow {
             point: self.block.surveyed[row.point.index()].name.clone(),
@@ -218,11 +219,30 @@ impl Folder<'_> {
             dx: row.d[0],
             dy: row.d[1],
             dz: row.d[2],
-            x: row.position[0],
-            y: row.position[1],
-            z: row.position[2],
+            x: row.position[0] + self.block.origin.x,
+            y: row.position[1] + self.block.origin.y,
+            z: row.position[2] + self.block.origin.z,
         })
     }
+}
+
+fn lines(block: &Block, rows: &[ResidualRow]) -> impl Iterator<Item = ResidualLine> {
+    rows.iter().map(move |row| {
+        let (point, kind) = match row.kind {
+            ResidualKind::Tie => (&block.tie_points[row.point as usize].name, "tie"),
+            ResidualKind::Mark => (&block.surveyed[row.point as usize].name, "mark"),
+        };
+        ResidualLine {
+            image: block.images[row.image.index()].name.clone(),
+            point: point.clone(),
+            kind: kind.into(),
+            x: row.observed[0],
+            y: row.observed[1],
+            rx: row.residual[0],
+            ry: row.residual[1],
+            sigma: row.sigma,
+        }
+    })
 }
 
 fn cell(value: Option<f64>) -> String {

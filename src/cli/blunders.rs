@@ -1,0 +1,77 @@
+//! Blunders in a plain adjustment: set aside where asked for, named where not, and where they made it fail.
+
+use super::model_options::Treatment;
+use super::output::Output;
+use crate::adjust::Options;
+use crate::block::Block;
+use crate::diagnose::fit::DiagnoseError;
+use crate::diagnose::improve::Settings;
+use crate::diagnose::outliers::{Outliers, Snooping, Solved, Strictness, robust_fit, stand_alone};
+use crate::diagnose::run::settle;
+use crate::model::Model;
+use crate::run::folder::{self, FILES, SUMMARY};
+use crate::run::{Run, RunError, residual_rows};
+
+/// Measurements that a message names.
+const NAMED: usize = 5;
+/// The search judges by thresholds of its own; no candidate is tested here.
+const NO_CANDIDATES: f64 = 0.0;
+
+/// What is set aside before the adjustment: points whose rays do not meet, and with `--outliers snoop` what stands alone.
+pub fn search(
+    block: &Block,
+    model: &Model,
+    options: &Options,
+    treatment: Option<Treatment>,
+    tell: &dyn Fn(&str),
+) -> Result<Snooping, DiagnoseError> {
+    let mut search = Snooping::new(block, model);
+    if treatment == Some(Treatment::Snoop) {
+        tell("searching outliers");
+        let settings =
+            Settings { plugins: &[], options: options.clone(), significance: NO_CANDIDATES, snoop: true, tell };
+        let rough = settle(block, &mut search, model, None, Strictness::Loose, &settings)?;
+        settle(block, &mut search, model, Some(&rough), Strictness::Tight, &settings)?;
+    }
+    Ok(search)
+}
+
+/// Names the measurements that stand alone in an adjustment; `None` where none does.
+pub fn named(block: &Block, model: &Model, run: &Run) -> Option<String> {
+    let solved = Solved { problem: run.problem.clone(), state: run.solution().state.clone() };
+    let outliers = stand_alone(block, model, &solved).ok().filter(|outliers| !outliers.rejected.is_empty())?;
+    Some(format!("{}; --outliers snoop sets them aside", list(block, &outliers)))
+}
+
+/// The error of an adjustment, with the measurements that stand alone in a robust one. Its residuals are written where they replace no run.
+pub fn explain(error: RunError, block: &Block, model: &Model, options: &Options, output: &Output) -> anyhow::Error {
+    let RunError::Adjust(_) = &error else { return error.into() };
+    let Some(fit) = robust_fit(block, model, options) else { return error.into() };
+    let solved = Solved { problem: fit.problem, state: fit.solution.state };
+    let Ok(outliers) = stand_alone(block, model, &solved) else { return error.into() };
+    let mut text = match outliers.rejected.is_empty() {
+        true => "no measurement stands alone in a robust adjustment: blunders are not the reason".to_string(),
+        false => format!("in a robust adjustment {}; --outliers snoop sets them aside", list(block, &outliers)),
+    };
+    let rows = residual_rows(block, &solved.problem, &solved.state, None);
+    if let (Ok(rows), false) = (rows, output.folder().join(SUMMARY).exists()) {
+        let written = output.write(&FILES, "residuals.csv", |dir| Ok(folder::write_residuals(dir, block, &rows)?));
+        if written.is_ok() {
+            text += &format!(" (its residuals: {})", output.folder().join("residuals.csv").display());
+        }
+    }
+    anyhow::Error::from(error).context(text)
+}
+
+fn list(block: &Block, outliers: &Outliers) -> String {
+    let rows = outliers.rows(block);
+    let one = |(row, rejected): (&folder::OutlierRow, &crate::diagnose::outliers::Rejected)| {
+        format!("point {} in image {} ({:.0} standard deviations)", row.point, row.image, rejected.normalised)
+    };
+    let worst: Vec<String> = rows.iter().zip(&outliers.rejected).take(NAMED).map(one).collect();
+    let count = match rows.len() {
+        1 => "a measurement stands alone".to_string(),
+        n => format!("{n} measurements stand alone, the worst"),
+    };
+    format!("{count}: {}", worst.join(", "))
+}
