@@ -130,8 +130,8 @@ fn differentiate(
     Ok(())
 }
 
-/// A step of parameter `k` that the values show: an effect that changes a coordinate of a kilometre by a micrometre leaves it four digits of its
-/// own. A size in which values are linear may be as large as it takes.
+/// A step of parameter `k` that the values show: a value is what it was without the effect and what that adds, and the rounding of the one hides
+/// a small other. For parameters in which values are linear, the step may be as large as it takes.
 fn visible_step(f: Values<'_>, x: &[f64], k: usize, step: f64, m: usize) -> f64 {
     let changed = |step: f64| -> Result<bool, OutsideDomain> {
         let (mut low, mut high) = (vec![0.0; m], vec![0.0; m]);

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// Buffer of the reader: large files are read in few system calls.
 const BUFFER_BYTES: usize = 1 << 18;
 
-/// Largest coordinate (m) or component of a velocity (m/s): beyond the solar system's inner part, sums of squares lose their meaning.
+/// Largest coordinate, m, or component of a velocity, m/s: far beyond any survey, and squares and sums of it are still finite.
 const LARGEST: f64 = 1e12;
 
 /// An open table, standing on a row.

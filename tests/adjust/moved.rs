@@ -53,7 +53,7 @@ fn largest_difference(a: &Run, b: &Run) -> (f64, String) {
         };
         let sigma = covariance.shared[(k, k)].sqrt();
         let difference = (value(a) - value(b)).abs() / sigma;
-        if !(difference <= largest.0) {
+        if difference.is_nan() || difference > largest.0 {
             largest = (difference, a.problem.unknown_name(*unknown));
         }
     }
