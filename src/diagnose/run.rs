@@ -120,8 +120,9 @@ pub fn settle(
         if round.rejected + round.returned == 0 {
             break;
         }
-        // Not from where the blunders had bent it: that may be another minimum.
-        fitted = fit_what_meets(whole, search, model, near, settings)?;
+        // Not from where a blunder had bent it: that may be another minimum.
+        let from = if round.held_back > 0 { near } else { Some(&fitted) };
+        fitted = fit_what_meets(whole, search, model, from, settings)?;
     }
     Ok(fitted)
 }

@@ -85,6 +85,8 @@ pub struct Round {
     pub rejected: usize,
     /// Measurements that came back.
     pub returned: usize,
+    /// Points of which a measurement may be bent by a worse one elsewhere, and is left for the next round.
+    pub held_back: usize,
     /// Robust estimate of sigma0 at its begin.
     pub sigma0: f64,
 }

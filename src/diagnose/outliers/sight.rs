@@ -123,14 +123,17 @@ impl Sight {
         let beyond = |verdict: Statistic, share: f64| {
             chi_square_ln_sf(verdict.statistic / (variance * wide * share * share), verdict.dof) < level
         };
-        let mut round = Round { rejected: 0, returned: 0, sigma0: variance.sqrt() };
+        let mut round = Round { rejected: 0, returned: 0, held_back: 0, sigma0: variance.sqrt() };
         let points = 0..self.starts.len() - 1;
         let worst =
             points.clone().filter_map(|j| self.worst(j)).map(|(_, verdict)| verdict.statistic).fold(0.0, f64::max);
         let may_be_bent = |verdict: Statistic| verdict.statistic < BENT * BENT * worst;
         for j in points {
-            let found = |(_, verdict): &(usize, Statistic)| beyond(*verdict, 1.0) && !may_be_bent(*verdict);
-            while let Some((k, verdict)) = self.worst(j).filter(found) {
+            while let Some((k, verdict)) = self.worst(j).filter(|(_, verdict)| beyond(*verdict, 1.0)) {
+                if may_be_bent(verdict) {
+                    round.held_back += 1;
+                    break;
+                }
                 self.seen[k].active = false;
                 let Seen { kind, measurement, row, .. } = self.seen[k];
                 let normalised = (verdict.statistic / variance).sqrt();
