@@ -14,6 +14,9 @@ use std::path::{Path, PathBuf};
 /// Number of random blocks.
 const BLOCKS: u64 = 200;
 
+/// What readers take for a coordinate, m, or a component of a velocity, m/s.
+const LARGEST_COORDINATE: f64 = 1e12;
+
 /// Draws what a block may hold, nasty texts and numbers of every size included.
 struct Draw(ChaCha8Rng);
 
@@ -50,8 +53,18 @@ impl Draw {
         }
     }
 
+    /// A number of every size that a coordinate may have.
+    fn coordinate(&mut self) -> f64 {
+        loop {
+            let number = self.number();
+            if number.abs() <= LARGEST_COORDINATE {
+                return number;
+            }
+        }
+    }
+
     fn vector(&mut self) -> Vector3<f64> {
-        Vector3::new(self.number(), self.number(), self.number())
+        Vector3::new(self.coordinate(), self.coordinate(), self.coordinate())
     }
 
     fn positive(&mut self) -> f64 {

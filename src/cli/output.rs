@@ -6,6 +6,7 @@
 
 use super::Usage;
 use crate::io::block::{is_block, read_block};
+use crate::run::folder::{FILES, SUMMARY};
 use anyhow::Context;
 use std::ffi::OsStr;
 use std::fs;
@@ -15,6 +16,11 @@ use std::path::{Component, Path, PathBuf};
 /// Begins the name of a folder whose files have not taken their names yet.
 const UNFINISHED: &str = ".misclosure-";
 
+/// A folder with one of these is a run, whole or begun.
+const RUN_MARKS: [&str; 2] = ["model.toml", SUMMARY];
+/// What an adjustment that failed leaves, without a mark of a run.
+const LEFT_BY_A_FAILURE: [&str; 1] = ["residuals.csv"];
+
 /// A folder for results that was found to be a place for them.
 #[derive(Debug)]
 pub struct Output {
@@ -22,12 +28,17 @@ pub struct Output {
 }
 
 impl Output {
-    /// For a run: its folder may be there, with an older run or other files in it.
+    /// For a run: its folder may be there, with an older run in it, or with files that no run has.
     ///
     /// # Errors
-    /// A folder where measurements could be lost.
+    /// A folder where measurements could be lost: also one with tables of a run's names that are of none.
     pub fn of_run(folder: &Path, block: &Path) -> Result<Self, Usage> {
         beside_blocks(folder, Some(block))?;
+        let has = |name: &str| folder.join(name).exists();
+        let is_run = RUN_MARKS.iter().any(|name| has(name));
+        if let Some(name) = FILES.iter().find(|name| !is_run && !LEFT_BY_A_FAILURE.contains(name) && has(name)) {
+            return Err(refused(folder, &format!("holds a {name} that is of no run; name another folder")));
+        }
         Ok(Self { folder: folder.to_owned() })
     }
 
@@ -218,6 +229,12 @@ mod tests {
         Output::of_block(&at("notes"), None).unwrap();
         fs::write(at("notes/a.txt"), "").unwrap();
         assert!(Output::of_block(&at("notes"), None).unwrap_err().0.contains("is not empty"));
+        Output::of_run(&at("notes"), &block).unwrap();
+        // Somebody's own tables, without a block.toml or before it is written.
+        fs::write(at("notes/points.csv"), "").unwrap();
+        assert!(Output::of_run(&at("notes"), &block).unwrap_err().0.contains("holds a points.csv that is of no run"));
+        fs::write(at("notes/summary.json"), "").unwrap();
+        Output::of_run(&at("notes"), &block).unwrap();
     }
 
     #[test]
