@@ -2,9 +2,12 @@
 
 pub mod finite_difference;
 pub mod intersect;
+mod number;
 pub mod rotation;
 pub mod statistics;
 pub mod variance_component;
+
+pub use number::Number;
 
 /// Reads a number for which JSON, that has no NaN, may hold `null` (`#[serde(deserialize_with = "null_is_nan")]`).
 pub fn null_is_nan<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {

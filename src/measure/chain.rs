@@ -71,31 +71,23 @@ pub fn predict_point(
     scratch: &mut Prediction,
 ) -> Option<[f64; 2]> {
     if stages.plain_image() {
-        let p = frame.rotation * (object - frame.centre);
-        return fraser::project(&frame.interior, [p.x, p.y, p.z]);
+        return fraser::project(&frame.interior, frame.view(object).camera_point());
     }
     predict_with_effects(problem, stages, frame, observation, object, scratch)?;
     Some(scratch.point)
 }
 
-#[inline]
 fn predict_plain(frame: &Frame, object: &Vector3<f64>, out: &mut Prediction) -> Option<()> {
-    let r = &frame.rotation;
-    let p = r * (object - frame.centre);
-    let projection = fraser::project_with_derivatives(&frame.interior, [p.x, p.y, p.z])?;
-    out.point = projection.point;
-    out.d_camera = projection.d_interior;
-    for i in 0..2 {
-        let a = projection.d_camera_point[i];
-        // d(camera point)/dw = -[p]x: the row a' (-[p]x) = (p x a)'.
-        out.d_pose[i][0] = p.y * a[2] - p.z * a[1];
-        out.d_pose[i][1] = p.z * a[0] - p.x * a[2];
-        out.d_pose[i][2] = p.x * a[1] - p.y * a[0];
-        for k in 0..3 {
-            let d = a[0] * r[(0, k)] + a[1] * r[(1, k)] + a[2] * r[(2, k)];
-            out.d_point[i][k] = d;
-            out.d_pose[i][3 + k] = -d;
-        }
+    let view = frame.view(object);
+    let camera_point = view.camera_point();
+    if camera_point[2] <= 0.0 {
+        return None;
+    }
+    let prediction = view.predict(camera_point);
+    (out.point, out.d_camera, out.d_point) = (prediction.point, prediction.d_camera, prediction.d_point);
+    for ((pose, rotation), point) in out.d_pose.iter_mut().zip(&prediction.d_rotation).zip(&prediction.d_point) {
+        pose[..3].copy_from_slice(rotation);
+        pose[3..].copy_from_slice(&point.map(|d| -d));
     }
     Some(())
 }

@@ -2,6 +2,7 @@
 //! and the values of the effect parameters that hold there.
 
 use super::MeasureError;
+use super::plain::PlainView;
 use crate::camera::{Interior, PARAMETER_COUNT as COUNT};
 use crate::effects::{Context, OutsideDomain, Stage};
 use crate::math::rotation;
@@ -146,6 +147,16 @@ impl Frame {
             frame.apply_interior_effects(problem, stages, image)?;
         }
         Ok(frame)
+    }
+
+    /// A point as the plain camera sees it in this image.
+    pub fn view(&self, object: &Vector3<f64>) -> PlainView<f64> {
+        PlainView {
+            rotation: std::array::from_fn(|i| std::array::from_fn(|k| self.rotation[(i, k)])),
+            centre: self.centre.into(),
+            object: (*object).into(),
+            interior: self.interior,
+        }
     }
 
     fn apply_interior_effects(

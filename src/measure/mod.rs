@@ -6,11 +6,14 @@
 mod chain;
 mod error;
 mod frame;
+pub mod lanes;
+mod plain;
 mod position;
 mod predictor;
 
 pub use chain::{Prediction, predict, predict_point};
 pub use error::MeasureError;
 pub use frame::{Frame, InteriorChain, Stages, frames};
+pub use plain::{PlainPrediction, PlainView};
 pub use position::{PositionPrediction, predict_antenna, predict_surveyed};
 pub use predictor::Predictor;

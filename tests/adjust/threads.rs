@@ -1,11 +1,12 @@
-//! The number of threads changes how long it takes, not what comes out.
+//! The number of threads, and the width of the vector registers, change how long it takes, not what comes out.
 
-use crate::common::{preset, solve_both_with};
+use crate::common::{effect, preset, solve_both_with};
 use misclosure::adjust::ceres::Ceres;
 use misclosure::adjust::native::Native;
+use misclosure::adjust::native::vectors::{Vectors, use_vectors};
 use misclosure::adjust::{Options, Solution, Solver};
 use misclosure::block::Block;
-use misclosure::model::{Datum, Model};
+use misclosure::model::{Datum, Loss, Model};
 use misclosure::problem::Problem;
 use misclosure::scenario::add_noise;
 use std::ops::ControlFlow;
@@ -48,6 +49,41 @@ fn native_gives_the_same_bits_on_any_number_of_threads() {
         let other = solve(&Native, &block, threads);
         assert_eq!(one.iterations, other.iterations);
         assert!(bits(&one) == bits(&other), "{threads} threads change bits");
+    }
+}
+
+#[test]
+fn native_gives_the_same_bits_in_registers_of_any_width() {
+    let mut block = preset("dike", &[("points", 900.0), ("check", 10.0)], 33).block;
+    add_noise(&mut block, 0.3, 34).expect("noise");
+    let plain = Model { datum: Datum::All, ..Model::default() };
+    let mut field = effect("image-grid");
+    for (name, value) in [("centre_x", 2000.0), ("centre_y", 1500.0), ("cell", 200.0)] {
+        field.values.insert(name.to_owned(), value);
+    }
+    let models = [
+        plain.clone(),
+        // Values per image in the images' blocks; a border too wide for whole rows; a loss that weighs each measurement.
+        Model { effects: vec![effect("focal-image")], ..plain.clone() },
+        Model { effects: vec![field], ..plain.clone() },
+        Model { loss: Loss::Huber, tie_dc_to_pp: true, ..plain },
+    ];
+    let solve = |model: &Model| {
+        let problem = Problem::new(&block, model).expect("a problem");
+        Native.solve(&problem, &Options::default(), &mut |_| ControlFlow::Continue(())).expect("a solution")
+    };
+    for (number, model) in models.iter().enumerate() {
+        let widest = bits(&solve(model));
+        let mut tried = 0;
+        for vectors in [Vectors::Plain, Vectors::Avx2, Vectors::Avx512] {
+            if use_vectors(Some(vectors)) {
+                assert!(bits(&solve(model)) == widest, "model {number}: {vectors:?} changes bits");
+                tried += 1;
+            } else {
+                eprintln!("skipped: no {vectors:?} on this machine");
+            }
+        }
+        assert!(use_vectors(None) && tried > 0);
     }
 }
 

@@ -135,8 +135,8 @@ pub fn reduced(structure: &Structure, system: &System) -> ReducedSystem {
         for slot in structure.row_start[a]..structure.row_start[a + 1] {
             let b = structure.slot_column[slot] as usize;
             for k in 0..dim {
-                for l in 0..dim {
-                    let value = system.blocks[(slot * dim + k) * dim + l];
+                for l in if a == b { k } else { 0 }..dim {
+                    let value = system.block(slot, dim, k, l);
                     full[(a * dim + k, b * dim + l)] = value;
                     full[(b * dim + l, a * dim + k)] = value;
                 }
@@ -145,14 +145,14 @@ pub fn reduced(structure: &Structure, system: &System) -> ReducedSystem {
     }
     for i in 0..n {
         for j in 0..m {
-            full[(i, n + j)] = system.strip[i * m + j];
-            full[(n + j, i)] = system.strip[i * m + j];
+            full[(i, n + j)] = system.strip(i, j);
+            full[(n + j, i)] = system.strip(i, j);
         }
     }
     for i in 0..m {
         for j in i..m {
-            full[(n + i, n + j)] = system.border[i * m + j];
-            full[(n + j, n + i)] = system.border[i * m + j];
+            full[(n + i, n + j)] = system.border(i, j);
+            full[(n + j, n + i)] = system.border(i, j);
         }
     }
     let rhs =

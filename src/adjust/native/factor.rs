@@ -104,7 +104,7 @@ fn factorise_images(
         if row == column && structure.image_unknowns[row] == usize::MAX {
             return 1.0;
         }
-        let value = system.blocks[(slot * dim + k) * dim + l] * scale[row] * scale[column];
+        let value = system.block(slot, dim, k, l) * scale[row] * scale[column];
         if row == column { value + damping } else { value }
     };
     let images = match pattern {
@@ -179,14 +179,14 @@ impl ReducedBorder {
         let (n, m) = (structure.images * structure.dim, structure.border.len());
         let ImageFactor { images, scale: scale_images } = factorise_images(structure, system, pattern, damping)?;
         let scale = scaling(&system.diagonal_border);
-        let strip = Mat::<f64>::from_fn(n, m, |i, j| system.strip[i * m + j] * scale_images[i] * scale[j]);
+        let strip = Mat::<f64>::from_fn(n, m, |i, j| system.strip(i, j) * scale_images[i] * scale[j]);
         let mut solved_strip = strip.clone();
         images.solve(&mut solved_strip);
         let product = strip.transpose() * &solved_strip;
         let matrix = DMatrix::from_fn(m, m, |i, j| {
             let (a, b) = (i.min(j), i.max(j));
             let damped = if i == j { damping } else { 0.0 };
-            system.border[a * m + b] * scale[i] * scale[j] + damped - 0.5 * (product[(i, j)] + product[(j, i)])
+            system.border(a, b) * scale[i] * scale[j] + damped - 0.5 * (product[(i, j)] + product[(j, i)])
         });
         let scaled: Vec<f64> = system.rhs_images.iter().zip(&scale_images).map(|(r, s)| r * s).collect();
         let rhs = DVector::from_fn(m, |j, _| {

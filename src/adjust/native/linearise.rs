@@ -1,40 +1,37 @@
 //! One fused pass over the points: linearise, eliminate the point, add to the reduced system. No Jacobian is stored.
 
+use super::MAX_DIM;
 use super::columns::Columns;
+use super::eliminate::{BorderSums, Eliminate};
 use super::point::{ControlRows, Curvature, PointRows, Prepared, inverse_of_damped};
-use super::structure::{FIRST_THETA, Structure};
+use super::rows::{Rows, batches};
+use super::structure::{FIRST_THETA, POSE, Structure};
 use super::system::System;
+use super::vectors::dispatch;
 use crate::adjust::AdjustError;
 use crate::measure::{self, MeasureError};
 use crate::problem::Problem;
-use faer::traits::pulp::{Arch, Simd, WithSimd};
 use nalgebra::Matrix3;
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;
 
 /// Reduced system at a prepared state, the points damped by `damping` times their own diagonal. Errors: an observation
 /// that cannot be computed; a point that its rays do not fix.
 pub fn linearise(at: &Prepared<'_>, damping: f64, curvature: Curvature) -> Result<System, AdjustError> {
-    match at.structure.dim {
-        6 => linearise_with::<6>(at, damping, curvature),
-        7 => linearise_with::<7>(at, damping, curvature),
-        8 => linearise_with::<8>(at, damping, curvature),
-        _ => linearise_with::<{ super::MAX_DIM }>(at, damping, curvature),
-    }
-}
-
-fn linearise_with<const D: usize>(
-    at: &Prepared<'_>,
-    damping: f64,
-    curvature: Curvature,
-) -> Result<System, AdjustError> {
+    let chunk = |points: Range<usize>| match (at.structure.wide_border(), at.structure.dim) {
+        (false, _) => narrow_chunk(at, points, damping, curvature),
+        (true, 6) => wide_chunk::<6>(at, points, damping, curvature),
+        (true, 7) => wide_chunk::<7>(at, points, damping, curvature),
+        (true, 8) => wide_chunk::<8>(at, points, damping, curvature),
+        (true, _) => wide_chunk::<MAX_DIM>(at, points, damping, curvature),
+    };
     let structure = at.structure;
     let mut total = System::zeros(structure, 0..structure.images);
     // Waves of as many chunks as there are threads: a private system each, added in the order of the chunks, so that the sum is the
     // same for every number of threads.
     for wave in structure.chunks.chunks(rayon::current_num_threads().max(1)) {
-        let parts: Vec<Result<System, AdjustError>> =
-            wave.par_iter().map(|points| linearise_chunk::<D>(at, points.clone(), damping, curvature)).collect();
+        let parts: Vec<Result<System, AdjustError>> = wave.par_iter().map(|points| chunk(points.clone())).collect();
         for part in parts {
             total.add(structure, &part?);
         }
@@ -55,7 +52,32 @@ fn ranks_of(at: &Prepared<'_>, points: &Range<usize>) -> Range<usize> {
     first..ranks.max().map_or(first, |last| last + 1)
 }
 
-fn linearise_chunk<const D: usize>(
+/// Every row holds all columns of the border.
+fn narrow_chunk(
+    at: &Prepared<'_>,
+    points: Range<usize>,
+    damping: f64,
+    curvature: Curvature,
+) -> Result<System, AdjustError> {
+    let structure = at.structure;
+    let mut system = System::zeros(structure, ranks_of(at, &points));
+    let mut sums = BorderSums::zeros(structure, system.rows.len());
+    let mut rows = Rows::new(structure, curvature);
+    for batch in batches(at.problem, &points) {
+        rows.fill(at, batch)?;
+        let (rows, sums, system) = (&rows, &mut sums, &mut system);
+        match structure.dim {
+            POSE => dispatch(Eliminate::<POSE> { structure, rows, damping, sums, system }),
+            _ => dispatch(Eliminate::<0> { structure, rows, damping, sums, system }),
+        }
+        .map_err(|j| rays_do_not_meet(at.problem, j))?;
+    }
+    sums.finish(structure, &mut system);
+    Ok(system)
+}
+
+/// Rows hold the columns of the border that they touch.
+fn wide_chunk<const D: usize>(
     at: &Prepared<'_>,
     points: Range<usize>,
     damping: f64,
@@ -64,11 +86,10 @@ fn linearise_chunk<const D: usize>(
     let structure = at.structure;
     let mut system = System::zeros(structure, ranks_of(at, &points));
     let mut rows = PointRows::<D>::with(curvature);
-    let arch = Arch::new();
     for j in points {
         rows.linearise(at, j)?;
         let inverse = inverse_of_damped(&rows.v_matrix, damping).ok_or_else(|| rays_do_not_meet(at.problem, j))?;
-        arch.dispatch(Eliminate { structure, system: &mut system, rows: &mut rows, inverse: &inverse });
+        dispatch(EliminatePoint { structure, system: &mut system, rows: &mut rows, inverse: &inverse });
     }
     Ok(system)
 }
@@ -79,14 +100,14 @@ pub fn rays_do_not_meet(problem: &Problem, j: usize) -> AdjustError {
 }
 
 /// Adds a point's rows and takes the point out: `S += J'J - W V^-1 W'`, `b += J'v - W V^-1 g`.
-struct Eliminate<'a, const D: usize> {
+struct EliminatePoint<'a, const D: usize> {
     structure: &'a Structure,
     system: &'a mut System,
     rows: &'a mut PointRows<D>,
     inverse: &'a Matrix3<f64>,
 }
 
-impl<const D: usize> WithSimd for Eliminate<'_, D> {
+impl<const D: usize> WithSimd for EliminatePoint<'_, D> {
     type Output = ();
 
     /// Compiled for the widest vectors that the processor has; the sums are the same with any.
@@ -103,7 +124,7 @@ fn eliminate<const D: usize>(
     rows: &mut PointRows<D>,
     inverse: &Matrix3<f64>,
 ) {
-    let border = structure.border.len();
+    let (border, stride) = (structure.border.len(), structure.stride);
     let solved = inverse * rows.gradient;
     system.chi_square += rows.chi_square;
     system.decrement_points += solved.dot(&rows.gradient);
@@ -118,11 +139,11 @@ fn eliminate<const D: usize>(
         }
         let i = row.rank as usize - system.rows.start;
         let slot = structure.row_start[row.rank as usize] - system.first_slot;
-        let block = &mut system.blocks[slot * D * D..(slot + 1) * D * D];
+        let block = &mut system.blocks[slot * D * stride..(slot + 1) * D * stride];
         for k in 0..D {
             let (x, y) = (row.image[0][k], row.image[1][k]);
             for l in 0..D {
-                block[k * D + l] += x * row.image[0][l] + y * row.image[1][l];
+                block[k * stride + l] += x * row.image[0][l] + y * row.image[1][l];
             }
             let g = x * row.v[0] + y * row.v[1];
             system.gradient_images[i * D + k] += g;
@@ -143,12 +164,12 @@ fn eliminate<const D: usize>(
     for (a, row) in rows.rows.iter().enumerate() {
         for other in &rows.rows[a..] {
             let slot = structure.slot(row.rank, other.rank) - system.first_slot;
-            let block = &mut system.blocks[slot * D * D..(slot + 1) * D * D];
+            let block = &mut system.blocks[slot * D * stride..(slot + 1) * D * stride];
             for k in 0..D {
                 let [y0, y1, y2] = row.y[k];
                 for l in 0..D {
                     let w = &other.w[l];
-                    block[k * D + l] -= y0 * w[0] + y1 * w[1] + y2 * w[2];
+                    block[k * stride + l] -= y0 * w[0] + y1 * w[1] + y2 * w[2];
                 }
             }
         }

@@ -2,19 +2,16 @@
 //! less than is asked for. The factorisation that tells is the one that the covariance needs anyway.
 
 use super::factor::{Factor, Pattern};
-use super::linearise::{self, chi_square_beside_points};
-use super::point::{Curvature, PointRows, Prepared, inverse_of_damped};
+use super::linearise;
+use super::point::{Curvature, Prepared};
 use super::rank::factor_of_full_rank;
+use super::step::try_step;
 use super::structure::Structure;
 use super::system::System;
-use super::turn::Turn;
 use crate::adjust::{AdjustError, Iteration, Options, Progress};
-use crate::camera::tie_centre;
 use crate::measure::{self, Frame};
-use crate::problem::{Loss, Pose, Problem, State};
-use nalgebra::Vector3;
+use crate::problem::{Loss, Problem, State};
 use rayon::ThreadPool;
-use rayon::prelude::*;
 use std::time::Instant;
 
 /// Damping at the start: small, because the start values of a block are near and the diagonal is unscaled information.
@@ -27,6 +24,8 @@ const GOOD_PREDICTION: f64 = 0.9;
 const TIGHTEN: f64 = 2.0;
 /// Below this the damping changes nothing that the measurements tell.
 const LEAST_DAMPING: f64 = 1e-13;
+/// Below this a step is one without damping, and is made as such: whether it ends the iterations need not be asked again.
+const NO_DAMPING: f64 = 2e-10;
 /// Above this a step is a crawl along the gradient: nothing reduces the cost any more.
 const MOST_DAMPING: f64 = 1e12;
 /// Whether a full step still finds something is asked only under a damping that does not itself make steps small.
@@ -49,14 +48,6 @@ pub struct Outcome {
     pub system: System,
     /// Images at `state`.
     pub frames: Vec<Frame>,
-}
-
-/// A trial step.
-struct Step {
-    state: State,
-    frames: Vec<Frame>,
-    chi_square: f64,
-    predicted_drop: f64,
 }
 
 /// Iterates from `problem.start`.
@@ -83,7 +74,7 @@ pub fn minimise(
     let mut search = StepControl { damping: START_DAMPING, tighten: TIGHTEN, curvature: Curvature::Weights };
     let mut iterations = 0;
     loop {
-        let mut damping = search.damping;
+        let mut damping = if search.damping < NO_DAMPING { 0.0 } else { search.damping };
         let mut system = linearised(&state, &frames, damping, search.curvature)?;
         let chi_square = system.chi_square;
         let report = Iteration {
@@ -100,9 +91,11 @@ pub fn minimise(
         let full = damping <= CONVERGED_DAMPING && increments.as_ref().is_some_and(|x| system.decrement(x) < small);
         if full {
             // What weak directions still hold the damping hides, and what outliers still hold the weights.
-            damping = 0.0;
-            system = linearised(&state, &frames, damping, Curvature::Newton)?;
-            increments = solve(&system, damping);
+            if damping > 0.0 || search.curvature != Curvature::Newton && robust {
+                damping = 0.0;
+                system = linearised(&state, &frames, damping, Curvature::Newton)?;
+                increments = solve(&system, damping);
+            }
             // A direction without any information is the caller's to name.
             if increments.as_ref().is_none_or(|x| system.decrement(x) < small) {
                 // The step is at hand: taken, it leaves rounding where its promise left a share of sigma.
@@ -198,140 +191,4 @@ fn stuck(at: &Prepared<'_>, pattern: Option<&Pattern>, pool: &ThreadPool, iterat
 pub fn gradient_max(system: &System) -> f64 {
     let largest = |values: &[f64]| values.iter().fold(0.0f64, |a, b| a.max(b.abs()));
     largest(&system.gradient_images).max(largest(&system.gradient_border)).max(system.gradient_points_max)
-}
-
-/// Takes the step: images and border first, then every point by back-substitution. `None` where the new state cannot be projected.
-fn try_step(
-    at: &Prepared<'_>,
-    system: &System,
-    (images, border): &(Vec<f64>, Vec<f64>),
-    damping: f64,
-    curvature: Curvature,
-) -> Option<Step> {
-    let Prepared { problem, structure, state, .. } = *at;
-    let mut next = state.clone();
-    let turn = move_images_and_border(problem, structure, &mut next, images, border);
-    let frames = measure::frames(problem, &structure.stages, &next).ok()?;
-    let point_step = PointStep { images, border, damping, curvature };
-    let moved = match structure.dim {
-        6 => move_points::<6>(at, &next, &frames, &turn, &point_step),
-        7 => move_points::<7>(at, &next, &frames, &turn, &point_step),
-        8 => move_points::<8>(at, &next, &frames, &turn, &point_step),
-        _ => move_points::<{ super::MAX_DIM }>(at, &next, &frames, &turn, &point_step),
-    }?;
-    let mut chi_square = 0.0;
-    let mut predicted_drop = 0.0;
-    let mut first = 0;
-    for part in moved {
-        next.points[first..first + part.points.len()].copy_from_slice(&part.points);
-        first += part.points.len();
-        chi_square += part.chi_square;
-        predicted_drop += part.predicted_drop;
-    }
-    let share = |dx: &[f64], gradient: &[f64], diagonal: &[f64]| -> f64 {
-        dx.iter().zip(gradient).zip(diagonal).map(|((x, g), d)| x * g + damping * x * x * d).sum()
-    };
-    predicted_drop += share(images, &system.gradient_images, &system.diagonal_images)
-        + share(border, &system.gradient_border, &system.diagonal_border);
-    let after = Prepared { problem, structure, state: &next, frames: &frames };
-    chi_square += chi_square_beside_points(&after).ok()?;
-    chi_square.is_finite().then_some(Step { state: next, frames, chi_square, predicted_drop })
-}
-
-/// Adds scaled increments to poses, cameras and effect parameters; gives the turn that they share, for the points.
-pub fn move_images_and_border(
-    problem: &Problem,
-    structure: &Structure,
-    state: &mut State,
-    images: &[f64],
-    border: &[f64],
-) -> Turn {
-    let layout = problem.layout();
-    let increments = |image: usize| {
-        let base = structure.rank[image] as usize * structure.dim;
-        [0, 3].map(|k| Vector3::from_column_slice(&images[base + k..base + k + 3]))
-    };
-    let turn = Turn::of_step(problem, state, |image| increments(image)[0]);
-    for (image, pose) in state.poses.iter_mut().enumerate() {
-        let base = structure.rank[image] as usize * structure.dim;
-        let d = &images[base..base + structure.dim];
-        if problem.pose_free[image] != [false; 6] {
-            let [by_rotation, by_centre] = increments(image);
-            *pose = Pose {
-                rotation: turn.attitude(&pose.rotation, &by_rotation),
-                centre: turn.position(&pose.centre, &by_centre),
-            };
-        }
-        for column in &structure.own[image] {
-            let unknown = structure.image_unknowns[base + column.row as usize];
-            state.theta[unknown - layout.theta(0)] += d[column.row as usize] * column.scale;
-        }
-    }
-    for ((unknown, scale), d) in structure.border.iter().zip(&structure.border_scale).zip(border) {
-        match layout.camera_parameter(*unknown) {
-            Some((c, k)) => state.interiors[c][k] += d * scale,
-            None => state.theta[unknown - layout.theta(0)] += d * scale,
-        }
-    }
-    if problem.tie_dc_to_pp {
-        state.interiors.iter_mut().for_each(tie_centre);
-    }
-    turn
-}
-
-/// What the points' own steps follow from: the increments of images and border, and the damped system that these solve.
-struct PointStep<'a> {
-    images: &'a [f64],
-    border: &'a [f64],
-    damping: f64,
-    curvature: Curvature,
-}
-
-/// Points of a chunk after the step.
-struct Moved {
-    points: Vec<Vector3<f64>>,
-    chi_square: f64,
-    predicted_drop: f64,
-}
-
-fn move_points<const D: usize>(
-    at: &Prepared<'_>,
-    next: &State,
-    next_frames: &[Frame],
-    turn: &Turn,
-    &PointStep { images, border, damping, curvature }: &PointStep<'_>,
-) -> Option<Vec<Moved>> {
-    let structure = at.structure;
-    structure
-        .chunks
-        .par_iter()
-        .map(|points| {
-            let mut rows = PointRows::<D>::with(curvature);
-            let mut moved = Moved { points: Vec::with_capacity(points.len()), chi_square: 0.0, predicted_drop: 0.0 };
-            for j in points.clone() {
-                rows.linearise(at, j).ok()?;
-                let inverse = inverse_of_damped(&rows.v_matrix, damping)?;
-                let mut rest = rows.gradient;
-                for row in &rows.rows {
-                    let dx = &images[row.rank as usize * D..(row.rank as usize + 1) * D];
-                    for k in 0..D {
-                        rest -= Vector3::from(row.w[k]) * dx[k];
-                    }
-                }
-                for (l, column) in rows.columns.index().iter().enumerate() {
-                    let dx = border[*column as usize];
-                    for a in 0..3 {
-                        rest[a] -= rows.w_shared[a][l] * dx;
-                    }
-                }
-                let step = inverse * rest;
-                moved.predicted_drop +=
-                    step.dot(&rows.gradient) + damping * step.component_mul(&step).dot(&rows.v_matrix.diagonal());
-                let object = turn.position(&at.state.points[j], &step);
-                moved.chi_square += rows.chi_square_moved(at, next, next_frames, j, &object).ok()?;
-                moved.points.push(object);
-            }
-            Some(moved)
-        })
-        .collect()
 }

@@ -1,8 +1,11 @@
 //! The native solver: Jacobians by hand, tangent-space rotations, its own elimination of the points and its own
 //! Levenberg-Marquardt.
 
+mod aligned;
 mod columns;
 mod covariance;
+mod eights;
+mod eliminate;
 mod evaluation;
 mod factor;
 mod linearise;
@@ -10,9 +13,12 @@ mod lm;
 pub mod null_model;
 mod point;
 mod rank;
+mod rows;
+mod step;
 mod structure;
 mod system;
 mod turn;
+pub mod vectors;
 
 use super::{AdjustError, Evaluation, LinearSolver, Options, Progress, ReducedSystem, Solution, Solver};
 use crate::measure::{self, Frame, MeasureError};
@@ -97,7 +103,7 @@ pub fn one_step(problem: &Problem, state: &State, threads: usize) -> Result<Stat
     let pattern = Pattern::new(&structure, LinearSolver::Auto);
     let (images, border) = rank::factor_of_full_rank(problem, &structure, &system, pattern.as_ref())?.solve();
     let mut next = state.clone();
-    lm::move_images_and_border(problem, &structure, &mut next, &images, &border);
+    step::move_images_and_border(problem, &structure, &mut next, &images, &border);
     Ok(next)
 }
 

@@ -31,10 +31,10 @@ pub enum Curvature {
 /// Least curvature of a loss along its residual, as a share of its weight. An outlier of Huber's loss has none; a point of outliers alone
 /// would then have nothing that holds it. On a UAV block of 120 000 observations Huber's loss took 131 steps with 1 (the weights alone), 23
 /// with 0.1 and 45 with 0.02: with less, steps that leave the corner behind are refused.
-const LEAST_CURVATURE: f64 = 0.1;
+pub const LEAST_CURVATURE: f64 = 0.1;
 
 /// Curvature of a loss along the residual as a share of the weight, `1 + 2 s rho'' / rho'`. Source: Triggs et al. (2000), sec. 4.3.
-fn curvature_along(loss: Loss, s: f64) -> f64 {
+pub fn curvature_along(loss: Loss, s: f64) -> f64 {
     let a2 = LOSS_SCALE * LOSS_SCALE;
     match loss {
         Loss::Huber if s > a2 => 0.0,
@@ -351,42 +351,6 @@ impl<const D: usize> PointRows<D> {
                 add(&control.columns, by_point, values);
             }
         }
-    }
-
-    /// `sum rho` of point `j` moved to `object`, at the state and images `next`. Errors: an observation of it that
-    /// cannot be computed.
-    pub fn chi_square_moved(
-        &mut self,
-        at: &Prepared<'_>,
-        next: &State,
-        next_frames: &[Frame],
-        j: usize,
-        object: &Vector3<f64>,
-    ) -> Result<f64, MeasureError> {
-        let Prepared { problem, structure, .. } = at;
-        let mut sum = 0.0;
-        for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
-            let image = observation.image as usize;
-            let point = measure::predict_point(
-                problem,
-                &structure.stages,
-                &next_frames[image],
-                observation,
-                object,
-                &mut self.prediction,
-            )
-            .ok_or_else(|| MeasureError::image_point(problem, j, image))?;
-            let (dx, dy) = (observation.x - point[0], observation.y - point[1]);
-            let s = (dx * dx + dy * dy) * observation.inverse_sigma * observation.inverse_sigma;
-            sum += rho(problem.loss, s).0;
-        }
-        if let Ok(c) = problem.control.binary_search_by_key(&(j as u32), |observation| observation.index) {
-            let observation = &problem.control[c];
-            let p = measure::predict_surveyed(problem, &structure.stages, &next.theta, object)
-                .ok_or_else(|| MeasureError::surveyed(problem, j))?;
-            sum += (observation.position - p.position).component_div(&observation.sigma).norm_squared();
-        }
-        Ok(sum)
     }
 }
 

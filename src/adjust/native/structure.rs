@@ -1,6 +1,7 @@
 //! Which unknown stands where in the reduced system: a block of `dim` unknowns per image (pose, then image-wise effect
 //! parameters), and a border of the unknowns that images share (cameras, effects).
 
+use super::aligned::LINE;
 use crate::camera::PARAMETER_COUNT;
 use crate::effects::Scope;
 use crate::measure::Stages;
@@ -15,11 +16,20 @@ const CHUNK_MEASUREMENTS: usize = 16_384;
 /// Chunks at most: each costs one pass over the touched part of the reduced system.
 const MAX_CHUNKS: usize = 64;
 
+/// Up to this many shared unknowns every row holds all of them: a sum over whole rows is then faster than one over those that a row touches.
+const WIDEST_DENSE_BORDER: usize = 44;
+
+/// Numbers at the end of a whole row of the border: the derivatives by the point, and the misclosure.
+pub const POINT: usize = 4;
+
+/// Unknowns of a pose, the first of an image.
+pub const POSE: usize = 6;
+
 /// First [`LocalColumn::source`] that is an effect parameter: those below are the camera's.
 pub const FIRST_THETA: u32 = PARAMETER_COUNT as u32;
 
 /// One shared unknown that a measurement of an image depends on.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalColumn {
     /// Derivative to take: camera parameter, or [`FIRST_THETA`] + position in the image's local list of effect
     /// parameters.
@@ -48,6 +58,10 @@ pub struct Structure {
     pub stages: Stages,
     /// Unknowns per image block.
     pub dim: usize,
+    /// Numbers from row to row of an image block: whole cache lines.
+    pub stride: usize,
+    /// Numbers from row to row of the border: with [`POINT`] more and zeros between, whole cache lines; of a wide border its columns alone.
+    pub width: usize,
     /// Images.
     pub images: usize,
     /// Rank of each image along the block; the image blocks of the reduced system stand in this order.
@@ -62,6 +76,10 @@ pub struct Structure {
     pub image_scales: Vec<f64>,
     /// Per image: shared unknowns of its measurements, by rising column.
     pub local: Vec<Vec<LocalColumn>>,
+    /// Whether these are the same for all images.
+    pub one_list: bool,
+    /// Per image, by rank: whether a part of its pose is held.
+    pub holds_pose: Vec<bool>,
     /// Per image: image-wise effect parameters.
     pub own: Vec<Vec<ImageColumn>>,
     /// Slots of the row of rank `a`: `row_start[a]..row_start[a + 1]`; the first is the diagonal block.
@@ -150,17 +168,26 @@ impl Structure {
             }
         }
 
+        let holds_pose = image_unknowns.chunks_exact(dim).map(|own| own[..POSE].contains(&usize::MAX)).collect();
         let (row_start, slot_column, band_start, band) = pair_slots(problem, &rank);
         let chunks = chunks(problem);
+        let width = match border.len() {
+            narrow if narrow <= WIDEST_DENSE_BORDER => (narrow + POINT).next_multiple_of(LINE),
+            wide => wide,
+        };
         Self {
             stages,
             dim,
+            stride: dim.next_multiple_of(LINE),
+            width,
             images,
             rank,
             border,
             border_scale,
             image_unknowns,
             image_scales,
+            one_list: local.windows(2).all(|pair| pair[0] == pair[1]),
+            holds_pose,
             local,
             own,
             row_start,
@@ -169,6 +196,11 @@ impl Structure {
             band,
             chunks,
         }
+    }
+
+    /// Whether rows hold the columns of the border that they touch, and not all of them.
+    pub fn wide_border(&self) -> bool {
+        self.border.len() > WIDEST_DENSE_BORDER
     }
 
     /// Slot of the block of ranks `a <= b`, which share a point.

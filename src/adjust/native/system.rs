@@ -1,5 +1,6 @@
 //! The reduced normal equations while they are summed: image blocks, border strip, border, right-hand sides.
 
+use super::aligned::Aligned;
 use super::structure::Structure;
 use std::ops::Range;
 
@@ -11,12 +12,16 @@ pub struct System {
     pub rows: Range<usize>,
     /// First slot of `rows`.
     pub first_slot: usize,
-    /// Slots, `dim x dim` row-major each.
-    pub blocks: Vec<f64>,
-    /// Image-border blocks, `dim x border` row-major each.
-    pub strip: Vec<f64>,
-    /// Border, upper triangle of `border x border` row-major.
-    pub border: Vec<f64>,
+    /// Numbers from row to row of a block, and of strip and border; see [`Structure::stride`] and [`Structure::width`].
+    pub stride: usize,
+    /// See `stride`.
+    pub width: usize,
+    /// Slots, `dim` rows of `stride` each; of the diagonal ones, the upper triangle counts.
+    pub blocks: Aligned,
+    /// Image-border blocks, `dim` rows of `width` each.
+    pub strip: Aligned,
+    /// Border, upper triangle, a row of `width` per column.
+    pub border: Aligned,
     /// Right-hand side (`J'v` reduced) of the image blocks.
     pub rhs_images: Vec<f64>,
     /// Right-hand side of the border.
@@ -44,12 +49,15 @@ impl System {
         let first_slot = structure.row_start[rows.start];
         let slots = structure.row_start[rows.end] - first_slot;
         let images = rows.len();
+        let Structure { stride, width, .. } = *structure;
         Self {
             rows,
             first_slot,
-            blocks: vec![0.0; slots * dim * dim],
-            strip: vec![0.0; images * dim * border],
-            border: vec![0.0; border * border],
+            stride,
+            width,
+            blocks: Aligned::zeros(slots * dim * stride),
+            strip: Aligned::zeros(images * dim * width),
+            border: Aligned::zeros(border * width),
             rhs_images: vec![0.0; images * dim],
             rhs_border: vec![0.0; border],
             diagonal_images: vec![0.0; images * dim],
@@ -64,15 +72,15 @@ impl System {
 
     /// Adds a part. `self` covers at least the part's ranks.
     pub fn add(&mut self, structure: &Structure, part: &System) {
-        let (dim, border) = (structure.dim, structure.border.len());
+        let (dim, width) = (structure.dim, self.width);
         let image_offset = part.rows.start - self.rows.start;
         let add = |to: &mut [f64], from: &[f64]| {
             for (a, b) in to.iter_mut().zip(from) {
                 *a += b;
             }
         };
-        add(&mut self.blocks[(part.first_slot - self.first_slot) * dim * dim..], &part.blocks);
-        add(&mut self.strip[image_offset * dim * border..], &part.strip);
+        add(&mut self.blocks[(part.first_slot - self.first_slot) * dim * self.stride..], &part.blocks);
+        add(&mut self.strip[image_offset * dim * width..], &part.strip);
         add(&mut self.border, &part.border);
         add(&mut self.rhs_images[image_offset * dim..], &part.rhs_images);
         add(&mut self.rhs_border, &part.rhs_border);
@@ -92,19 +100,38 @@ impl System {
         self.decrement_points + product(images, &self.rhs_images) + product(border, &self.rhs_border)
     }
 
+    /// Entry of a block: row `k`, column `l`.
+    #[inline]
+    pub fn block(&self, slot: usize, dim: usize, k: usize, l: usize) -> f64 {
+        self.blocks[((slot - self.first_slot) * dim + k) * self.stride + l]
+    }
+
+    /// Entry of an image unknown (counted from the first of `rows`) and a column of the border.
+    #[inline]
+    pub fn strip(&self, unknown: usize, column: usize) -> f64 {
+        self.strip[unknown * self.width + column]
+    }
+
+    /// Entry of two columns of the border, the first no larger than the second.
+    #[inline]
+    pub fn border(&self, a: usize, b: usize) -> f64 {
+        self.border[a * self.width + b]
+    }
+
     /// Adds one row `a` of the weighted design matrix with misclosure `v` that touches no point: `image` is the rank and its `dim`
     /// derivatives, `shared` border columns and derivatives (ascending columns).
     pub fn add_row(&mut self, structure: &Structure, image: Option<(usize, &[f64])>, shared: &[(u32, f64)], v: f64) {
-        let (dim, border) = (structure.dim, structure.border.len());
+        let (dim, width, stride) = (structure.dim, self.width, self.stride);
         if let Some((rank, row)) = image {
             let i = rank - self.rows.start;
-            let block = &mut self.blocks[(structure.row_start[rank] - self.first_slot) * dim * dim..][..dim * dim];
+            let slot = structure.row_start[rank] - self.first_slot;
+            let block = &mut self.blocks[slot * dim * stride..][..dim * stride];
             for (p, a) in row.iter().enumerate() {
                 for (q, b) in row.iter().enumerate() {
-                    block[p * dim + q] += a * b;
+                    block[p * stride + q] += a * b;
                 }
                 for (column, b) in shared {
-                    self.strip[(i * dim + p) * border + *column as usize] += a * b;
+                    self.strip[(i * dim + p) * width + *column as usize] += a * b;
                 }
                 self.rhs_images[i * dim + p] += a * v;
                 self.gradient_images[i * dim + p] += a * v;
@@ -114,7 +141,7 @@ impl System {
         for (i, (column, a)) in shared.iter().enumerate() {
             let column = *column as usize;
             for (other, b) in &shared[i..] {
-                self.border[column * border + *other as usize] += a * b;
+                self.border[column * width + *other as usize] += a * b;
             }
             self.rhs_border[column] += a * v;
             self.gradient_border[column] += a * v;

@@ -34,7 +34,7 @@ use super::point::{Curvature, Prepared};
 use super::rank::factor_of_full_rank;
 use super::structure::Structure;
 use super::system::System;
-use super::{frames as frames_of, lm, pool, structure as structure_of};
+use super::{frames as frames_of, pool, step, structure as structure_of};
 use crate::adjust::{AdjustError, LinearSolver};
 use crate::effects::{Role, Scope};
 use crate::measure::{Frame, Stages};
@@ -312,7 +312,7 @@ impl NullModel {
             rows::add(&mut base, *change, system.moves.col_as_slice(c));
         }
         let mut state = self.state.clone();
-        let turn = lm::move_images_and_border(&self.problem, &self.structure, &mut state, &base[..n], &base[n..]);
+        let turn = step::move_images_and_border(&self.problem, &self.structure, &mut state, &base[..n], &base[n..]);
         let layout = self.problem.layout();
         for ((unknown, unit), change) in self.columns.iter().zip(&self.units).zip(change) {
             match unknown.checked_sub(layout.theta(0)) {

@@ -1,0 +1,62 @@
+//! Numbers that begin where a cache line does: a vector register then fills from one line instead of two.
+
+use std::ops::{Deref, DerefMut};
+
+/// Bytes of a cache line, and of the widest vector register.
+const LINE_BYTES: usize = 64;
+/// Numbers of a cache line.
+pub const LINE: usize = LINE_BYTES / size_of::<f64>();
+
+/// A fixed number of numbers.
+#[derive(Debug)]
+pub struct Aligned {
+    storage: Vec<f64>,
+    first: usize,
+    length: usize,
+}
+
+impl Aligned {
+    /// Zeros.
+    pub fn zeros(length: usize) -> Self {
+        let storage = vec![0.0; length + LINE];
+        let first = storage.as_ptr().align_offset(LINE_BYTES).min(LINE);
+        Self { storage, first, length }
+    }
+}
+
+impl Clone for Aligned {
+    fn clone(&self) -> Self {
+        let mut copy = Self::zeros(self.length);
+        copy.copy_from_slice(self);
+        copy
+    }
+}
+
+impl Deref for Aligned {
+    type Target = [f64];
+    fn deref(&self) -> &[f64] {
+        &self.storage[self.first..self.first + self.length]
+    }
+}
+
+impl DerefMut for Aligned {
+    fn deref_mut(&mut self) -> &mut [f64] {
+        &mut self.storage[self.first..self.first + self.length]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_begin_with_a_line_and_copies_too() {
+        for length in [0, 1, 7, 8, 1000] {
+            let mut numbers = Aligned::zeros(length);
+            numbers.iter_mut().enumerate().for_each(|(k, number)| *number = k as f64);
+            let copy = numbers.clone();
+            assert_eq!((numbers.len(), &*copy), (length, &*numbers));
+            assert_eq!((numbers.as_ptr() as usize % LINE_BYTES, copy.as_ptr() as usize % LINE_BYTES), (0, 0));
+        }
+    }
+}

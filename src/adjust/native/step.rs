@@ -1,0 +1,357 @@
+//! A trial step: images and border as the reduced system says, then every point by back-substitution, and what chi-square is there.
+
+use super::MAX_DIM;
+use super::aligned::{Aligned, LINE};
+use super::eights::Eights;
+use super::linearise::chi_square_beside_points;
+use super::point::{Curvature, PointRows, Prepared, inverse_of_damped, rho};
+use super::rows::{Rows, batches};
+use super::structure::Structure;
+use super::system::System;
+use super::turn::Turn;
+use super::vectors::dispatch;
+use crate::camera::tie_centre;
+use crate::measure::lanes::{Predictions, Views};
+use crate::measure::{self, Frame, Prediction};
+use crate::problem::{ImageObservation, Pose, Problem, State};
+use nalgebra::{Matrix3, Vector3};
+use pulp::{Simd, WithSimd};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// A trial step.
+pub struct Step {
+    /// The state after it.
+    pub state: State,
+    /// Its images.
+    pub frames: Vec<Frame>,
+    /// `sum rho` there.
+    pub chi_square: f64,
+    /// By what it would have fallen, were the problem linear.
+    pub predicted_drop: f64,
+}
+
+/// Takes the step: images and border first, then every point by back-substitution. `None` where the new state cannot be projected.
+pub fn try_step(
+    at: &Prepared<'_>,
+    system: &System,
+    (images, border): &(Vec<f64>, Vec<f64>),
+    damping: f64,
+    curvature: Curvature,
+) -> Option<Step> {
+    let Prepared { problem, structure, state, .. } = *at;
+    let mut next = state.clone();
+    let turn = move_images_and_border(problem, structure, &mut next, images, border);
+    let frames = measure::frames(problem, &structure.stages, &next).ok()?;
+    let after = Prepared { problem, structure, state: &next, frames: &frames };
+    let step = PointStep { at, after: &after, turn: &turn, images, border, damping, curvature };
+    let chunk = |points: &Range<usize>| match (structure.wide_border(), structure.dim) {
+        (false, _) => step.narrow(points),
+        (true, 6) => step.wide::<6>(points),
+        (true, 7) => step.wide::<7>(points),
+        (true, 8) => step.wide::<8>(points),
+        (true, _) => step.wide::<MAX_DIM>(points),
+    };
+    let moved: Vec<Moved> = structure.chunks.par_iter().map(chunk).collect::<Option<_>>()?;
+    let mut chi_square = 0.0;
+    let mut predicted_drop = 0.0;
+    let mut first = 0;
+    for part in moved {
+        next.points[first..first + part.points.len()].copy_from_slice(&part.points);
+        first += part.points.len();
+        chi_square += part.chi_square;
+        predicted_drop += part.predicted_drop;
+    }
+    let share = |dx: &[f64], gradient: &[f64], diagonal: &[f64]| -> f64 {
+        dx.iter().zip(gradient).zip(diagonal).map(|((x, g), d)| x * g + damping * x * x * d).sum()
+    };
+    predicted_drop += share(images, &system.gradient_images, &system.diagonal_images)
+        + share(border, &system.gradient_border, &system.diagonal_border);
+    let after = Prepared { problem, structure, state: &next, frames: &frames };
+    chi_square += chi_square_beside_points(&after).ok()?;
+    chi_square.is_finite().then_some(Step { state: next, frames, chi_square, predicted_drop })
+}
+
+/// Adds scaled increments to poses, cameras and effect parameters; gives the turn that they share, for the points.
+pub fn move_images_and_border(
+    problem: &Problem,
+    structure: &Structure,
+    state: &mut State,
+    images: &[f64],
+    border: &[f64],
+) -> Turn {
+    let layout = problem.layout();
+    let increments = |image: usize| {
+        let base = structure.rank[image] as usize * structure.dim;
+        [0, 3].map(|k| Vector3::from_column_slice(&images[base + k..base + k + 3]))
+    };
+    let turn = Turn::of_step(problem, state, |image| increments(image)[0]);
+    for (image, pose) in state.poses.iter_mut().enumerate() {
+        let base = structure.rank[image] as usize * structure.dim;
+        let d = &images[base..base + structure.dim];
+        if problem.pose_free[image] != [false; 6] {
+            let [by_rotation, by_centre] = increments(image);
+            *pose = Pose {
+                rotation: turn.attitude(&pose.rotation, &by_rotation),
+                centre: turn.position(&pose.centre, &by_centre),
+            };
+        }
+        for column in &structure.own[image] {
+            let unknown = structure.image_unknowns[base + column.row as usize];
+            state.theta[unknown - layout.theta(0)] += d[column.row as usize] * column.scale;
+        }
+    }
+    for ((unknown, scale), d) in structure.border.iter().zip(&structure.border_scale).zip(border) {
+        match layout.camera_parameter(*unknown) {
+            Some((c, k)) => state.interiors[c][k] += d * scale,
+            None => state.theta[unknown - layout.theta(0)] += d * scale,
+        }
+    }
+    if problem.tie_dc_to_pp {
+        state.interiors.iter_mut().for_each(tie_centre);
+    }
+    turn
+}
+
+/// What the points' own steps follow from: the increments of images and border, and the damped system that these solve.
+struct PointStep<'a> {
+    /// Before the step.
+    at: &'a Prepared<'a>,
+    /// After it, but for the points.
+    after: &'a Prepared<'a>,
+    turn: &'a Turn,
+    images: &'a [f64],
+    border: &'a [f64],
+    damping: f64,
+    curvature: Curvature,
+}
+
+/// Points of a chunk after the step.
+struct Moved {
+    points: Vec<Vector3<f64>>,
+    chi_square: f64,
+    predicted_drop: f64,
+}
+
+impl PointStep<'_> {
+    /// Moves a point by what its rays leave of its misclosures (`rest`), given `V` and `J_point' v`. `None`: its rays do not fix it.
+    fn move_point(
+        &self,
+        j: usize,
+        moved: &mut Moved,
+        (v, gradient, rest): (&Matrix3<f64>, &Vector3<f64>, &Vector3<f64>),
+    ) -> Option<Vector3<f64>> {
+        let step = inverse_of_damped(v, self.damping)? * rest;
+        moved.predicted_drop += step.dot(gradient) + self.damping * step.component_mul(&step).dot(&v.diagonal());
+        let object = self.turn.position(&self.at.state.points[j], &step);
+        moved.points.push(object);
+        Some(object)
+    }
+
+    fn wide<const D: usize>(&self, points: &Range<usize>) -> Option<Moved> {
+        let mut rows = PointRows::<D>::with(self.curvature);
+        let mut moved = Moved { points: Vec::with_capacity(points.len()), chi_square: 0.0, predicted_drop: 0.0 };
+        for j in points.clone() {
+            rows.linearise(self.at, j).ok()?;
+            let mut rest = rows.gradient;
+            for row in &rows.rows {
+                let dx = &self.images[row.rank as usize * D..(row.rank as usize + 1) * D];
+                for k in 0..D {
+                    rest -= Vector3::from(row.w[k]) * dx[k];
+                }
+            }
+            for (l, column) in rows.columns.index().iter().enumerate() {
+                let dx = self.border[*column as usize];
+                for a in 0..3 {
+                    rest[a] -= rows.w_shared[a][l] * dx;
+                }
+            }
+            let object = self.move_point(j, &mut moved, (&rows.v_matrix, &rows.gradient, &rest))?;
+            let mut one = OnTheirOwn { after: self.after, prediction: Prediction::default() };
+            moved.chi_square += one.chi_square(j..j + 1, &[object])?;
+        }
+        Some(moved)
+    }
+
+    fn narrow(&self, points: &Range<usize>) -> Option<Moved> {
+        let structure = self.at.structure;
+        let mut rows = Rows::new(structure, self.curvature);
+        let mut moved = Moved { points: Vec::with_capacity(points.len()), chi_square: 0.0, predicted_drop: 0.0 };
+        let mut border = Aligned::zeros(structure.width);
+        border[..self.border.len()].copy_from_slice(self.border);
+        let mut left = Vec::new();
+        let mut side_by_side =
+            SideBySide { after: self.after, views: Views::default(), predictions: Predictions::default() };
+        let mut on_their_own = OnTheirOwn { after: self.after, prediction: Prediction::default() };
+        for batch in batches(self.at.problem, points) {
+            rows.fill(self.at, batch.clone()).ok()?;
+            left.clear();
+            let (border, images) = (&border[..], self.images);
+            dispatch(BackSubstitute { structure, rows: &rows, border, images, left: &mut left });
+            let first = moved.points.len();
+            for (j, Left { normal, gradient, rest }) in batch.clone().zip(&left) {
+                self.move_point(j, &mut moved, (normal, gradient, rest))?;
+            }
+            let objects = &moved.points[first..];
+            moved.chi_square += match structure.stages.plain_image() {
+                true => {
+                    side_by_side.chi_square(batch.clone(), objects)? + surveyed_chi_square(self.after, batch, objects)?
+                }
+                false => on_their_own.chi_square(batch, objects)?,
+            };
+        }
+        Some(moved)
+    }
+}
+
+/// What the rays of a point leave once images and border have moved.
+struct Left {
+    /// `V`.
+    normal: Matrix3<f64>,
+    /// `J_point' v`.
+    gradient: Vector3<f64>,
+    /// `J_point' (v - J dx)`, `dx` the increments of images and border.
+    rest: Vector3<f64>,
+}
+
+/// Finds what is left of each point of a batch.
+struct BackSubstitute<'a> {
+    structure: &'a Structure,
+    rows: &'a Rows,
+    /// Increments of the border, as wide as a row.
+    border: &'a [f64],
+    /// Increments of the images, by rank.
+    images: &'a [f64],
+    left: &'a mut Vec<Left>,
+}
+
+impl WithSimd for BackSubstitute<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { structure, rows, border, images, left } = self;
+        let (dim, stride, at) = (structure.dim, structure.stride, rows.point_column());
+        let mut increments = [0.0; 2 * LINE];
+        for point in &rows.points {
+            let (mut normal, mut gradient, mut rest) = (Matrix3::zeros(), Vector3::zeros(), Vector3::zeros());
+            for pair in point.pairs() {
+                let measured = point.measured.contains(&pair);
+                if measured {
+                    increments[..dim].copy_from_slice(&images[rows.rank[pair] as usize * dim..][..dim]);
+                }
+                for i in 0..2 {
+                    let shared = rows.shared_row(pair, i);
+                    let mut moved = dot(simd, shared, border);
+                    if measured {
+                        moved += dot(simd, rows.image_row(pair, i), &increments[..stride]);
+                    }
+                    let (by_point, v) = (Vector3::new(shared[at], shared[at + 1], shared[at + 2]), shared[at + 3]);
+                    normal += by_point * by_point.transpose();
+                    gradient += by_point * v;
+                    rest += by_point * (v - moved);
+                }
+            }
+            left.push(Left { normal, gradient, rest });
+        }
+    }
+}
+
+/// `x . y` over whole cache lines; the order of the sum does not depend on the width of a register.
+#[inline(always)]
+fn dot<S: Simd>(simd: S, x: &[f64], y: &[f64]) -> f64 {
+    let registers = LINE / S::F64_LANES;
+    let ((x, _), (y, _)) = (S::as_simd_f64s(x), S::as_simd_f64s(y));
+    let mut sums = [0.0; LINE];
+    let (places, _) = S::as_mut_simd_f64s(&mut sums);
+    for (x, y) in x.chunks_exact(registers).zip(y.chunks_exact(registers)) {
+        for ((sum, x), y) in places.iter_mut().zip(x).zip(y) {
+            *sum = simd.mul_add_f64s(*x, *y, *sum);
+        }
+    }
+    sums.iter().sum()
+}
+
+/// `rho` of an image measurement that is predicted at `point`.
+#[inline(always)]
+fn loss_of(problem: &Problem, observation: &ImageObservation, point: [f64; 2]) -> f64 {
+    let (dx, dy) = (observation.x - point[0], observation.y - point[1]);
+    rho(problem.loss, (dx * dx + dy * dy) * observation.inverse_sigma * observation.inverse_sigma).0
+}
+
+/// `sum rho` of the surveyed coordinates of some points.
+fn surveyed_chi_square(after: &Prepared<'_>, points: Range<usize>, objects: &[Vector3<f64>]) -> Option<f64> {
+    let Prepared { problem, structure, state, .. } = after;
+    let first = problem.control.partition_point(|c| (c.index as usize) < points.start);
+    let mut sum = 0.0;
+    for observation in problem.control[first..].iter().take_while(|c| (c.index as usize) < points.end) {
+        let object = &objects[observation.index as usize - points.start];
+        let p = measure::predict_surveyed(problem, &structure.stages, &state.theta, object)?;
+        sum += (observation.position - p.position).component_div(&observation.sigma).norm_squared();
+    }
+    Some(sum)
+}
+
+/// Predicts measurements through every effect, one by one.
+struct OnTheirOwn<'a> {
+    after: &'a Prepared<'a>,
+    prediction: Prediction,
+}
+
+impl OnTheirOwn<'_> {
+    /// `sum rho` of some points at `objects`. `None`: a measurement that cannot be predicted.
+    fn chi_square(&mut self, points: Range<usize>, objects: &[Vector3<f64>]) -> Option<f64> {
+        let Prepared { problem, structure, frames, .. } = self.after;
+        let mut sum = surveyed_chi_square(self.after, points.clone(), objects)?;
+        for (j, object) in points.zip(objects) {
+            for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
+                let (stages, frame) = (&structure.stages, &frames[observation.image as usize]);
+                let point = measure::predict_point(problem, stages, frame, observation, object, &mut self.prediction)?;
+                sum += loss_of(problem, observation, point);
+            }
+        }
+        Some(sum)
+    }
+}
+
+/// Predicts measurements that no effect touches, eight at a time.
+struct SideBySide<'a> {
+    after: &'a Prepared<'a>,
+    views: Views,
+    predictions: Predictions,
+}
+
+impl SideBySide<'_> {
+    /// `sum rho` of the image measurements of some points at `objects`. `None`: a point behind a camera that sees it.
+    fn chi_square(&mut self, points: Range<usize>, objects: &[Vector3<f64>]) -> Option<f64> {
+        dispatch(ProjectPlain { of: self, points, objects })
+    }
+}
+
+struct ProjectPlain<'a, 'b> {
+    of: &'a mut SideBySide<'b>,
+    points: Range<usize>,
+    objects: &'a [Vector3<f64>],
+}
+
+impl WithSimd for ProjectPlain<'_, '_> {
+    type Output = Option<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Option<f64> {
+        let SideBySide { after, views, predictions } = self.of;
+        let mut eights = Eights::new(after, after.frames, self.objects, self.points, views);
+        let mut sum = 0.0;
+        while let Some((first, points)) = eights.next(views) {
+            views.project(simd, predictions);
+            for lane in 0..points.len() {
+                if predictions.depth[lane] <= 0.0 {
+                    return None;
+                }
+                let point = [predictions.point[0][lane], predictions.point[1][lane]];
+                sum += loss_of(after.problem, &after.problem.observations[first + lane], point);
+            }
+        }
+        Some(sum)
+    }
+}
