@@ -2,7 +2,7 @@
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
 
-.PHONY: help setup build demo test test-sanitize test-hidden test-cases test-fresh bench clean
+.PHONY: help setup build demo test test-sanitize test-hidden test-cases test-fresh fuzz bench clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -38,6 +38,13 @@ test-cases: setup ## judge the labelled blocks of ../shared/cases (make test: si
 
 test-fresh: setup ## judge blocks drawn at random: SEEDS=1..40 (make test: four of them)
 	MISCLOSURE_FRESH=$(SEEDS) cargo test --release --test fresh -- --nocapture
+
+fuzz: setup ## libFuzzer on every reader and on simulate -> adjust, SECONDS=60 each (make test: some seconds of the same)
+	command -v cargo-fuzz >/dev/null || cargo install --locked cargo-fuzz
+	MISCLOSURE_FUZZ_CORPUS=fuzz/corpus cargo test --release --test fuzz
+	for target in $$(cargo fuzz list); do \
+		cargo fuzz run --sanitizer none $$target -- -max_total_time=$(or $(SECONDS),60) -timeout=60 -rss_limit_mb=4096 || exit 1; \
+	done
 
 bench: setup ## both solvers side by side (time and peak memory, on two blocks); testing the catalogue beside refitting it; testing for structure
 	cargo bench --bench solvers

@@ -1,0 +1,23 @@
+//! The reader of run folders, and the page of what it takes.
+
+use super::folder::{said, with_files};
+use misclosure::report::run::{RunFolder, page};
+use misclosure::run::folder::{FILES, SUMMARY, read_outliers};
+
+/// Files of a run, in the order in which an input has them.
+pub fn files() -> Vec<&'static str> {
+    std::iter::once(SUMMARY).chain(FILES).collect()
+}
+
+/// One input.
+pub fn run(data: &[u8]) {
+    with_files(&files(), data, |folder| {
+        if let Err(error) = read_outliers(folder) {
+            said(error);
+        }
+        match RunFolder::read(folder) {
+            Ok(run) => drop(page(&run)),
+            Err(error) => said(error),
+        }
+    });
+}
