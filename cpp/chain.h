@@ -13,7 +13,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "effect.h"
+#include "guarded.h"
 
 namespace misclosure {
 
@@ -76,7 +76,7 @@ class ChainRun {
     last_ = link.effect;
     double* d_in = derive_ ? derivatives_ + link.d_in : nullptr;
     double* d_theta = derive_ && link.effect->parameter_count > 0 ? derivatives_ + link.d_theta : nullptr;
-    return link.effect->eval(link.effect->self, &context, in, values_ + link.values, out, d_in, d_theta) != 0;
+    return misclosure_guarded_eval(link.effect, &context, in, values_ + link.values, out, d_in, d_theta) == MISCLOSURE_DONE;
   }
 
   const char* LastEffect() const { return last_->id; }

@@ -21,6 +21,8 @@
 //
 // which exports one symbol, `misclosure_plugin`.
 //
+// The loader checks that of a plug-in which it can (description, null law at random places) and refuses it otherwise.
+//
 // Two laws: at the nominal values of its parameters an effect is exactly the identity, and it has no state, throws nothing and
 // may be called from several threads at once.
 //
@@ -85,8 +87,14 @@ typedef struct misclosure_parameter {
   const char* deviation;          // of a random parameter: name of its standard deviation
 } misclosure_parameter;
 
-// Writes out (m), and where not null d_in (m x n) and d_theta (m x p), row-major and whole. Returns 0 where the effect cannot be
-// evaluated, else 1. Columns of d_theta of given parameters are zero.
+// What an effect answers. An exception is caught where it is called (guarded.h).
+#define MISCLOSURE_OUTSIDE 0     // it cannot be evaluated there
+#define MISCLOSURE_DONE 1
+#define MISCLOSURE_NOT_FINITE 2  // a value is NaN or infinite
+#define MISCLOSURE_THREW 3
+
+// Writes out (m), and where not null d_in (m x n) and d_theta (m x p), row-major and whole, and returns MISCLOSURE_DONE, or else why
+// it did not. Columns of d_theta of given parameters are zero.
 typedef int (*misclosure_eval)(void* self, const misclosure_context* context, const double* in, const double* theta,
                                double* out, double* d_in, double* d_theta);
 
@@ -225,15 +233,16 @@ inline bool AllFinite(const double* values, int count) {
   return true;
 }
 
-// Apply on doubles, or on Jets over the inputs and the parameters that are not given. What is not finite is outside the domain.
+// Apply on doubles, or on Jets over the inputs and the parameters that are not given. What is not finite is no answer.
 template <class E>
 int Eval(void*, const misclosure_context* context, const double* in, const double* theta, double* out, double* d_in,
-         double* d_theta) noexcept {
+         double* d_theta) {
   constexpr int n = Inputs(E::stage);
   constexpr int m = Outputs(E::stage);
   constexpr int p = static_cast<int>(std::size(E::parameters));
   if (d_in == nullptr && d_theta == nullptr) {
-    return E::Apply(*context, in, theta, out) && AllFinite(out, m) ? 1 : 0;
+    if (!E::Apply(*context, in, theta, out)) return MISCLOSURE_OUTSIDE;
+    return AllFinite(out, m) ? MISCLOSURE_DONE : MISCLOSURE_NOT_FINITE;
   }
   using Jet = ceres::Jet<double, n + DifferentiableCount<E>()>;
   Jet jet_in[n], jet_theta[p > 0 ? p : 1], jet_out[m];
@@ -244,7 +253,7 @@ int Eval(void*, const misclosure_context* context, const double* in, const doubl
     column[k] = IsGiven(E::parameters[k]) ? -1 : next++;
     jet_theta[k] = column[k] < 0 ? Jet(theta[k]) : Jet(theta[k], column[k]);
   }
-  if (!E::Apply(*context, jet_in, jet_theta, jet_out)) return 0;
+  if (!E::Apply(*context, jet_in, jet_theta, jet_out)) return MISCLOSURE_OUTSIDE;
   for (int i = 0; i < m; ++i) {
     out[i] = jet_out[i].a;
     if (d_in != nullptr) {
@@ -256,7 +265,7 @@ int Eval(void*, const misclosure_context* context, const double* in, const doubl
   }
   const bool finite = AllFinite(out, m) && (d_in == nullptr || AllFinite(d_in, m * n)) &&
                       (d_theta == nullptr || AllFinite(d_theta, m * p));
-  return finite ? 1 : 0;
+  return finite ? MISCLOSURE_DONE : MISCLOSURE_NOT_FINITE;
 }
 
 template <class E>

@@ -9,6 +9,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// `MISCLOSURE_ABI_VERSION`.
 pub const ABI_VERSION: u32 = 2;
 
+/// Parameters of an effect, names of a value and needs at most, as a count beyond is no count: five times what the largest effect of the
+/// catalogue has.
+const MOST: u32 = 256;
+
 /// Position of the image in the context of a control or check point, which belongs to none.
 pub const NO_IMAGE: u32 = u32::MAX;
 
@@ -122,6 +126,40 @@ type RawEval = unsafe extern "C" fn(
     d_theta: *mut f64,
 ) -> c_int;
 
+unsafe extern "C" {
+    /// `eval` of an effect; see `cpp/guarded.h`.
+    fn misclosure_guarded_eval(
+        effect: *const RawEffect,
+        context: *const RawContext,
+        input: *const f64,
+        theta: *const f64,
+        out: *mut f64,
+        d_in: *mut f64,
+        d_theta: *mut f64,
+    ) -> c_int;
+}
+
+/// `MISCLOSURE_DONE`: what an effect answers where it has written its values.
+const DONE: c_int = 1;
+/// `MISCLOSURE_NOT_FINITE`.
+const NOT_FINITE: c_int = 2;
+/// `MISCLOSURE_THREW`.
+const THREW: c_int = 3;
+
+/// Why a table gave no values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum EvalFault {
+    /// It cannot be evaluated there.
+    #[error("is outside its domain")]
+    Outside,
+    /// A value is NaN or infinite.
+    #[error("gives a value that is not a finite number")]
+    NotFinite,
+    /// It is to throw nothing.
+    #[error("throws an exception")]
+    Threw,
+}
+
 /// `misclosure_effect`.
 #[repr(C)]
 pub struct RawEffect {
@@ -192,8 +230,12 @@ unsafe fn array<'a, T>(what: &str, first: *const T, count: u32) -> Result<&'a [T
     if count == 0 {
         return Ok(&[]);
     }
+    if count > MOST {
+        return Err(AbiError::Field(format!("the effect's table has {count} {what}, the most is {MOST}")));
+    }
+    let usable = !first.is_null() && first.is_aligned();
     // SAFETY: `count` values by the contract of this function.
-    field(what, (!first.is_null()).then(|| unsafe { std::slice::from_raw_parts(first, count as usize) }))
+    field(what, usable.then(|| unsafe { std::slice::from_raw_parts(first, count as usize) }))
 }
 
 /// # Safety
@@ -246,7 +288,6 @@ unsafe fn parameter(raw: &RawParameter) -> Result<Parameter, AbiError> {
 /// An effect behind the C ABI.
 pub struct CEffect {
     raw: *const RawEffect,
-    eval: RawEval,
     descriptor: Descriptor,
 }
 
@@ -265,7 +306,7 @@ impl CEffect {
     /// `raw` is a table as `effect.h` describes it, and it, its strings, arrays and code stay where they are for as long as the result
     /// lives.
     pub unsafe fn new(raw: *const RawEffect) -> Result<Self, AbiError> {
-        field("address", (!raw.is_null()).then_some(()))?;
+        field("address", (!raw.is_null() && raw.is_aligned()).then_some(()))?;
         // SAFETY: the five numbers at the front are the same in every version; nothing else is read until they are right. What is
         // read then is as effect.h states it, by the contract of this function.
         unsafe {
@@ -309,7 +350,8 @@ impl CEffect {
                 confused_with: text("confused_with", table.confused_with)?,
                 source: text("source", table.source)?,
             };
-            Ok(Self { raw, eval: field("eval", table.eval)?, descriptor })
+            field("eval", table.eval)?;
+            Ok(Self { raw, descriptor })
         }
     }
 
@@ -326,11 +368,11 @@ impl CEffect {
     /// As [`Effect::eval`], derivatives as the table gives them.
     ///
     /// # Errors
-    /// Outside the effect's domain.
+    /// Why there are no values.
     ///
     /// # Panics
     /// If a slice has not the length that stage and parameters ask for.
-    pub fn eval(
+    pub fn evaluate(
         &self,
         context: &Context<'_>,
         input: &[f64],
@@ -338,7 +380,7 @@ impl CEffect {
         out: &mut [f64],
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
-    ) -> Result<(), OutsideDomain> {
+    ) -> Result<(), EvalFault> {
         let (n, m, p) =
             (self.descriptor.stage.inputs(), self.descriptor.stage.outputs(), self.descriptor.parameters.len());
         assert_eq!(
@@ -352,9 +394,9 @@ impl CEffect {
         let address = |d: Option<&mut [f64]>| d.map_or(std::ptr::null_mut(), <[f64]>::as_mut_ptr);
         let d_theta = d_theta.filter(|d| !d.is_empty());
         // SAFETY: lengths were checked; the table's code is valid by the contract of `new`.
-        let ok = unsafe {
-            (self.eval)(
-                (*self.raw).this,
+        let answer = unsafe {
+            misclosure_guarded_eval(
+                self.raw,
                 &raw,
                 input.as_ptr(),
                 theta.as_ptr(),
@@ -363,7 +405,12 @@ impl CEffect {
                 address(d_theta),
             )
         };
-        if ok == 0 { Err(OutsideDomain) } else { Ok(()) }
+        match answer {
+            DONE if out.iter().all(|value| value.is_finite()) => Ok(()),
+            DONE | NOT_FINITE => Err(EvalFault::NotFinite),
+            THREW => Err(EvalFault::Threw),
+            _ => Err(EvalFault::Outside),
+        }
     }
 }
 

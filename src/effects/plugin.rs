@@ -5,6 +5,7 @@
 use super::abi::{AbiError, CEffect, RawEffect};
 use super::*;
 use crate::camera;
+use libloading::os::unix;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -32,6 +33,16 @@ pub enum PluginError {
         path: PathBuf,
         /// What is wrong.
         source: AbiError,
+    },
+    /// An effect that no model can have.
+    #[error("{path}: effect `{id}`: {fault}", path = .path.display())]
+    Effect {
+        /// The file.
+        path: PathBuf,
+        /// Its id.
+        id: String,
+        /// What is wrong.
+        fault: String,
     },
 }
 
@@ -65,10 +76,22 @@ struct Plugin {
 /// # Errors
 /// [`PluginError`], with the path.
 pub fn load(path: &Path) -> Result<Arc<dyn Effect>, PluginError> {
+    let plugin = open(path)?;
+    laws::admission(&plugin, &plugin.effect).map_err(|fault| {
+        let id = plugin.descriptor().id.to_string();
+        PluginError::Effect { path: path.to_path_buf(), id, fault }
+    })?;
+    Ok(Arc::new(plugin))
+}
+
+/// The effect of a library, its table checked.
+fn open(path: &Path) -> Result<Plugin, PluginError> {
     let explicit = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    // Every symbol is bound now: one that is missing is an error here, not the end of the program when it is first called.
     // SAFETY: loading runs the library's initialisers; that it may is what the user says by naming the file.
-    let library = unsafe { libloading::Library::new(&explicit) }
+    let library = unsafe { unix::Library::open(Some(&explicit), unix::RTLD_NOW | unix::RTLD_LOCAL) }
         .map_err(|source| PluginError::Load { path: path.to_path_buf(), source })?;
+    let library = libloading::Library::from(library);
     // SAFETY: a symbol of this name has this type, by effect.h.
     let table = unsafe {
         let entry = library
@@ -79,10 +102,20 @@ pub fn load(path: &Path) -> Result<Arc<dyn Effect>, PluginError> {
     // SAFETY: a table of effect.h, in a library that is kept loaded beside the effect.
     let effect =
         unsafe { CEffect::new(table) }.map_err(|source| PluginError::Abi { path: path.to_path_buf(), source })?;
-    Ok(Arc::new(Plugin { effect, _library: library }))
+    Ok(Plugin { effect, _library: library })
 }
 
 impl Plugin {
+    fn values(
+        &self,
+        context: &Context<'_>,
+        input: &[f64],
+        theta: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), OutsideDomain> {
+        self.effect.evaluate(context, input, theta, out, None, None).map_err(|_| OutsideDomain)
+    }
+
     fn input_sizes(&self, context: &Context<'_>) -> Vec<f64> {
         let diagonal = 0.5 * context.image.width_px.hypot(context.image.height_px);
         let h = if diagonal.is_finite() { diagonal } else { HALF_DIAGONAL_PX };
@@ -173,12 +206,12 @@ impl Effect for Plugin {
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
         let m = out.len();
-        self.effect.eval(context, input, theta, out, None, None)?;
+        self.values(context, input, theta, out)?;
         if let Some(matrix) = d_input {
             // Only what the effect adds to the identity is differentiated numerically, so that the null law holds exactly.
             let (n, offset) = (input.len(), self.descriptor().stage.identity_offset());
             let added = |x: &[f64], out: &mut [f64]| {
-                self.effect.eval(context, x, theta, out, None, None)?;
+                self.values(context, x, theta, out)?;
                 out.iter_mut().zip(&x[offset..]).for_each(|(out, x)| *out -= x);
                 Ok(())
             };
@@ -197,7 +230,7 @@ impl Effect for Plugin {
                     continue;
                 }
                 let mut step = STEP * parameter.typical.abs().max(theta[k].abs());
-                let f = |x: &[f64], out: &mut [f64]| self.effect.eval(context, input, x, out, None, None);
+                let f = |x: &[f64], out: &mut [f64]| self.values(context, input, x, out);
                 if !matches!(parameter.role, Role::Searched(_)) {
                     step = visible_step(&f, theta, k, step, m);
                 }
@@ -249,7 +282,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         let source = std::fs::read_to_string(root.join("cpp/effects/gnss-lever-arm.h")).unwrap();
-        let plugin = load(&compile(folder.path(), &source, "c++", &["-std=c++17", "-DMISCLOSURE_PLUGIN"])).unwrap();
+        // Not by `load`, which refuses a second effect of this id.
+        let plugin = open(&compile(folder.path(), &source, "c++", &["-std=c++17", "-DMISCLOSURE_PLUGIN"])).unwrap();
         let own = find("gnss-lever-arm").unwrap();
         assert!(plugin.c_abi().is_some());
         let without_ranges = |d: &Descriptor| -> Vec<Parameter> {
@@ -265,10 +299,10 @@ mod tests {
             effect.eval(&context, &input, &theta, &mut out, Some(&mut d_input), Some(&mut d_theta)).unwrap();
             [&out[..], &d_input, &d_theta].concat()
         };
-        for (a, b) in run(&*plugin).iter().zip(run(own)) {
+        for (a, b) in run(&plugin).iter().zip(run(own)) {
             assert!((a - b).abs() <= DERIVATIVE * b.abs().max(1.0), "{a} instead of {b}");
         }
-        let violations = [laws::null_law(&*plugin, 3), laws::purity(&*plugin, 3), laws::description(&*plugin)];
+        let violations = [laws::null_law(&plugin, 3), laws::purity(&plugin, 3), laws::description(&plugin)];
         assert!(violations.iter().all(Result::is_ok), "{violations:?}");
     }
 

@@ -215,7 +215,7 @@ pub fn cpp_eval(
     }
     let (mut out, mut d_input, mut d_theta) = (vec![0.0; m], vec![0.0; m * n], vec![0.0; m * p]);
     effect
-        .eval(context, input, theta, &mut out, Some(&mut d_input), Some(&mut d_theta))
+        .evaluate(context, input, theta, &mut out, Some(&mut d_input), Some(&mut d_theta))
         .map_err(|outside| fail(format!("effect `{id}`: {outside}")))?;
     Ok((out, d_input, d_theta))
 }

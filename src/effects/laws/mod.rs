@@ -4,9 +4,11 @@
 //! The random places ([`Sample`]) are those of a small aerial block: 40 to 120 m above ground, nadir and oblique, a 20
 //! megapixel camera.
 
+mod admission;
 mod derivatives;
 mod sample;
 
+pub use admission::admission;
 pub use derivatives::{DERIVATIVE_TOLERANCE, derivatives};
 pub use sample::{Sample, value};
 
@@ -85,7 +87,9 @@ pub fn description(effect: &dyn Effect) -> Result<(), Violation> {
             return fail(format!("{name}: typical size and nominal value must be finite, the size not zero"));
         }
         match &parameter.role {
-            Role::Searched(Domain::Range(low, high) | Domain::SensorFraction(low, high)) if low >= high => {
+            Role::Searched(Domain::Range(low, high) | Domain::SensorFraction(low, high))
+                if !(low < high && (high - low).is_finite()) =>
+            {
                 return fail(format!("{name}: empty search domain"));
             }
             Role::Given(named) if !named.is_empty() && !named.iter().any(|row| row.1 == parameter.nominal) => {
