@@ -207,6 +207,43 @@ fn the_page_has_its_sections_and_is_the_same_from_the_folder() {
 }
 
 #[test]
+fn a_folder_of_another_version_or_without_its_rows_has_no_report() {
+    let scene = Scene::new();
+    let run = scene.adjust("run", &["--solver", "native"]);
+    let refused = |file: &str, content: &str, expected: &str| {
+        let path = run.join(file);
+        let before = fs::read_to_string(&path).expect("a file of the run");
+        fs::write(&path, content).expect("written");
+        let (code, stderr) = scene.run(&["report", run.to_str().expect("UTF-8")]);
+        assert_eq!(code, 2, "{file}: {stderr}");
+        assert!(stderr.contains(&format!("{file}{expected}")), "{file}: {stderr}");
+        fs::write(&path, before).expect("written");
+    };
+    let read = |file: &str| fs::read_to_string(run.join(file)).expect("a file of the run");
+    let summary = read("summary.json");
+    let newer = summary.replacen("\"format\": 1", "\"format\": 2", 1);
+    assert_ne!(newer, summary);
+    refused("summary.json", &newer, ": \"format\": 2, expected \"format\": 1");
+    refused("summary.json", "{}", ": no \"format\", expected \"format\": 1");
+    for file in ["images.csv", "residuals.csv", "checks.csv", "sensor.csv"] {
+        let table = read(file);
+        let header = table.lines().next().expect("a header");
+        refused(file, "", ":1: the file is empty, expected a header with the columns ");
+        refused(
+            file,
+            &format!("{header}\n"),
+            ": the table has no rows, expected some, as summary.json has results of them",
+        );
+        let (_, rest) = header.split_once(',').expect("columns");
+        refused(file, &format!("else,{rest}\n"), ":1: column ");
+    }
+    fs::write(run.join("diagnosis.json"), "{\"format\": 2}").expect("written");
+    refused("diagnosis.json", "{\"format\": 2}", ": \"format\": 2, expected \"format\": 1");
+    fs::remove_file(run.join("diagnosis.json")).expect("removed");
+    assert_eq!(scene.run(&["report", run.to_str().expect("UTF-8")]).0, 0, "the run as it was");
+}
+
+#[test]
 fn an_effect_with_one_derivation_is_named_wherever_the_solvers_agree() {
     let scene = Scene::new();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -77,6 +77,8 @@ pub struct ImageRow {
 impl ImageRow {
     /// Name of the file.
     pub(super) const FILE: &'static str = "images.csv";
+    /// Columns that are read.
+    pub(super) const COLUMNS: &'static [&'static str] = &["image", "flight", "x", "y", "z"];
 }
 
 table! { "points.csv",

@@ -265,7 +265,7 @@ mod tests {
             sigma_px: None,
         };
         write_rows(dir.path(), std::iter::once(row.clone())).unwrap();
-        assert_eq!(rows::<ImageScaleRow>(&dir.path().join("image_scale.csv")).unwrap(), [row]);
+        assert_eq!(rows::<ImageScaleRow>(&dir.path().join("image_scale.csv"), ImageScaleRow::COLUMNS).unwrap(), [row]);
     }
 
     #[test]
