@@ -42,8 +42,9 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     let (whole, mut outliers) = arguments.model.without_outliers(loaded.block.about_its_centre(), console)?;
     let model = arguments.model.model(Datum::Free)?;
     let options = Options { threads, ..Options::default() };
+    arguments.model.judge_start(&whole, &model, console)?;
     let progress = console.progress("adjust");
-    let model = arguments.model.started(&whole, model, &options, &|what| progress.step(what))?;
+    let (whole, model) = arguments.model.started(whole, model, &options, &|what| progress.step(what))?;
     let search = blunders::search(&whole, &model, &options, arguments.model.outliers, &|what| progress.step(what))?;
     let block = &search.block(&whole);
     let set_aside = search.outliers(&whole).rows(&whole);

@@ -90,13 +90,14 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
         console.message(&format!("{}: set aside: {}", arguments.block.display(), loaded.set_aside));
     }
     let (block, mut outliers) = arguments.model.without_outliers(loaded.block.about_its_centre(), console)?;
-    let block = &block;
-    let model = arguments.model.model(run::default_diagnosis_datum(block))?;
+    let model = arguments.model.model(run::default_diagnosis_datum(&block))?;
     let snoop = arguments.model.outliers.unwrap_or(Treatment::Snoop) == Treatment::Snoop;
     let options = Options { threads, ..Options::default() };
+    arguments.model.judge_start(&block, &model, console)?;
     let progress = console.progress("diagnose");
     let tell = |what: &str| progress.step(what);
-    let model = arguments.model.started(block, model, &options, &tell)?;
+    let (block, model) = arguments.model.started(block, model, &options, &tell)?;
+    let block = &block;
     let plugins = arguments.model.plugin_effects()?;
     let settings = Settings {
         plugins: &plugins,

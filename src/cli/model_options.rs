@@ -9,8 +9,10 @@ use crate::camera::{GROUPS, PARAMETER_COUNT, PARAMETERS, parameter_indices};
 use crate::effects::{self, Descriptor, Effect, Parameter, Role, plugin};
 use crate::io::model::read_model;
 use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, PRIOR_KEY, TieWeights};
+use crate::problem::start_interiors;
 use crate::run::folder::{self, OutlierRow};
 use crate::run::multistart::{best_start, doubtful_cameras};
+use crate::run::start_values::doubts;
 use crate::run::{Run, RunError, set_aside};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -51,7 +53,8 @@ pub struct ModelOptions {
     /// What becomes of measurements that stand alone [default: none for adjust, which names them; snoop for diagnose and improve]
     #[arg(long, value_enum)]
     pub outliers: Option<Treatment>,
-    /// Start from half to twice the focal length, and go on from the best: where its start value is in doubt
+    /// Start from half to twice the focal length, and go on from the best: where its start value is in doubt. Where most tie
+    /// points lie behind the images, also with the images turned and the base reversed
     #[arg(long)]
     pub multistart: bool,
     /// Weights of tie points by the number m of their images: 1, m (m - 1), m (m - 1)^2 [default: unit]
@@ -155,26 +158,45 @@ impl ModelOptions {
         Ok((left, rows))
     }
 
-    /// The model with the best start values, where `--multistart` asks for others than its own.
+    /// Says what is doubtful of the start values.
+    ///
+    /// # Errors
+    /// A camera of the model that the block does not have.
+    pub fn judge_start(&self, block: &Block, model: &Model, console: &Console) -> Result<(), RunError> {
+        for doubt in doubts(block, &start_interiors(block, model)?) {
+            console.message(&format!("WARNING: the start values are in doubt: {doubt}{}", self.advice()));
+        }
+        Ok(())
+    }
+
+    /// Block and model with the best start values, where `--multistart` asks for others than their own.
     ///
     /// # Errors
     /// A block of which no problem can be made.
     pub fn started(
         &self,
-        block: &Block,
+        block: Block,
         model: Model,
         options: &Options,
         tell: &dyn Fn(&str),
-    ) -> Result<Model, RunError> {
-        if self.multistart { best_start(block, &model, &Native, options, tell) } else { Ok(model) }
+    ) -> Result<(Block, Model), RunError> {
+        if self.multistart { best_start(&block, &model, &Native, options, tell) } else { Ok((block, model)) }
+    }
+
+    /// What can be done where start values are in doubt.
+    fn advice(&self) -> &'static str {
+        if self.multistart { "" } else { "; --multistart tries other start values" }
     }
 
     /// Says where a camera ended so far from its start values that these are in doubt.
     pub fn doubts(&self, block: &Block, run: &Run, console: &Console) {
         let cameras = doubtful_cameras(block, &run.solution().state.interiors);
         if !cameras.is_empty() {
-            let advice = if self.multistart { "" } else { "; --multistart tries other start values" };
-            console.message(&format!("WARNING: the start values are in doubt: {}{advice}", cameras.join(", ")));
+            console.message(&format!(
+                "WARNING: the start values are in doubt: {}{}",
+                cameras.join(", "),
+                self.advice()
+            ));
         }
     }
 
@@ -230,7 +252,7 @@ pub(super) fn load_plugins(paths: &[PathBuf]) -> anyhow::Result<Vec<Arc<dyn Effe
     for path in paths {
         let effect = plugin::load(path)?;
         let id = &effect.descriptor().id;
-        if effects::find(id).is_some() || plugins.iter().any(|other| other.descriptor().id == *id) {
+        if plugins.iter().any(|other| other.descriptor().id == *id) {
             return Err(Usage(format!("--plugin {}: there is an effect `{id}` already", path.display())).into());
         }
         plugins.push(effect);

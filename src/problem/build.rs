@@ -1,6 +1,6 @@
 //! From a block and a model to the problem.
 
-use super::cameras::{camera_priors, cameras};
+use super::cameras::{camera_priors, free_parameters, start_interiors};
 use super::context::{block_context, image_contexts, survey_centre};
 use super::datum::datum_parts;
 use super::intersection::start_position;
@@ -17,7 +17,7 @@ impl Problem {
     pub fn new(block: &Block, model: &Model) -> Result<Self, ProblemError> {
         let (uses_control, uses_gnss) = datum_parts(block, model.datum)?;
         let contexts = image_contexts(block);
-        let (interiors, camera_free) = cameras(block, model)?;
+        let (interiors, camera_free) = (start_interiors(block, model)?, free_parameters(block, model));
         let poses: Vec<_> = block.images.iter().map(|image| image.pose).collect();
         let ranks = ranks_along_block(&poses.iter().map(|pose| pose.centre).collect::<Vec<_>>());
 

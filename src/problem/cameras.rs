@@ -5,11 +5,11 @@ use crate::block::Block;
 use crate::camera::{self, DCX, DCY, Interior, PARAMETER_COUNT};
 use crate::model::{Model, Prior};
 
-/// Start values of the interior orientations, and which are free.
-pub(super) fn cameras(
-    block: &Block,
-    model: &Model,
-) -> Result<(Vec<Interior>, Vec<[bool; PARAMETER_COUNT]>), ProblemError> {
+/// Start values of the interior orientations: the block's, where the model has none of its own.
+///
+/// # Errors
+/// A camera or a parameter of the model that the block does not have.
+pub fn start_interiors(block: &Block, model: &Model) -> Result<Vec<Interior>, ProblemError> {
     let mut interiors: Vec<Interior> = block.cameras.iter().map(|camera| camera.interior).collect();
     for (id, values) in &model.camera_values {
         let camera = camera_position(block, id)?;
@@ -17,12 +17,19 @@ pub(super) fn cameras(
             interiors[camera][parameter_position(name)?] = *value;
         }
     }
+    if model.tie_dc_to_pp {
+        interiors.iter_mut().for_each(camera::tie_centre);
+    }
+    Ok(interiors)
+}
+
+/// Which parameters of each camera are free.
+pub(super) fn free_parameters(block: &Block, model: &Model) -> Vec<[bool; PARAMETER_COUNT]> {
     let mut free = model.free;
     if model.tie_dc_to_pp {
         (free[DCX], free[DCY]) = (false, false);
-        interiors.iter_mut().for_each(camera::tie_centre);
     }
-    Ok((interiors, vec![free; block.cameras.len()]))
+    vec![free; block.cameras.len()]
 }
 
 pub(super) fn camera_priors(block: &Block, model: &Model) -> Result<Vec<CameraPrior>, ProblemError> {

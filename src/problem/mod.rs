@@ -22,6 +22,7 @@ mod start;
 mod thin;
 mod unoriented;
 
+pub use cameras::start_interiors;
 pub use effects::missing_need;
 pub use error::ProblemError;
 

@@ -10,6 +10,7 @@ mod residual_means;
 mod residuals;
 pub mod set_aside;
 mod solvers;
+pub mod start_values;
 pub mod summary;
 mod variance_components;
 
