@@ -2,7 +2,7 @@
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
 
-.PHONY: help setup build demo test test-sanitize test-hidden test-cases test-fresh fuzz bench clean
+.PHONY: help setup build demo test test-sanitize test-hidden test-cases test-fresh test-blunders fuzz bench clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -38,6 +38,9 @@ test-cases: setup ## judge the labelled blocks of ../shared/cases (make test: si
 
 test-fresh: setup ## judge blocks drawn at random: SEEDS=1..40 (make test: four of them)
 	MISCLOSURE_FRESH=$(SEEDS) cargo test --release --test fresh -- --nocapture
+
+test-blunders: setup ## blunders of every size at the worst places, on every preset (make test: a handful)
+	MISCLOSURE_BLUNDERS=all cargo test --release --test blunders -- --nocapture
 
 fuzz: setup ## libFuzzer on every reader and on simulate -> adjust, SECONDS=60 each (make test: some seconds of the same)
 	command -v cargo-fuzz >/dev/null || cargo install --locked cargo-fuzz

@@ -4,7 +4,7 @@ mod common;
 
 use misclosure::adjust::{CovarianceOf, Options};
 use misclosure::block::{Block, ImageId, PointId};
-use misclosure::diagnose::outliers::{self, Outliers, Solved, Strictness};
+use misclosure::diagnose::outliers::{self, Outliers, Snooping, Solved, Strictness};
 use misclosure::model::{Datum, Model};
 use misclosure::problem::MeasurementKind;
 use misclosure::run::RunError;
@@ -136,6 +136,34 @@ fn nothing_is_rejected_where_nothing_is_wrong() {
         assert!(found.rejected.is_empty(), "{:?}", found.rejected);
         assert!(found.settled && found.rounds.len() == 1);
     }
+}
+
+#[test]
+fn a_point_that_was_lost_comes_back_where_its_rays_agree() {
+    let block = block("mapping", 600.0, 7);
+    let model = Model::default();
+    let options = Options { covariance: CovarianceOf::Nothing, ..Options::default() };
+    let solved = |block: &Block| {
+        let run = common::solve_native(block, &model, &options);
+        let state = run.solution().state.clone();
+        Solved { problem: run.problem, state }
+    };
+    let rays = rays(&block);
+    let k = (0..block.ties.len()).find(|k| rays[block.ties[*k].point.index()] == 2).expect("a point of two rays");
+    let mut spoilt = block.clone();
+    spoilt.ties[k].x += 100.0;
+    spoilt.ties[k].y += 100.0;
+    let mut search = Snooping::new(&spoilt, &model);
+    search.judge(&spoilt, &solved(&block), Strictness::Tight).unwrap();
+    assert_eq!(search.outliers(&spoilt).lost_points, [block.ties[k].point], "one ray is left, which fits anything");
+    let without = solved(&search.block(&spoilt));
+    // As it was, it stays out; what it should have been comes back.
+    search.judge(&spoilt, &without, Strictness::Tight).unwrap();
+    assert_eq!(search.outliers(&spoilt).lost_points, [block.ties[k].point]);
+    let round = search.judge(&block, &without, Strictness::Tight).unwrap();
+    let found = search.outliers(&block);
+    assert_eq!((round.returned, found.rejected.len(), found.lost_points.len()), (1, 0, 0));
+    assert_eq!(search.block(&block), block);
 }
 
 #[test]

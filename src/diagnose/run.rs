@@ -10,7 +10,9 @@ use crate::adjust::AdjustError;
 use crate::adjust::native::pool;
 use crate::block::{Block, PointId};
 use crate::model::Model;
+use crate::problem::ProblemError;
 use crate::run::{self, RunError};
+use std::collections::HashSet;
 
 /// Rounds of the weights: the second changes a factor by the square of what the first changed it.
 const WEIGHT_ROUNDS: usize = 3;
@@ -141,7 +143,7 @@ fn after_robust_search(
         let Some(robust) = outliers::robust_fit(&search.block(whole), model, &settings.options) else { break };
         let seen = outliers::Solved { problem: robust.problem, state: robust.solution.state };
         let round = pool(settings.options.threads)?.install(|| search.judge(whole, &seen, Strictness::Loose))?;
-        if round.rejected == 0 {
+        if round.rejected + round.returned == 0 {
             break;
         }
         found = true;
@@ -163,9 +165,16 @@ fn fit_what_meets(
             Ok(fitted) => return Ok(fitted),
             Err(error) => error,
         };
-        let RunError::Adjust(AdjustError::RaysDoNotMeet { point, .. }) = &error else { return Err(error.into()) };
-        let id = whole.tie_points.iter().position(|tie| tie.name == *point).map(PointId::from);
-        if !id.is_some_and(|id| search.set_aside(whole, id)) {
+        let apart = match &error {
+            RunError::Adjust(AdjustError::RaysDoNotMeet { point, .. }) => std::slice::from_ref(point),
+            // What is left of a point's rays need not meet at the approximations.
+            RunError::Problem(ProblemError::NoIntersection { points }) => points,
+            _ => return Err(error.into()),
+        };
+        let apart: HashSet<&String> = apart.iter().collect();
+        let ids = (0..whole.tie_points.len()).filter(|id| apart.contains(&whole.tie_points[*id].name));
+        let set_aside = ids.map(|id| search.set_aside(whole, PointId::from(id))).filter(|any| *any).count();
+        if set_aside == 0 {
             return Err(error.into());
         }
     }

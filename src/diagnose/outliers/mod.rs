@@ -4,7 +4,7 @@
 //! goes. So (Baarda 1968, with three precautions)
 //! - one measurement per point at a time: the worst, then the point is intersected again from the rest with the cameras held, and so
 //!   on; the cameras are adjusted anew once per round, until nothing changes;
-//! - what was rejected comes back when it fits again;
+//! - what was rejected comes back when it fits again, also where its point had no two rays left;
 //! - a measurement is judged against its neighbours in the image as well: an effect that the model lacks moves neighbours together,
 //!   an outlier stands alone. It is rejected only if both its own residual and its difference from theirs are too large.
 //!
@@ -12,6 +12,7 @@
 //! freedom, with one where the point has two rays (across the epipolar plane; along it nothing can be seen). `s0` is taken from the median,
 //! which outliers do not move. The threshold is that of the largest of as many as the block has.
 
+mod lost;
 mod robust;
 mod sight;
 
@@ -217,7 +218,8 @@ impl Snooping {
 
     /// Judges every measurement at a fit of [`Self::block`]. Nothing was rejected or came back: the search has come to its end there.
     pub fn judge(&mut self, block: &Block, fit: &Solved, strictness: Strictness) -> Result<Round, AdjustError> {
-        let mut sight = Sight::new(block, &self.left, fit)?;
+        let lost = lost::lost_by_snooping(block, &self.left.ties, &self.outliers.rejected);
+        let mut sight = Sight::new(block, &self.left, &lost, fit)?;
         let options = SnoopingOptions { strictness, significance: self.significance, max_rounds: MAX_ROUNDS };
         let round = sight.round(options, self.outliers.rounds.len() + 1, &mut self.outliers.rejected);
         for seen in &sight.seen {

@@ -1,14 +1,16 @@
 //! A block's measurements at a solution: each tested against the others of its point and against its neighbours in the image.
 
+use super::lost::meeting;
 use super::{FEWEST_RAYS, Kept, Rejected, Round, SnoopingOptions, Solved, Strictness};
 use crate::adjust::AdjustError;
-use crate::block::{Block, Measurement};
+use crate::block::{Block, Measurement, PointId};
 use crate::diagnose::neighbours::Neighbours;
 use crate::math::statistics::{chi_square_ln_sf, chi_square_quantile, median};
 use crate::measure::Predictor;
 use crate::problem::{MeasurementKind, PointSource};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
+use std::collections::HashSet;
 
 /// Before a diagnosis residuals hold effects too: the threshold is this much wider.
 const LOOSE: f64 = 1.5;
@@ -49,6 +51,8 @@ pub(super) struct Sight {
     starts: Vec<usize>,
     /// Weight of the surveyed coordinates of each point.
     surveyed: Vec<Matrix3<f64>>,
+    /// Is the point one that takes no part?
+    lost: Vec<bool>,
     images: usize,
 }
 
@@ -61,7 +65,8 @@ struct Statistic {
 }
 
 impl Sight {
-    pub(super) fn new(block: &Block, left: &Kept, fit: &Solved) -> Result<Self, AdjustError> {
+    /// `lost`: tie points that take no part and are to be judged anew.
+    pub(super) fn new(block: &Block, left: &Kept, lost: &[bool], fit: &Solved) -> Result<Self, AdjustError> {
         let Solved { problem, state } = fit;
         let predictor = Predictor::new(problem, state)?;
         let by_point = |rows: &[Measurement], points: usize| {
@@ -75,14 +80,26 @@ impl Sight {
             seen: Vec::new(),
             starts: vec![0],
             surveyed: vec![Matrix3::zeros(); state.points.len()],
+            lost: vec![false; state.points.len()],
             images: block.images.len(),
         };
         for control in &problem.control {
             let weights = control.sigma.map(|sigma| sigma.powi(-2));
             sight.surveyed[control.index as usize] = Matrix3::from_diagonal(&weights);
         }
-        let points: Vec<_> = problem.point_sources.iter().zip(&state.points).collect();
-        let seen_of = |(source, point): &(&PointSource, &Vector3<f64>)| -> Vec<Seen> {
+        // Poses of images that take no part are what they were given as, and nothing can be judged by them.
+        let idle = problem.unoriented_images();
+        let mut points: Vec<_> = problem.point_sources.iter().copied().zip(state.points.iter().copied()).collect();
+        for point in (0..lost.len()).filter(|point| lost[*point]) {
+            let rows: Vec<&Measurement> = ties[point].iter().map(|m| &block.ties[*m]).collect();
+            let rows: Vec<&Measurement> = rows.into_iter().filter(|row| !idle[row.image.index()]).collect();
+            if let Some(position) = meeting(block, state, &predictor, &rows) {
+                points.push((PointSource::Tie(PointId::from(point)), position));
+                sight.surveyed.push(Matrix3::zeros());
+                sight.lost.push(true);
+            }
+        }
+        let seen_of = |(source, point): &(PointSource, Vector3<f64>)| -> Vec<Seen> {
             let (kind, own, rows, sigma) = match source {
                 PointSource::Tie(id) => (MeasurementKind::Tie, &ties[id.index()], &block.ties, block.sigma.tie_px),
                 PointSource::Control(id) => {
@@ -91,6 +108,9 @@ impl Sight {
             };
             let seen = |m: &usize| {
                 let row = rows[*m];
+                if idle[row.image.index()] {
+                    return None;
+                }
                 // What cannot be projected was left out before, or it could not have been adjusted.
                 let (computed, by_point) = predictor.image_point(row.image.index(), [row.x, row.y], point)?;
                 let weight = 1.0 / row.sigma.unwrap_or(sigma);
@@ -129,6 +149,12 @@ impl Sight {
             points.clone().filter_map(|j| self.worst(j)).map(|(_, verdict)| verdict.statistic).fold(0.0, f64::max);
         let may_be_bent = |verdict: Statistic| verdict.statistic < BENT * BENT * worst;
         for j in points {
+            if self.lost[j] {
+                round.returned += self.revive(j, |sight, j| {
+                    sight.worst(j).filter(|(_, verdict)| beyond(*verdict, RETURN)).map(|(k, _)| k)
+                });
+                continue;
+            }
             while let Some((k, verdict)) = self.worst(j).filter(|(_, verdict)| beyond(*verdict, 1.0)) {
                 if may_be_bent(verdict) {
                     round.held_back += 1;
@@ -149,12 +175,20 @@ impl Sight {
             }
             while let Some((k, _)) = self.best_outside(j, &before).filter(|(_, verdict)| !beyond(*verdict, RETURN)) {
                 self.seen[k].active = true;
-                let (kind, measurement) = (self.seen[k].kind, self.seen[k].measurement);
-                rejected.retain(|rejected| (rejected.kind, rejected.measurement) != (kind, measurement));
                 round.returned += 1;
             }
         }
+        let returned: HashSet<_> = (self.seen.iter().zip(&before))
+            .filter(|(seen, before)| seen.active && !**before)
+            .map(|(seen, _)| (seen.kind as u32, seen.measurement))
+            .collect();
+        rejected.retain(|rejected| !returned.contains(&(rejected.kind as u32, rejected.measurement)));
         round
+    }
+
+    /// Positions in `seen` of the measurements of point `j`.
+    pub(super) fn measurements_of(&self, j: usize) -> std::ops::Range<usize> {
+        self.starts[j]..self.starts[j + 1]
     }
 
     /// Covariance of point `j` and its shift by the measurements that are in; `None` where they do not determine it.
@@ -341,7 +375,7 @@ mod tests {
         let state = problem.start.clone();
         let mut left = Kept::all(&block);
         left.ties[7] = false;
-        let mut sight = Sight::new(&block, &left, &Solved { problem, state }).expect("a solution");
+        let mut sight = Sight::new(&block, &left, &[], &Solved { problem, state }).expect("a solution");
         let round = sight.round(SnoopingOptions::default(), 2, &mut Vec::new());
         let back =
             sight.seen.iter().any(|seen| seen.kind == MeasurementKind::Tie && seen.measurement == 7 && seen.active);
