@@ -90,7 +90,7 @@ fn what_is_no_library_is_refused() {
     plugin::load(&library).expect("nothing is wrong with it");
     let hidden = folder.path().join("hidden.so");
     fs::copy(&library, &hidden).expect("a file");
-    fs::set_permissions(&hidden, fs::Permissions::from_mode(0)).expect("permissions");
+    fs::set_permissions(&hidden, fs::Permissions::from_mode(0o000)).expect("permissions");
     for path in [folder.path().join("missing.so"), folder.path().to_path_buf(), text] {
         let message = error(&path);
         assert!(message.contains(&format!("{}: cannot be loaded: ", path.display())), "{message}");
