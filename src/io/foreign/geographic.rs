@@ -2,8 +2,8 @@
 //!
 //! A block is Cartesian; latitude, longitude and ellipsoidal height go through the Earth-centred system, so that nothing is flattened.
 
-use map_3d::{Ellipsoid, geodetic2enu};
-use nalgebra::Vector3;
+use map_3d::{Ellipsoid, ecef2enu, ecef2geodetic, geodetic2enu};
+use nalgebra::{Matrix3, Vector3};
 
 /// Decimals, in degrees, of the place of a local system: about ten metres, so that it can be written down.
 const DECIMALS: f64 = 1e4;
@@ -17,6 +17,14 @@ pub struct Geographic {
     pub longitude: f64,
     /// Above the ellipsoid, m.
     pub height: f64,
+}
+
+impl Geographic {
+    /// The place of Earth-centred coordinates, m.
+    pub fn of_earth_centred(point: &Vector3<f64>) -> Self {
+        let (latitude, longitude, height) = ecef2geodetic(point.x, point.y, point.z, Ellipsoid::WGS84);
+        Self { latitude: latitude.to_degrees(), longitude: longitude.to_degrees(), height }
+    }
 }
 
 /// East, north, up (m) at a place. Its height is zero where the system is made from places ([`LocalSystem::about`]): heights above the
@@ -55,6 +63,21 @@ impl LocalSystem {
         Vector3::new(east, north, up)
     }
 
+    /// East, north, up of Earth-centred coordinates, m.
+    pub fn of_earth_centred(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        let Geographic { latitude, longitude, height } = self.origin;
+        let (latitude, longitude) = (latitude.to_radians(), longitude.to_radians());
+        let (east, north, up) = ecef2enu(point.x, point.y, point.z, latitude, longitude, height, Ellipsoid::WGS84);
+        Vector3::new(east, north, up)
+    }
+
+    /// The rotation from Earth-centred axes to east, north, up.
+    pub fn from_earth_centred_axes(&self) -> Matrix3<f64> {
+        let (latitude, longitude) = (self.origin.latitude.to_radians(), self.origin.longitude.to_radians());
+        let ((sin_b, cos_b), (sin_l, cos_l)) = (latitude.sin_cos(), longitude.sin_cos());
+        Matrix3::new(-sin_l, cos_l, 0.0, -sin_b * cos_l, -sin_b * sin_l, cos_b, cos_b * cos_l, cos_b * sin_l, sin_b)
+    }
+
     /// As the `crs` of a block.
     pub fn crs(&self) -> String {
         let Geographic { latitude, longitude, height } = self.origin;
@@ -79,6 +102,20 @@ mod tests {
         assert_eq!(system.local(&origin).map(|c| (c * 1e6).round()), Vector3::zeros());
         let above = system.local(&Geographic { height: 120.0, ..origin });
         assert!((above - Vector3::new(0.0, 0.0, 120.0)).norm() < 1e-6, "{above}");
+    }
+
+    #[test]
+    fn earth_centred_coordinates_are_the_same_places() {
+        let system = LocalSystem { origin: Geographic { latitude: 48.0, longitude: 2.0, height: 100.0 } };
+        let place = Geographic { latitude: 48.003, longitude: 1.998, height: 250.0 };
+        let (x, y, z) = map_3d::geodetic2ecef(48.003f64.to_radians(), 1.998f64.to_radians(), 250.0, Ellipsoid::WGS84);
+        let point = Vector3::new(x, y, z);
+        let back = Geographic::of_earth_centred(&point);
+        assert!((back.latitude - place.latitude).abs() < 1e-11 && (back.height - 250.0).abs() < 1e-6, "{back:?}");
+        assert!((system.of_earth_centred(&point) - system.local(&place)).norm() < 1e-6);
+        let step = Vector3::new(10.0, -20.0, 5.0);
+        let moved = system.of_earth_centred(&(point + step)) - system.of_earth_centred(&point);
+        assert!((system.from_earth_centred_axes() * step - moved).norm() < 1e-6);
     }
 
     #[test]

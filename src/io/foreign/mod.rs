@@ -5,13 +5,18 @@
 //! is a [`Note`]. What formats share stands beside them: text ([`text`]), poses ([`pose`]), tie points ([`tracks`]), cameras that are
 //! no Fraser camera ([`fit`]), geographic coordinates ([`geographic`]), and points that prove a transfer ([`verification`]).
 
+pub mod crs;
 pub mod fit;
+mod gcp_list;
 pub mod geographic;
+mod metashape;
 mod note;
+mod opensfm;
 pub mod pose;
 pub mod text;
 pub mod tracks;
 pub mod verification;
+mod xml;
 
 pub use note::{Kind, Note};
 
@@ -101,7 +106,7 @@ pub trait Addition: Sync {
 
 /// Every format, in the order of the list.
 pub fn registry() -> &'static [&'static dyn Format] {
-    &[]
+    &[&metashape::Metashape, &opensfm::OpenSfm]
 }
 
 /// Everything that can be added to a block, in the order of the list.

@@ -100,6 +100,11 @@ impl<'a> Line<'a> {
         self.text
     }
 
+    /// Its number in the file, from 1.
+    pub fn place(&self) -> u64 {
+        self.number
+    }
+
     /// What was not read yet, without blanks at its ends.
     pub fn rest(&self) -> &'a str {
         self.rest.trim()
