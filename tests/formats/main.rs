@@ -7,6 +7,7 @@ mod common;
 
 mod adjusted;
 mod metashape;
+mod micmac;
 mod opensfm;
 
 use misclosure::block::{Block, ImageId};

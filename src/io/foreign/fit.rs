@@ -65,11 +65,11 @@ impl<P> Fit<P> {
 }
 
 /// The Fraser camera that is nearest to a formula over a sensor of `size` px, found from `start`; with `tied` its centre of distortion is
-/// the principal point. `None` where the formula does not cover the sensor, or nothing comes near it.
+/// the principal point, else it stays where `start` has it (to first order moving it does what p1 and p2 do). `None` where the formula does not cover the sensor, or nothing comes near it.
 pub fn fit_fraser(formula: &Formula<'_>, size: [u32; 2], start: &Interior, tied: bool) -> Option<Fit<Interior>> {
     let samples = samples(formula, size, start)?;
     let camera = Camera { id: String::new(), width_px: size[0], height_px: size[1], pixel_um: None, interior: *start };
-    let free: Vec<usize> = (0..PARAMETER_COUNT).filter(|k| !(tied && [DCX, DCY].contains(k))).collect();
+    let free: Vec<usize> = (0..PARAMETER_COUNT).filter(|k| ![DCX, DCY].contains(k)).collect();
     let interior = |values: &[f64]| {
         let mut interior = *start;
         free.iter().zip(values).for_each(|(k, value)| interior[*k] = *value);

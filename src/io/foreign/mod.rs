@@ -10,6 +10,7 @@ pub mod fit;
 mod gcp_list;
 pub mod geographic;
 mod metashape;
+mod micmac;
 mod note;
 mod opensfm;
 pub mod pose;
@@ -106,7 +107,7 @@ pub trait Addition: Sync {
 
 /// Every format, in the order of the list.
 pub fn registry() -> &'static [&'static dyn Format] {
-    &[&metashape::Metashape, &opensfm::OpenSfm]
+    &[&metashape::Metashape, &opensfm::OpenSfm, &micmac::MicMac]
 }
 
 /// Everything that can be added to a block, in the order of the list.
