@@ -9,6 +9,8 @@ mod adjusted;
 mod metashape;
 mod micmac;
 mod opensfm;
+mod photomodeler;
+mod pix4d;
 
 use misclosure::block::{Block, ImageId};
 use misclosure::camera::fraser::project;

@@ -13,6 +13,8 @@ mod metashape;
 mod micmac;
 mod note;
 mod opensfm;
+mod photomodeler;
+mod pix4d;
 pub mod pose;
 pub mod text;
 pub mod tracks;
@@ -107,7 +109,7 @@ pub trait Addition: Sync {
 
 /// Every format, in the order of the list.
 pub fn registry() -> &'static [&'static dyn Format] {
-    &[&metashape::Metashape, &opensfm::OpenSfm, &micmac::MicMac]
+    &[&metashape::Metashape, &opensfm::OpenSfm, &micmac::MicMac, &pix4d::Pix4d, &photomodeler::PhotoModeler]
 }
 
 /// Everything that can be added to a block, in the order of the list.

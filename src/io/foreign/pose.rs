@@ -46,6 +46,15 @@ pub fn half_turn_about_x(rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> 
     UnitQuaternion::new_unchecked(Quaternion::new(0.0, 1.0, 0.0, 0.0)) * rotation
 }
 
+/// The rotation, world to our camera axes, of the angles (rad) of a camera with y up that looks along -z: `Rx(omega) Ry(phi) Rz(kappa)` takes
+/// its axes to the world.
+pub fn from_omega_phi_kappa([omega, phi, kappa]: [f64; 3]) -> UnitQuaternion<f64> {
+    let about = |axis, angle| UnitQuaternion::from_axis_angle(&axis, angle);
+    let world_from_cam =
+        about(Vector3::x_axis(), omega) * about(Vector3::y_axis(), phi) * about(Vector3::z_axis(), kappa);
+    half_turn_about_x(&world_from_cam.inverse())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
