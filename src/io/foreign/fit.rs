@@ -34,6 +34,9 @@ pub enum Formula<'a> {
     Backward(&'a dyn Fn([f64; 2]) -> Option<[f64; 2]>),
 }
 
+/// Image point (px) of numbers of a formula and a ray; `None` outside its domain.
+pub type Predict<'a> = dyn Fn(&[f64], [f64; 2]) -> Option<[f64; 2]> + 'a;
+
 /// How well one formula stands for another.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit<P> {
@@ -87,12 +90,7 @@ pub fn fit_fraser(formula: &Formula<'_>, size: [u32; 2], start: &Interior, tied:
 
 /// The numbers of a forward formula `predict(numbers, ray)` that are nearest to a Fraser camera, found from `start`; `scales` are the changes
 /// of the numbers that move an image point by about a pixel. `None` where the camera does not cover its sensor, or nothing comes near it.
-pub fn fit_to_fraser(
-    camera: &Camera,
-    start: Vec<f64>,
-    scales: &[f64],
-    predict: &dyn Fn(&[f64], [f64; 2]) -> Option<[f64; 2]>,
-) -> Option<Fit<Vec<f64>>> {
+pub fn fit_to_fraser(camera: &Camera, start: Vec<f64>, scales: &[f64], predict: &Predict<'_>) -> Option<Fit<Vec<f64>>> {
     let interior = camera.interior;
     let backward = |xy: [f64; 2]| {
         let [u, v] = undistort(&interior, xy)?;
@@ -141,12 +139,7 @@ fn invert(forward: &dyn Fn([f64; 2]) -> Option<[f64; 2]>, xy: [f64; 2], near: &I
 }
 
 /// Gauss-Newton with numerical derivatives.
-fn fit(
-    samples: &[Sample],
-    mut values: Vec<f64>,
-    scales: &[f64],
-    predict: &dyn Fn(&[f64], [f64; 2]) -> Option<[f64; 2]>,
-) -> Option<Fit<Vec<f64>>> {
+fn fit(samples: &[Sample], mut values: Vec<f64>, scales: &[f64], predict: &Predict<'_>) -> Option<Fit<Vec<f64>>> {
     for _ in 0..ITERATIONS {
         let misses = misses(samples, &values, predict)?;
         let mut derivatives = DMatrix::zeros(misses.len(), values.len());
@@ -174,11 +167,7 @@ fn fit(
 }
 
 /// Image points minus predicted ones, px.
-fn misses(
-    samples: &[Sample],
-    values: &[f64],
-    predict: &dyn Fn(&[f64], [f64; 2]) -> Option<[f64; 2]>,
-) -> Option<DVector<f64>> {
+fn misses(samples: &[Sample], values: &[f64], predict: &Predict<'_>) -> Option<DVector<f64>> {
     let mut misses = DVector::zeros(2 * samples.len());
     for (k, (ray, xy)) in samples.iter().enumerate() {
         let [x, y] = predict(values, *ray)?;

@@ -5,6 +5,8 @@
 //! is a [`Note`]. What formats share stands beside them: text ([`text`]), poses ([`pose`]), tie points ([`tracks`]), cameras that are
 //! no Fraser camera ([`fit`]), geographic coordinates ([`geographic`]), and points that prove a transfer ([`verification`]).
 
+mod binary;
+mod colmap;
 pub mod crs;
 pub mod fit;
 mod gcp_list;
@@ -16,6 +18,8 @@ mod opensfm;
 mod photomodeler;
 mod pix4d;
 pub mod pose;
+mod positions;
+mod snavely;
 pub mod text;
 pub mod tracks;
 pub mod verification;
@@ -23,8 +27,10 @@ mod xml;
 
 pub use note::{Kind, Note};
 
+use super::atomic::AtomicFile;
 use super::error::{Error, Place};
 use crate::block::{Block, Sigma};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Between the outer corner of the top-left pixel, where our image coordinates begin, and its centre, where those of some programs do, px.
@@ -109,8 +115,20 @@ pub trait Addition: Sync {
 
 /// Every format, in the order of the list.
 pub fn registry() -> &'static [&'static dyn Format] {
-    &[&metashape::Metashape, &opensfm::OpenSfm, &micmac::MicMac, &pix4d::Pix4d, &photomodeler::PhotoModeler]
+    &FORMATS
 }
+
+static FORMATS: [&dyn Format; 9] = [
+    &colmap::BINARY,
+    &colmap::TEXT,
+    &snavely::Bundler,
+    &snavely::Bal,
+    &metashape::Metashape,
+    &opensfm::OpenSfm,
+    &micmac::MicMac,
+    &pix4d::Pix4d,
+    &photomodeler::PhotoModeler,
+];
 
 /// Everything that can be added to a block, in the order of the list.
 pub fn additions() -> &'static [&'static dyn Addition] {
@@ -149,6 +167,26 @@ pub fn write_imported(imported: &Imported, dir: &Path) -> Result<(), Error> {
     let line = |note: &Note| format!("# {}\n", note.to_string().replace(char::is_control, " "));
     let comments: String = imported.notes.iter().map(line).collect();
     super::write_atomically(&path, (comments + &block).as_bytes())
+}
+
+/// What a format without surveyed points, positions of the receiver and times does not hold of a block.
+fn not_held(block: &Block) -> Vec<Note> {
+    let gnss = block.images.iter().filter(|image| image.gnss.is_some()).count();
+    let timed = block.images.iter().filter(|image| image.time_s.is_some()).count();
+    let what = [
+        (block.surveyed.len(), "surveyed points with their marks"),
+        (gnss, "GNSS positions"),
+        (timed, "exposure times"),
+    ];
+    let held = what.into_iter().filter(|(count, _)| *count > 0);
+    held.map(|(count, name)| Note::loss(format!("{count} {name} have no place in this format"))).collect()
+}
+
+/// Writes a file as `fill` writes it, whole or not at all.
+fn write_file(path: &Path, fill: impl FnOnce(&mut dyn io::Write) -> io::Result<()>) -> Result<(), Error> {
+    let mut file = AtomicFile::create(path)?;
+    fill(&mut file).map_err(|source| Error::Write { path: path.to_owned(), source })?;
+    file.commit()
 }
 
 /// Refuses a file as a whole.

@@ -11,8 +11,11 @@ pub struct Lines {
     /// As messages name it.
     file: String,
     reader: BufReader<File>,
-    bytes: Vec<u8>,
+    /// The line that was read last, without its end.
+    text: String,
     number: u64,
+    /// Where in `text` the next word may begin.
+    next: usize,
 }
 
 impl Lines {
@@ -22,8 +25,14 @@ impl Lines {
     /// [`Error::Read`].
     pub fn open(path: &Path) -> Result<Self, Error> {
         let file = super::super::open(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
-        let name = path.display().to_string();
-        Ok(Self { path: path.to_owned(), file: name, reader: BufReader::new(file), bytes: Vec::new(), number: 0 })
+        Ok(Self {
+            path: path.to_owned(),
+            file: path.display().to_string(),
+            reader: BufReader::new(file),
+            text: String::new(),
+            number: 0,
+            next: 0,
+        })
     }
 
     /// The next line, without its end; `None` after the last.
@@ -31,19 +40,21 @@ impl Lines {
     /// # Errors
     /// A file that cannot be read; a line that is no UTF-8.
     pub fn next_line(&mut self) -> Result<Option<Line<'_>>, Error> {
-        self.bytes.clear();
-        let read = self.reader.read_until(b'\n', &mut self.bytes);
+        let mut bytes = std::mem::take(&mut self.text).into_bytes();
+        bytes.clear();
+        let read = self.reader.read_until(b'\n', &mut bytes);
         if read.map_err(|source| Error::Read { path: self.path.clone(), source })? == 0 {
             return Ok(None);
         }
-        self.number += 1;
-        let text = match std::str::from_utf8(&self.bytes) {
-            Ok(text) => text.trim_end_matches(['\n', '\r']),
-            Err(_) => return Err(Error::content(&self.file, Place::Line(self.number), "the text is not UTF-8")),
-        };
+        (self.number, self.next) = (self.number + 1, 0);
+        let refused = |_| Error::content(&self.file, Place::Line(self.number), "the text is not UTF-8");
+        self.text = String::from_utf8(bytes).map_err(refused)?;
+        self.text.truncate(self.text.trim_end_matches(['\n', '\r']).len());
         // Some editors begin a file with a byte order mark; it is no part of the text.
-        let text = if self.number == 1 { text.trim_start_matches('\u{feff}') } else { text };
-        Ok(Some(Line { file: &self.file, number: self.number, text, rest: text }))
+        if self.number == 1 && self.text.starts_with('\u{feff}') {
+            self.text.remove(0);
+        }
+        Ok(Some(self.this_line()))
     }
 
     /// The next line that has a word and does not begin with `#`.
@@ -77,11 +88,55 @@ impl Lines {
         Error::content(&self.file, Place::Line(self.number), problem)
     }
 
+    /// The next word, whatever the lines; `what` should stand there. For files in which line ends mean nothing.
+    ///
+    /// # Errors
+    /// As [`Self::next_line`], and the end of the file.
+    pub fn word(&mut self, what: &str) -> Result<&str, Error> {
+        while self.text[self.next..].trim_start().is_empty() {
+            if self.next_line()?.is_none() {
+                return Err(self.refuse(format!("the file ends where {what} should stand")));
+            }
+        }
+        let begin = self.text.len() - self.text[self.next..].trim_start().len();
+        let length = self.text[begin..].find(char::is_whitespace).unwrap_or(self.text.len() - begin);
+        self.next = begin + length;
+        Ok(&self.text[begin..self.next])
+    }
+
+    /// The next word as a finite number.
+    ///
+    /// # Errors
+    /// As [`Self::word`], or anything else; `what` is the number.
+    pub fn number(&mut self, what: &str) -> Result<f64, Error> {
+        let found = self.word(what)?.parse().ok().filter(|number: &f64| number.is_finite());
+        found.ok_or_else(|| self.refuse(format!("{what}: expected a finite number")))
+    }
+
+    /// The next `N` words as finite numbers.
+    ///
+    /// # Errors
+    /// As [`Self::number`].
+    pub fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f64; N], Error> {
+        let mut numbers = [0.0; N];
+        for number in &mut numbers {
+            *number = self.number(what)?;
+        }
+        Ok(numbers)
+    }
+
+    /// The next word as a whole number below `end`.
+    ///
+    /// # Errors
+    /// As [`Self::word`], or anything else; `what` is the number.
+    pub fn whole(&mut self, what: &str, end: u64) -> Result<usize, Error> {
+        let found = self.word(what)?.parse().ok().filter(|number: &u64| *number < end);
+        let number = found.ok_or_else(|| self.refuse(format!("{what}: expected a whole number below {end}")))?;
+        Ok(number as usize)
+    }
+
     fn this_line(&self) -> Line<'_> {
-        // Read before as UTF-8.
-        let text = std::str::from_utf8(&self.bytes).unwrap_or_default().trim_end_matches(['\n', '\r']);
-        let text = if self.number == 1 { text.trim_start_matches('\u{feff}') } else { text };
-        Line { file: &self.file, number: self.number, text, rest: text }
+        Line { file: &self.file, number: self.number, text: &self.text, rest: &self.text }
     }
 }
 
