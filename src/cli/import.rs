@@ -6,6 +6,7 @@ use super::{Answer, Console, Usage};
 use crate::block::Block;
 use crate::io::block::{BLOCK_FILE, is_block, read_block, write_block};
 use crate::io::foreign::{Addition, Format, ImportOptions, Kind, Note, additions, registry, write_imported};
+use crate::io::write_atomically;
 use crate::report::tables::Table;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -160,6 +161,7 @@ fn add(
     let staged = tempfile::Builder::new().prefix(".misclosure-").tempdir_in(folder)?;
     write_block(&block, staged.path())?;
     usable(staged.path())?;
+    keep_comments(folder, staged.path())?;
     for name in addition.changes() {
         let file = staged.path().join(name);
         if file.exists() {
@@ -167,6 +169,14 @@ fn add(
         }
     }
     Ok(answer(addition.name(), &block, &notes, folder))
+}
+
+/// What an import said stands at the top of `block.toml`, and stays there.
+fn keep_comments(folder: &Path, staged: &Path) -> anyhow::Result<()> {
+    let old = std::fs::read_to_string(folder.join(BLOCK_FILE))?;
+    let comments: String = old.split_inclusive('\n').take_while(|line| line.starts_with('#')).collect();
+    let new = std::fs::read_to_string(staged.join(BLOCK_FILE))?;
+    Ok(write_atomically(&staged.join(BLOCK_FILE), (comments + &new).as_bytes())?)
 }
 
 fn answer(from: &str, block: &Block, notes: &[Note], folder: &Path) -> Answer {

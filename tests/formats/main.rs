@@ -5,9 +5,11 @@ mod beside;
 #[path = "../common/mod.rs"]
 mod common;
 
+mod additions;
 mod adjusted;
 mod metashape;
 mod micmac;
+mod mutated;
 mod opensfm;
 mod photomodeler;
 mod pix4d;

@@ -36,6 +36,10 @@ fn the_real_project_is_the_block_that_others_made_of_it() {
     assert_eq!(block.marks.len(), reference.marks.len());
 }
 
+pub(super) fn small() -> String {
+    document(RELATIVE, MARKERS)
+}
+
 /// One camera with everything, two images, two markers with one location each that nobody pinned.
 fn document(calibration: &str, markers: &str) -> String {
     format!(

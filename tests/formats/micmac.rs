@@ -51,12 +51,12 @@ fn the_same_project_in_both_versions() {
     }
 }
 
-const CALIBRATION: &str = "<ExportAPERO><CalibrationInternConique><KnownConv>eConvApero_DistM2C</KnownConv><PP>1999.5 1499.5</PP><F>3000</F>
+pub(super) const CALIBRATION: &str = "<ExportAPERO><CalibrationInternConique><KnownConv>eConvApero_DistM2C</KnownConv><PP>1999.5 1499.5</PP><F>3000</F>
 <SzIm>4000 3000</SzIm><PixelSzIm>0.004 0.004</PixelSzIm><CalibDistortion><ModPhgrStd><RadialePart><CDist>2009.5 1489.5</CDist><CoeffDist>-1e-8</CoeffDist>
 <CoeffDist>2e-16</CoeffDist><PPaEqPPs>false</PPaEqPPs></RadialePart><P1>1e-7</P1><P2>-2e-7</P2><b1>1e-4</b1><b2>-3e-5</b2></ModPhgrStd></CalibDistortion>
 </CalibrationInternConique></ExportAPERO>";
 
-fn orientation(centre: &str) -> String {
+pub(super) fn orientation(centre: &str) -> String {
     format!(
         "<ExportAPERO><OrientationConique><OrIntImaM2C><I00>0 0</I00><V10>1 0</V10><V01>0 1</V01></OrIntImaM2C><TypeProj>eProjStenope</TypeProj>
 <FileInterne>Ori-A/AutoCal.xml</FileInterne><Externe><Centre>{centre}</Centre><ParamRotation><CodageMatr><L1>0 -1 0</L1><L2>1 0 0</L2><L3>0 0 1</L3>
@@ -81,10 +81,10 @@ fn project_with(ties: &[(&str, &[u8])]) -> tempfile::TempDir {
     folder
 }
 
-const PMUL: &str = "BeginHeader-MicMacTiePointFormat\n   Version=0.0.0\nEndHeader\n#=*=\n1\n#Number of attribute\n3\na.jpg=0\nc.jpg=1\nb.jpg=2\n2\n2 3\n0 1 2\n\
+pub(super) const PMUL: &str = "BeginHeader-MicMacTiePointFormat\n   Version=0.0.0\nEndHeader\n#=*=\n1\n#Number of attribute\n3\na.jpg=0\nc.jpg=1\nb.jpg=2\n2\n2 3\n0 1 2\n\
     10 20 1 1 30.5 40 0.5\n11 21 1 1 31 41 0.5\n#====\n1 2\n2 1\n5 6 7 8 1\n";
 
-fn binary_pmul() -> Vec<u8> {
+pub(super) fn binary_pmul() -> Vec<u8> {
     let mut bytes = b"BeginHeader-MicMacTiePointFormat\n   Version=0.0.0\nEndHeader\n".to_vec();
     bytes.extend([1u32, 3].into_iter().flat_map(u32::to_le_bytes));
     bytes.extend(b"a.jpg=0\nc.jpg=1\nb.jpg=2\n");

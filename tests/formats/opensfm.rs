@@ -52,6 +52,10 @@ const ROWS: [&str; 3] = [
     "OPENSFM_TRACKS_VERSION_v2\na/1.jpg\t7\t0\t0\t0\t0.01\t1\t2\t3\t-1\t-1\nb/1.jpg\t7\t1\t0.25\t-0.125\t0.01\t1\t2\t3\t-1\t-1\n",
 ];
 
+pub(super) fn small_files() -> [&'static str; 3] {
+    [RECONSTRUCTION, ROWS[2], "WGS84\n2.0 48.0 100 10 20 b/1.jpg p\n"]
+}
+
 fn small(folder: &Path, tracks: &str) {
     write(folder, "reconstruction.json", RECONSTRUCTION);
     write(folder, "tracks.csv", tracks);

@@ -36,12 +36,19 @@ fn the_real_export_is_the_block_that_others_made_of_it() {
     println!("photomodeler {errors} px {:?}", a.interior);
 }
 
+const HEAD: &str =
+    "PhotoModeler x\n 0.1 20 200 100\n 1 1 1 1 1 1 1 1 1\n 10 1 0.5 2 1 0 0 0 0 0\n 0 0 0 0 0 0 0 0 0 0\n";
+const PHOTOS: &str = " 0 a.jpg\n 0 0 0 5 0 0 0\n 0 0 0 0 0 0 0\n\n 0 10 1 0.5 2 1 0 0 0 0 0\n 0 0 0 0 0 0 0 0 0 0 0\n 1 b.jpg\n 1 1 0 5 0 0 0\n 1 0 0 0 0 0 0\n\n 1 10 1 0.5 2 1 0 0 0 0 0\n 1 0 0 0 0 0 0 0 0 0 0\n\n";
+const LISTS: &str = "9 0 0 0 0.1 0.1 0.2\n\n7 0 0 0\n\n0 7 50 50 0.1 0.1\n1 7 60 50 0.1 0.1\n0 9 70 20 0.1 0.1\n\n";
+
+pub(super) fn small() -> String {
+    format!("{HEAD}{PHOTOS}{LISTS}")
+}
+
 #[test]
 fn bad_lines_are_refused_with_their_place() {
     let folder = tempfile::tempdir().unwrap();
-    let head = "PhotoModeler x\n 0.1 20 200 100\n 1 1 1 1 1 1 1 1 1\n 10 1 0.5 2 1 0 0 0 0 0\n 0 0 0 0 0 0 0 0 0 0\n";
-    let photo = " 0 a.jpg\n 0 0 0 5 0 0 0\n 0 0 0 0 0 0 0\n\n 0 10 1 0.5 2 1 0 0 0 0 0\n 0 0 0 0 0 0 0 0 0 0 0\n 1 b.jpg\n 1 1 0 5 0 0 0\n 1 0 0 0 0 0 0\n\n 1 10 1 0.5 2 1 0 0 0 0 0\n 1 0 0 0 0 0 0 0 0 0 0\n\n";
-    let lists = "9 0 0 0 0.1 0.1 0.2\n\n7 0 0 0\n\n0 7 50 50 0.1 0.1\n1 7 60 50 0.1 0.1\n0 9 70 20 0.1 0.1\n\n";
+    let (head, photo, lists) = (HEAD, PHOTOS, LISTS);
     let of = |text: String| {
         let path = write(folder.path(), "x.txt", text);
         try_import("photomodeler", &[path], &ImportOptions::default())

@@ -10,6 +10,13 @@ const EXTERNAL: &str = "imageName X Y Z Omega Phi Kappa\na.jpg 1001 2002 50 0 0 
 const TIES: &str = "a\n7 100.5 200.25 1.5 0.1\n8 5 6 1\n-99\nb.jpg\n7 300 400 1\n-99\nc\n7 1 1 1\n-99\n";
 const BINGO: &str = "a H_8.0_6.0\n7 -4.0 3.0\n-99\nb H_8.0_6.0\n7 2.0 -1.5\n-99\n";
 
+pub(super) const FILES: [(&str, &str); 4] = [
+    ("p_calibrated_camera_parameters.txt", CAMERAS),
+    ("p_calibrated_external_camera_parameters.txt", EXTERNAL),
+    ("p_tp_pix4d.txt", TIES),
+    ("p_offset.xyz", "1000 2000 0\n"),
+];
+
 fn folder(ties: &str, content: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), "p_calibrated_camera_parameters.txt", CAMERAS);

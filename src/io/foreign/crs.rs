@@ -62,6 +62,27 @@ impl Crs {
             false => Err(outside()),
         }
     }
+
+    /// Easting, northing and height of a place, m.
+    ///
+    /// # Errors
+    /// A system of degrees, in which no block is; a place that the system does not have.
+    pub fn coordinates(&self, place: &Geographic) -> Result<[f64; 3], String> {
+        if self.proj.is_latlong() {
+            return Err("a block is in metres, not in degrees".into());
+        }
+        let geographic = Proj::from_proj_string("+proj=longlat +datum=WGS84").map_err(|error| error.to_string())?;
+        let mut point = (place.longitude.to_radians(), place.latitude.to_radians(), place.height);
+        transform(&geographic, &self.proj, &mut point).map_err(|error| error.to_string())?;
+        let coordinates = [point.0, point.1, point.2];
+        match coordinates.iter().all(|value| value.is_finite()) {
+            true => Ok(coordinates),
+            false => Err(format!(
+                "latitude {}, longitude {} are not in the coordinate system",
+                place.latitude, place.longitude
+            )),
+        }
+    }
 }
 
 /// The code of `EPSG:n`, or of the outermost horizontal system in WKT.
@@ -108,6 +129,8 @@ mod tests {
             assert!((place.latitude - PLACE[0]).abs() < 1e-8, "{text}: {place:?}");
             assert!((place.longitude - PLACE[1]).abs() < 1e-8, "{text}: {place:?}");
             assert_eq!(place.height, 34.0);
+            let back = Crs::parse(text).unwrap().coordinates(&place).unwrap();
+            assert!((back[0] - utm[0]).hypot(back[1] - utm[1]) < 1e-3, "{text}: {back:?}");
         }
         let place = Crs::parse("WGS84").unwrap().place([PLACE[1], PLACE[0], 0.0]).unwrap();
         assert!((place.latitude - PLACE[0]).abs() < 1e-12, "{place:?}");

@@ -9,7 +9,7 @@
 
 use super::super::error::{Error, Place, shown};
 use super::crs::Crs;
-use super::geographic::LocalSystem;
+use super::geographic::Geographic;
 use super::text::{Line, Lines};
 use super::{HALF_PIXEL, Note};
 use crate::block::{ImageId, Measurement, PointId, Role, SurveyedPoint};
@@ -87,13 +87,27 @@ fn row(mut line: Line<'_>, name_at: &mut HashMap<[u64; 3], String>) -> Result<Ro
 }
 
 impl GcpList {
-    /// Points and marks in a local system. What cannot be used is said.
+    /// Places of the points whose height is known.
+    ///
+    /// # Errors
+    /// Places that the coordinate system does not have.
+    pub(super) fn places(&self) -> Result<Vec<Geographic>, Error> {
+        let known = self.rows.iter().filter_map(|row| Some((row, row.position.0, row.position.1?)));
+        known
+            .map(|(row, [x, y], height)| {
+                let place = self.crs.place([x, y, height]);
+                place.map_err(|problem| Error::content(&self.file, Place::Line(row.line), problem))
+            })
+            .collect()
+    }
+
+    /// Points and marks; `position` takes places to the block. What cannot be used is said.
     ///
     /// # Errors
     /// Rows that contradict each other, places that the system does not have.
     pub(super) fn in_system(
         &self,
-        system: &LocalSystem,
+        position: &dyn Fn(&Geographic) -> Result<Vector3<f64>, String>,
         image_of: &dyn Fn(&str) -> Option<ImageId>,
         notes: &mut Vec<Note>,
     ) -> Result<(Vec<SurveyedPoint>, Vec<Measurement>), Error> {
@@ -123,9 +137,9 @@ impl GcpList {
                 return Err(refuse(row, format!("point {} is measured twice in image {}", names[0], names[1])));
             }
             if point == next {
-                let place = self.crs.place([x, y, height]).map_err(|problem| refuse(row, problem))?;
+                let placed = self.crs.place([x, y, height]).and_then(|place| position(&place));
+                let position = placed.map_err(|problem| refuse(row, problem))?;
                 let (name, role) = (row.name.clone(), role_of(&row.name));
-                let position: Vector3<f64> = system.local(&place);
                 points.push(SurveyedPoint { name, position, role, sigma_xy: None, sigma_z: None });
             }
             marks.push(Measurement { image, point, x: row.xy[0], y: row.xy[1], sigma: None });

@@ -78,6 +78,16 @@ impl LocalSystem {
         Matrix3::new(-sin_l, cos_l, 0.0, -sin_b * cos_l, -sin_b * sin_l, cos_b, cos_b * cos_l, cos_b * sin_l, sin_b)
     }
 
+    /// The system of a block's `crs`, where [`Self::crs`] wrote it.
+    pub fn parse(crs: &str) -> Option<Self> {
+        let numbers = crs.strip_prefix("local east, north, up at latitude ")?.strip_suffix(" m (WGS84)")?;
+        let (latitude, rest) = numbers.split_once(", longitude ")?;
+        let (longitude, height) = rest.split_once(", height ")?;
+        let number = |text: &str| text.parse().ok().filter(|value: &f64| value.is_finite());
+        let [latitude, longitude, height] = [number(latitude)?, number(longitude)?, number(height)?];
+        Some(Self { origin: Geographic { latitude, longitude, height } })
+    }
+
     /// As the `crs` of a block.
     pub fn crs(&self) -> String {
         let Geographic { latitude, longitude, height } = self.origin;
@@ -113,6 +123,8 @@ mod tests {
         let back = Geographic::of_earth_centred(&point);
         assert!((back.latitude - place.latitude).abs() < 1e-11 && (back.height - 250.0).abs() < 1e-6, "{back:?}");
         assert!((system.of_earth_centred(&point) - system.local(&place)).norm() < 1e-6);
+        assert_eq!(LocalSystem::parse(&system.crs()), Some(system));
+        assert_eq!(LocalSystem::parse("local"), None);
         let step = Vector3::new(10.0, -20.0, 5.0);
         let moved = system.of_earth_centred(&(point + step)) - system.of_earth_centred(&point);
         assert!((system.from_earth_centred_axes() * step - moved).norm() < 1e-6);

@@ -8,11 +8,16 @@
 mod binary;
 mod colmap;
 pub mod crs;
+mod exif;
+mod fill;
 pub mod fit;
+mod gcp;
 mod gcp_list;
+mod geo;
 pub mod geographic;
 mod metashape;
 mod micmac;
+mod mrk;
 mod note;
 mod opensfm;
 mod photomodeler;
@@ -20,6 +25,7 @@ mod pix4d;
 pub mod pose;
 mod positions;
 mod snavely;
+mod system;
 pub mod text;
 pub mod tracks;
 pub mod verification;
@@ -132,7 +138,7 @@ static FORMATS: [&dyn Format; 9] = [
 
 /// Everything that can be added to a block, in the order of the list.
 pub fn additions() -> &'static [&'static dyn Addition] {
-    &[]
+    &[&gcp::Gcp, &mrk::Mrk, &exif::ExifAddition, &geo::Geo]
 }
 
 /// Standard deviations for programs that keep none.

@@ -64,6 +64,11 @@ impl<'a> Element<'a> {
         self.node.attributes().find(|attribute| attribute.name() == name).map(|attribute| attribute.value())
     }
 
+    /// All attributes: name without name space, value.
+    pub(super) fn attributes(&self) -> impl Iterator<Item = (&'a str, &'a str)> + use<'a> {
+        self.node.attributes().map(|attribute| (attribute.name(), attribute.value()))
+    }
+
     /// An attribute that must be there.
     pub(super) fn attribute(&self, name: &str) -> Result<&'a str, Error> {
         self.optional_attribute(name).ok_or_else(|| self.refuse(format!("<{}> has no attribute {name}", self.name())))

@@ -41,7 +41,8 @@ pub(super) fn read(
     }
     let Some(list) = list else { return Ok(Survey::default()) };
     let control = gcp_list::read(list)?;
-    let (points, marks) = control.in_system(&system, &|name| images.get(name).copied(), notes)?;
+    let (points, marks) =
+        control.in_system(&|place| Ok(system.local(place)), &|name| images.get(name).copied(), notes)?;
     Ok(Survey { points, marks })
 }
 
