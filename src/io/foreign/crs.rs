@@ -8,7 +8,8 @@ use proj4rs::transform::transform;
 
 /// A system of longitude and latitude, or a projected one.
 pub struct Crs {
-    proj: Proj,
+    /// Boxed: it is large beside what stands with it in enums.
+    proj: Box<Proj>,
 }
 
 impl Crs {
@@ -36,7 +37,7 @@ impl Crs {
                 _ => None,
             }
         };
-        known.map(|proj| Self { proj }).ok_or_else(|| {
+        known.map(|proj| Self { proj: Box::new(proj) }).ok_or_else(|| {
             format!("expected WGS84, WGS84 UTM 32N, EPSG:n or +proj=..., as this program knows them, found {text:?}")
         })
     }

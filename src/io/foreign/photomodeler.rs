@@ -145,10 +145,8 @@ fn block(path: &Path, options: &ImportOptions, notes: &mut Vec<Note>) -> Result<
         surveyed.push(SurveyedPoint { name, position, role: Role::Control, sigma_xy, sigma_z: above_zero(sigma[2]) });
     }
     for (name, position, _) in objects {
-        if !numbers.contains_key(&name) {
-            let point = tracks.point(name.as_str(), Some(position));
-            numbers.insert(name, (false, point));
-        }
+        let point = |name: &String| (false, tracks.point(name.as_str(), Some(position)));
+        numbers.entry(name).or_insert_with_key(point);
     }
     let mut marks = read_marks(&mut lines, &photo_of_id, &mut numbers, &mut tracks)?;
     let (tie_points, ties) = tracks.finish(notes);

@@ -19,7 +19,7 @@ use super::super::error::{Error, Place, shown};
 use super::tracks::{Matches, Tracks};
 use super::{ExportOptions, Exporter, Format, HALF_PIXEL, ImportOptions, Imported, Note};
 use super::{flight_of, guessed_sigma, refuse, verification};
-use crate::block::{Block, Image, ImageId, Measurement, PointId};
+use crate::block::{Block, Image, ImageId, Measurement, PointId, SurveyedPoint};
 use crate::camera::Camera;
 use nalgebra::Vector3;
 use sources::Sources;
@@ -154,7 +154,7 @@ fn verify(sources: &Sources, notes: &mut Vec<Note>) -> Result<(), Error> {
             let seen = orientation.pose.cam_from_world(point);
             let Some([x, y]) = calibration.project([seen.x / seen.z, seen.y / seen.z]) else { continue };
             let miss = (x - HALF_PIXEL - stated[0]).hypot(y - HALF_PIXEL - stated[1]);
-            if !(miss <= VERIFICATION_PX) {
+            if miss.is_nan() || miss > VERIFICATION_PX {
                 let problem = format!(
                     "misses its own verification point by {miss:.2e} px, more than {VERIFICATION_PX} px: it belongs to another calibration, \
                      or is not understood"
@@ -191,7 +191,10 @@ fn tracks(sources: &Sources, images: &HashMap<&str, ImageId>, notes: &mut Vec<No
     Ok(tracks)
 }
 
-type Survey = (Vec<crate::block::SurveyedPoint>, Vec<Measurement>);
+type Survey = (Vec<SurveyedPoint>, Vec<Measurement>);
+
+/// Image, place (px) and standard deviation of a mark.
+type Seen = (ImageId, [f64; 2], Option<f64>);
 
 /// Points that are measured; marks of points without coordinates are tie points.
 fn survey(
@@ -202,7 +205,7 @@ fn survey(
 ) -> Result<Survey, Error> {
     let (mut surveyed, mut marks) = (Vec::new(), Vec::new());
     let mut strange = 0;
-    let mut of_point: BTreeMap<&str, Vec<(ImageId, [f64; 2], Option<f64>)>> = BTreeMap::new();
+    let mut of_point: BTreeMap<&str, Vec<Seen>> = BTreeMap::new();
     for mark in &sources.marks {
         match images.get(mark.image.as_str()) {
             Some(image) => of_point.entry(&mark.point).or_default().push((*image, mark.xy, mark.sigma)),
