@@ -6,6 +6,7 @@
 //! no Fraser camera ([`fit`]), geographic coordinates ([`geographic`]), and points that prove a transfer ([`verification`]).
 
 mod binary;
+mod blocks_exchange;
 mod colmap;
 pub mod crs;
 mod exif;
@@ -35,7 +36,7 @@ pub use note::{Kind, Note};
 
 use super::atomic::AtomicFile;
 use super::error::{Error, Place};
-use crate::block::{Block, Sigma};
+use crate::block::{Block, FlightId, Image, Sigma};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -124,11 +125,12 @@ pub fn registry() -> &'static [&'static dyn Format] {
     &FORMATS
 }
 
-static FORMATS: [&dyn Format; 9] = [
+static FORMATS: [&dyn Format; 10] = [
     &colmap::BINARY,
     &colmap::TEXT,
     &snavely::Bundler,
     &snavely::Bal,
+    &blocks_exchange::BlocksExchange,
     &metashape::Metashape,
     &opensfm::OpenSfm,
     &micmac::MicMac,
@@ -160,6 +162,20 @@ pub fn guessed_sigma(options: &ImportOptions, notes: &mut Vec<Note>) -> Sigma {
 /// The name of a flight that an image belongs to where nothing else is known: the folder in its own name, else `flight`.
 pub fn flight_of(image: &str) -> &str {
     image.rfind(['/', '\\']).map_or("flight", |end| &image[..end])
+}
+
+/// Flights by the folders in the names of the images, which are numbered with them.
+fn flights(images: &mut [Image]) -> Vec<String> {
+    let mut flights: Vec<String> = Vec::new();
+    for image in images {
+        let flight = flight_of(&image.name);
+        let number = flights.iter().position(|other| other == flight).unwrap_or_else(|| {
+            flights.push(flight.to_owned());
+            flights.len() - 1
+        });
+        image.flight = FlightId::from(number);
+    }
+    flights
 }
 
 /// Writes an imported block into `dir`, its notes as comments at the top of `block.toml`.

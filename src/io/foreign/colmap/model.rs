@@ -2,7 +2,7 @@
 
 use super::super::super::error::{Error, shown};
 use super::super::tracks::Tracks;
-use super::super::{ImportOptions, Imported, Note, flight_of, guessed_sigma, pose, refuse};
+use super::super::{ImportOptions, Imported, Note, flights, guessed_sigma, pose, refuse};
 use super::cameras::{CameraModel, MODELS, ModelCamera};
 use crate::block::{Block, CameraId, FlightId, Image, ImageId, Measurement, PointId, TiePoint};
 use crate::camera::Camera;
@@ -167,20 +167,6 @@ fn by_name(images: Vec<Image>, mut ties: Vec<Measurement>) -> (Vec<Image>, Vec<M
     let mut images: Vec<Image> = images;
     images.sort_by(|a, b| a.name.cmp(&b.name));
     (images, ties)
-}
-
-/// Flights by the folders in the names of the images, which are numbered with them.
-fn flights(images: &mut [Image]) -> Vec<String> {
-    let mut flights: Vec<String> = Vec::new();
-    for image in images {
-        let flight = flight_of(&image.name);
-        let number = flights.iter().position(|other| other == flight).unwrap_or_else(|| {
-            flights.push(flight.to_owned());
-            flights.len() - 1
-        });
-        image.flight = FlightId::from(number);
-    }
-    flights
 }
 
 /// What every model leaves open, or has done to the measurements.
