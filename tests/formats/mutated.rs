@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Changed copies of each file; together they take some seconds.
-const ROUNDS: usize = 150;
+const ROUNDS: usize = 100;
 /// What is put in place of bytes: what numbers, counts and structure are made of.
 const PIECES: [&[u8]; 14] =
     [b"-1", b"0", b"1e308", b"nan", b"4294967295", b"", b"\n", b"\"", b"<", b"</x>", b"\xff", b"\0\0\0\0", b"\t", b","];
