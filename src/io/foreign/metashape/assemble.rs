@@ -1,13 +1,12 @@
 //! From a project to a block.
 
 use super::super::super::error::{Error, Place, shown};
-use super::super::crs::Crs;
-use super::super::geographic::{Geographic, LocalSystem};
 use super::super::tracks::Tracks;
-use super::super::{GUESSED, ImportOptions, Note, flight_of, pose};
+use super::super::{GUESSED, ImportOptions, Note, flight_of};
 use super::document::{Chunk, Marker, Photo, Reference, Similarity};
 use super::project::Project;
-use crate::block::{Block, Gnss, Image, ImageId, Measurement, PointId, Pose, Role, Sigma, SurveyedPoint};
+use super::world::World;
+use crate::block::{Block, Gnss, Image, ImageId, Measurement, PointId, Role, Sigma, SurveyedPoint};
 use crate::camera::Camera;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::{HashMap, HashSet};
@@ -19,7 +18,8 @@ pub(super) fn block(project: Project, options: &ImportOptions, notes: &mut Vec<N
     if oriented.is_empty() {
         return Err(refuse("no enabled image has a pose; align the images in Metashape".into()));
     }
-    let world = World::of(&chunk, &oriented, notes).map_err(refuse)?;
+    let world = World::of(&chunk, oriented.iter().map(|oriented| (oriented.similarity, oriented.centre)), notes)
+        .map_err(refuse)?;
     let sigma = sigma(&chunk, options, notes);
     let (cameras, number_of_sensor) = cameras(&file, &chunk, options, notes)?;
     let mut flights: Vec<String> = Vec::new();
@@ -120,67 +120,6 @@ fn oriented<'a>(chunk: &'a Chunk, notes: &mut Vec<Note>) -> Vec<Oriented<'a>> {
         }
     }
     oriented
-}
-
-/// Where the block's coordinates come from.
-enum World {
-    /// The similarity leads to them.
-    Local,
-    /// It leads to Earth-centred coordinates.
-    Earth { system: LocalSystem, crs: Crs },
-}
-
-impl World {
-    fn of(chunk: &Chunk, oriented: &[Oriented<'_>], notes: &mut Vec<Note>) -> Result<Self, String> {
-        if chunk.transforms.is_empty() {
-            let text = "the chunk has no relation to a coordinate system: lengths are in its own unit, not in metres";
-            notes.push(Note::guess(text));
-            return Ok(Self::Local);
-        }
-        let Some(wkt) = chunk.wkt.as_deref().filter(|wkt| !wkt.starts_with("LOCAL_CS")) else { return Ok(Self::Local) };
-        let crs = Crs::parse(wkt)?;
-        let places: Vec<Geographic> =
-            oriented.iter().map(|o| Geographic::of_earth_centred(&transformed(&o.similarity, &o.centre))).collect();
-        let system = LocalSystem::about(&places).ok_or("no image has a pose")?;
-        notes.push(Note::fact(format!("coordinates are {}; heights are taken as they are", system.crs())));
-        Ok(Self::Earth { system, crs })
-    }
-
-    fn crs(&self) -> String {
-        match self {
-            Self::Local => "local".into(),
-            Self::Earth { system, .. } => system.crs(),
-        }
-    }
-
-    fn position(&self, similarity: &Similarity, point: &Vector3<f64>) -> Vector3<f64> {
-        let point = transformed(similarity, point);
-        match self {
-            Self::Local => point,
-            Self::Earth { system, .. } => system.of_earth_centred(&point),
-        }
-    }
-
-    fn pose(&self, similarity: &Similarity, rotation: &Matrix3<f64>, centre: &Vector3<f64>) -> Option<Pose> {
-        let world_from_cam = similarity.rotation * rotation;
-        let world_from_cam = match self {
-            Self::Local => world_from_cam,
-            Self::Earth { system, .. } => system.from_earth_centred_axes() * world_from_cam,
-        };
-        let rotation = pose::from_matrix(&world_from_cam.transpose())?;
-        Some(Pose { rotation, centre: self.position(similarity, centre) })
-    }
-
-    fn reference(&self, position: &Vector3<f64>) -> Result<Vector3<f64>, String> {
-        match self {
-            Self::Local => Ok(*position),
-            Self::Earth { system, crs } => Ok(system.local(&crs.place((*position).into())?)),
-        }
-    }
-}
-
-fn transformed(similarity: &Similarity, point: &Vector3<f64>) -> Vector3<f64> {
-    similarity.translation + similarity.scale * (similarity.rotation * point)
 }
 
 /// As the project's settings have them.

@@ -15,6 +15,7 @@ mod calibration;
 mod document;
 mod ply;
 mod project;
+mod world;
 mod write;
 
 use super::super::error::Error;
