@@ -78,6 +78,7 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     output.write(&folder::FILES, folder::SUMMARY, |dir| {
         folder::write(dir, block, &model, &run, &rows)?;
         folder::write_outliers(dir, outliers)?;
+        folder::write_source(dir, &arguments.block)?;
         write_page(dir)
     })?;
     let summary = Summary::of(block, &run, &rows);

@@ -150,6 +150,7 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     output.write(&folder::FILES, folder::SUMMARY, |dir| {
         folder::write(dir, block, &final_model, &run, &rows)?;
         folder::write_outliers(dir, outliers)?;
+        folder::write_source(dir, &arguments.block)?;
         folder::write_diagnosis(dir, diagnosis, structure_rows::rows(&diagnosed)?)?;
         write_page(dir)
     })?;

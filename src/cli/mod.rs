@@ -10,6 +10,8 @@ mod diagnose;
 pub mod diagnosis_text;
 mod effects;
 mod exit;
+mod export;
+mod import;
 mod inject;
 pub mod model_options;
 mod output;
@@ -65,6 +67,8 @@ enum Command {
     Effects(effects::Arguments),
     Report(report::Arguments),
     Reproduce(reproduce::Arguments),
+    Import(import::Arguments),
+    Export(export::Arguments),
 }
 
 /// What a command found.
@@ -134,6 +138,8 @@ impl Command {
             Command::Effects(arguments) => effects::run(&arguments),
             Command::Report(arguments) => report::run(&arguments),
             Command::Reproduce(arguments) => reproduce::run(&arguments, console, threads),
+            Command::Import(arguments) => import::run(&arguments, console),
+            Command::Export(arguments) => export::run(&arguments, console),
         }
     }
 }

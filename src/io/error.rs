@@ -51,6 +51,8 @@ pub enum Place {
     Cell(u64, String),
     /// Line and character of a text.
     Character(u64, u64),
+    /// Position in a file that is no text, from 0.
+    Byte(u64),
 }
 
 impl fmt::Display for Place {
@@ -60,6 +62,7 @@ impl fmt::Display for Place {
             Place::Line(line) => write!(f, ":{line}"),
             Place::Cell(line, column) => write!(f, ":{line}: column {column}"),
             Place::Character(line, column) => write!(f, ":{line}:{column}"),
+            Place::Byte(byte) => write!(f, ": byte {byte}"),
         }
     }
 }

@@ -6,6 +6,7 @@
 //! the same folder and then renamed.
 
 pub mod block;
+pub mod foreign;
 pub mod model;
 pub mod table;
 

@@ -3,11 +3,13 @@
 //! Poses, points and their standard deviations are in the survey's system where a similarity took the block there, else in the
 //! adjustment's own.
 
+mod adjusted;
 mod read;
 mod rows;
 mod write;
 
 pub use crate::io::write_atomically;
+pub use adjusted::{Adjusted, read_source, write_source};
 pub use read::{RunFolder, read_outliers};
 use rows::Row;
 pub use rows::{
@@ -16,8 +18,9 @@ pub use rows::{
 pub use write::{Pictures, write, write_diagnosis, write_outliers, write_residuals};
 
 /// Every file that a run may have, its last apart.
-pub const FILES: [&str; 11] = [
+pub const FILES: [&str; 12] = [
     MODEL,
+    SOURCE,
     OutlierRow::FILE,
     ImageRow::FILE,
     PointRow::FILE,
@@ -30,6 +33,8 @@ pub const FILES: [&str; 11] = [
     FoundRow::FILE,
 ];
 
+/// Which block was adjusted.
+const SOURCE: &str = "source.json";
 /// The model as used.
 const MODEL: &str = "model.toml";
 /// What was found; where it is, the run is complete.

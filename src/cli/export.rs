@@ -1,0 +1,144 @@
+//! `misclosure export`: a block, or what a run made of it, for another program.
+
+use super::import::{notes_as_json, tell};
+use super::output::Output;
+use super::{Answer, Console, Usage};
+use crate::block::Block;
+use crate::io::block::{is_block, read_block};
+use crate::io::foreign::{ExportOptions, Exporter, Note, registry, verification};
+use crate::report::numbers::significant;
+use crate::run::folder::{Adjusted, SUMMARY, read_source};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// What effects do below this (px) is lost in the rounding of what other programs write.
+const INVISIBLE_PX: f64 = 1e-6;
+
+/// Writes a block, or what a run made of it, for another program
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  misclosure export colmap block -o model        the block as it is
+  misclosure export colmap run -o model          with the cameras, poses and points of a run
+  misclosure export colmap run -o model --correct-measurements
+                                                 what effects do is taken out of the measurements
+  misclosure import --list                       which formats can be written
+
+Measurements that a run set aside are not written. Effects of its model have no place in other programs:
+with --correct-measurements the image measurements are written as a camera without them would have seen
+them (predicted with effects minus predicted without, at the adjusted solution), else they are refused.
+
+Beside the files stands verification.csv: ten points of the world and where images see them, for whoever
+wants to see that the transfer is right; `misclosure import` looks.")]
+pub struct Arguments {
+    /// A format of `misclosure import --list`
+    format: String,
+    /// Folder of the block, or of a run
+    #[arg(value_name = "BLOCK|RUN")]
+    source: PathBuf,
+    /// The block that the run adjusted, where it is no longer where it was
+    #[arg(long, value_name = "BLOCK")]
+    block: Option<PathBuf>,
+    /// Folder for the files
+    #[arg(short, long, value_name = "PATH")]
+    output: PathBuf,
+    /// Write the nearest camera where the format has not the same, however far off
+    #[arg(long)]
+    approximate: bool,
+    /// Take out of the measurements what the effects of the run's model do to them
+    #[arg(long)]
+    correct_measurements: bool,
+    /// Say everything, not guesses and losses alone
+    #[arg(long)]
+    verbose: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
+    let exporter = exporter(&arguments.format)?;
+    let output = Output::of_block(&arguments.output, Some(&arguments.source))?;
+    let mut notes = Vec::new();
+    let block = match arguments.source.join(SUMMARY).exists() {
+        true => adjusted(arguments, &mut notes)?,
+        false => read_block(&arguments.source)?.block,
+    };
+    let options = ExportOptions { approximate: arguments.approximate };
+    output.write(&[], verification::FILE, |dir| {
+        notes.append(&mut exporter.export(&block, dir, &options)?);
+        Ok(())
+    })?;
+    notes.iter().for_each(tell(console, arguments.verbose));
+    let folder = output.folder();
+    let files = files(folder)?;
+    let text = format!(
+        "Block `{}` as {}: {}\n\nFolder: {}\n",
+        block.name,
+        arguments.format,
+        files.join(", "),
+        folder.display()
+    );
+    let json = json!({ "format": 1, "to": arguments.format, "block": block.name, "folder": folder, "files": files,
+                       "notes": notes_as_json(&notes) });
+    Ok(Answer { text, json, failure: None })
+}
+
+/// The block of a run with its results; effects are taken out of the measurements, or not there, or refused.
+fn adjusted(arguments: &Arguments, notes: &mut Vec<Note>) -> anyhow::Result<Block> {
+    let run = &arguments.source;
+    let noted = || Ok::<_, anyhow::Error>(arguments.block.clone().or(read_source(run)?));
+    let folder =
+        noted()?.ok_or_else(|| Usage(format!("{}: name the block that it adjusted: --block", run.display())))?;
+    if !is_block(&folder) {
+        let text =
+            format!("{} adjusted {}, where no block is; --block names another place", run.display(), folder.display());
+        return Err(Usage(text).into());
+    }
+    let whole = read_block(&folder)?.block;
+    let measurements = whole.ties.len();
+    let adjusted = Adjusted::read(whole, run)?;
+    let left_out = measurements - adjusted.block.ties.len();
+    if left_out > 0 {
+        notes.push(Note::fact(format!("{left_out} measurements that took no part in the run are not written")));
+    }
+    let (largest_px, effects) = (adjusted.largest_px(), adjusted.effects.join(", "));
+    if largest_px < INVISIBLE_PX {
+        return Ok(adjusted.block);
+    }
+    if !arguments.correct_measurements {
+        return Err(Usage(format!(
+            "the model of {} has effects that other programs do not know: {effects}; they move measurements by up to {} px. \
+             --correct-measurements writes the measurements without them",
+            run.display(),
+            significant(largest_px, 3)
+        ))
+        .into());
+    }
+    let (block, kept) = adjusted.without_effects();
+    let largest = significant(largest_px, 3);
+    notes.push(Note::fact(format!(
+        "measurements are corrected for {effects}, by up to {largest} px: they are no longer what was measured"
+    )));
+    if kept > 0 {
+        notes.push(Note::loss(format!(
+            "{kept} marks are written as measured: the run does not tell what the effects do to them"
+        )));
+    }
+    Ok(block)
+}
+
+fn exporter(name: &str) -> Result<&'static dyn Exporter, Usage> {
+    let written: Vec<&str> =
+        registry().iter().filter(|format| format.exporter().is_some()).map(|format| format.name()).collect();
+    let exporter = registry().iter().find(|format| format.name() == name).map(|format| format.exporter());
+    match exporter {
+        Some(Some(exporter)) => Ok(exporter),
+        Some(None) => Err(Usage(format!("{name} is read, not written; written are {}", written.join(", ")))),
+        None => Err(Usage(format!("no format is called `{name}`; written are {}", written.join(", ")))),
+    }
+}
+
+fn files(folder: &Path) -> std::io::Result<Vec<String>> {
+    let name = |entry: std::io::Result<std::fs::DirEntry>| Ok(entry?.file_name().to_string_lossy().into_owned());
+    let mut names: Vec<String> = std::fs::read_dir(folder)?.map(name).collect::<std::io::Result<_>>()?;
+    names.sort();
+    Ok(names)
+}

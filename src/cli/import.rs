@@ -1,0 +1,226 @@
+//! `misclosure import`: a block from another program, or something of one that is added to a block.
+
+use super::output::{Output, usable};
+use super::text::paragraph;
+use super::{Answer, Console, Usage};
+use crate::block::Block;
+use crate::io::block::{BLOCK_FILE, is_block, read_block, write_block};
+use crate::io::foreign::{Addition, Format, ImportOptions, Kind, Note, additions, registry, write_imported};
+use crate::io::write_atomically;
+use crate::report::tables::Table;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Makes a block from files of another program
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  misclosure import --list                                what can be read, written and added
+  misclosure import colmap sparse/0 -o block              a COLMAP model, text or binary
+  misclosure import sparse/0 -o block                     the same: the format is guessed where that is safe
+  misclosure import bundler bundle.out --size 4000x3000 -o block
+
+Each guess and each loss is one line on standard error, and a comment at the top of block.toml.")]
+pub struct Arguments {
+    /// A format (may be left out where the files tell), then its files or folders
+    #[arg(value_name = "[FORMAT] PATH", required_unless_present = "list")]
+    words: Vec<PathBuf>,
+    /// Folder of the new block
+    #[arg(short, long, value_name = "BLOCK", required_unless_present_any = ["list", "into"])]
+    output: Option<PathBuf>,
+    /// Block that is added to
+    #[arg(long, value_name = "BLOCK", conflicts_with = "output")]
+    into: Option<PathBuf>,
+    /// List the formats
+    #[arg(long)]
+    list: bool,
+    /// Standard deviation of a tie-point image coordinate, px, where the files have none
+    #[arg(long, value_name = "PX")]
+    tie_px: Option<f64>,
+    /// Width and height of the images, px, where the files do not have them
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
+    size: Option<[u32; 2]>,
+    /// Take the nearest camera where none is the same, however far off
+    #[arg(long)]
+    approximate: bool,
+    /// Say everything, not guesses and losses alone
+    #[arg(long)]
+    verbose: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
+    if arguments.list {
+        return Ok(list());
+    }
+    if arguments.tie_px.is_some_and(|sigma| !(sigma > 0.0 && sigma.is_finite())) {
+        return Err(Usage("--tie-px: expected a number above zero".into()).into());
+    }
+    let options =
+        ImportOptions { approximate: arguments.approximate, tie_px: arguments.tie_px, size_px: arguments.size };
+    let (name, paths) = name_and_paths(&arguments.words);
+    if let Some(block) = &arguments.into {
+        let addition = addition(name)?;
+        return add(addition, given(name, paths)?, block, &options, &tell(console, arguments.verbose));
+    }
+    // Clap asks for it where the other two are absent.
+    let output = Output::of_block(arguments.output.as_deref().unwrap_or(Path::new("")), None)?;
+    let (format, mut notes) = format(name, paths)?;
+    let mut imported = format.import(given(name, paths)?, &options)?;
+    notes.append(&mut imported.notes);
+    imported.notes = notes;
+    imported.notes.iter().for_each(tell(console, arguments.verbose));
+    output.write(&[], BLOCK_FILE, |dir| {
+        write_imported(&imported, dir)?;
+        usable(dir)
+    })?;
+    let folder = output.folder();
+    Ok(answer(format.name(), &read_block(folder)?.block, &imported.notes, folder))
+}
+
+/// Says notes as they come.
+pub(super) fn tell(console: &Console, verbose: bool) -> impl Fn(&Note) {
+    move |note| {
+        if verbose || note.kind != Kind::Detail {
+            console.message(&note.to_string());
+        }
+    }
+}
+
+/// Notes for programs.
+pub(super) fn notes_as_json(notes: &[Note]) -> Value {
+    notes.iter().map(|note| json!({ "kind": note.kind.name(), "text": note.text })).collect()
+}
+
+/// The first word where it is a name of the registry, and the others.
+fn name_and_paths(words: &[PathBuf]) -> (Option<&str>, &[PathBuf]) {
+    let is_name = |word: &str| {
+        registry().iter().any(|format| format.name() == word) || additions().iter().any(|a| a.name() == word)
+    };
+    match words.split_first() {
+        Some((first, rest)) => match first.to_str().filter(|word| is_name(word)) {
+            Some(name) => (Some(name), rest),
+            None => (None, words),
+        },
+        None => (None, words),
+    }
+}
+
+fn given<'a>(name: Option<&str>, paths: &'a [PathBuf]) -> Result<&'a [PathBuf], Usage> {
+    match paths.iter().find(|path| !path.exists()) {
+        Some(missing) => Err(Usage(format!(
+            "{}: there is no such file, folder or format; `misclosure import --list` lists the formats",
+            missing.display()
+        ))),
+        None if paths.is_empty() => Err(Usage(format!("import {}: name its files", name.unwrap_or_default()))),
+        None => Ok(paths),
+    }
+}
+
+/// The format that is named, or the one that the first path is surely of.
+fn format(name: Option<&str>, paths: &[PathBuf]) -> Result<(&'static dyn Format, Vec<Note>), Usage> {
+    if let Some(name) = name {
+        let named = registry().iter().find(|format| format.name() == name);
+        let added = || Usage(format!("{name} is added to a block: `misclosure import {name} SOURCE --into BLOCK`"));
+        return named.map(|format| (*format, Vec::new())).ok_or_else(added);
+    }
+    let first = given(name, paths)?.first().map_or(Path::new(""), PathBuf::as_path);
+    let fitting: Vec<_> = registry().iter().filter(|format| format.recognises(first)).collect();
+    match &fitting[..] {
+        [format] => {
+            let text = format!("{} is read as {}: {}", first.display(), format.name(), format.about());
+            Ok((**format, vec![Note::guess(text)]))
+        }
+        _ => Err(Usage(format!(
+            "{}: the format cannot be told; name it: `misclosure import FORMAT {}` (`misclosure import --list` lists them)",
+            first.display(),
+            first.display()
+        ))),
+    }
+}
+
+fn addition(name: Option<&str>) -> Result<&'static dyn Addition, Usage> {
+    let named = name.and_then(|name| additions().iter().find(|addition| addition.name() == name));
+    let names: Vec<&str> = additions().iter().map(|addition| addition.name()).collect();
+    named.copied().ok_or_else(|| Usage(format!("--into needs one of {} before the files", names.join(", "))))
+}
+
+/// Adds to a block in its place: only the files that the addition may change are replaced, and no image measurement.
+fn add(
+    addition: &dyn Addition,
+    paths: &[PathBuf],
+    folder: &Path,
+    options: &ImportOptions,
+    tell: &dyn Fn(&Note),
+) -> anyhow::Result<Answer> {
+    if !is_block(folder) {
+        return Err(Usage(format!("--into {}: this is no block", folder.display())).into());
+    }
+    let mut block = read_block(folder)?.block;
+    let notes = addition.add(&mut block, paths, options)?;
+    notes.iter().for_each(tell);
+    let staged = tempfile::Builder::new().prefix(".misclosure-").tempdir_in(folder)?;
+    write_block(&block, staged.path())?;
+    usable(staged.path())?;
+    keep_comments(folder, staged.path())?;
+    for name in addition.changes() {
+        let file = staged.path().join(name);
+        if file.exists() {
+            std::fs::rename(file, folder.join(name))?;
+        }
+    }
+    Ok(answer(addition.name(), &block, &notes, folder))
+}
+
+/// What an import said stands at the top of `block.toml`, and stays there.
+fn keep_comments(folder: &Path, staged: &Path) -> anyhow::Result<()> {
+    let old = std::fs::read_to_string(folder.join(BLOCK_FILE))?;
+    let comments: String = old.split_inclusive('\n').take_while(|line| line.starts_with('#')).collect();
+    let new = std::fs::read_to_string(staged.join(BLOCK_FILE))?;
+    Ok(write_atomically(&staged.join(BLOCK_FILE), (comments + &new).as_bytes())?)
+}
+
+fn answer(from: &str, block: &Block, notes: &[Note], folder: &Path) -> Answer {
+    let (images, cameras, points) = (block.images.len(), block.cameras.len(), block.tie_points.len());
+    let (ties, surveyed, marks) = (block.ties.len(), block.surveyed.len(), block.marks.len());
+    let text = format!(
+        "Block `{}` from {from}: {images} images, {cameras} cameras, {points} tie points with {ties} measurements, {surveyed} surveyed \
+         points with {marks} marks; coordinate system `{}`",
+        block.name, block.crs
+    );
+    let json = json!({
+        "format": 1, "from": from, "block": block.name, "crs": block.crs, "folder": folder, "images": images, "cameras": cameras,
+        "tie_points": points, "tie_measurements": ties, "surveyed": surveyed, "marks": marks, "notes": notes_as_json(notes),
+    });
+    Answer { text: paragraph("", 0, &text) + &format!("\nBlock: {}\n", folder.display()), json, failure: None }
+}
+
+fn list() -> Answer {
+    let mut table = Table::new("").text("format", "").text("import", "").text("export", "").text("what it is", "");
+    let mark = |yes: bool| if yes { "yes" } else { "-" }.to_string();
+    for format in registry() {
+        table.row([format.name().into(), mark(true), mark(format.exporter().is_some()), format.about().into()]);
+    }
+    let mut text = table.to_text();
+    let mut table = Table::new("").text("added to a block (--into)", "").text("what it is", "");
+    for addition in additions() {
+        table.row([addition.name().to_string(), addition.about().to_string()]);
+    }
+    if !additions().is_empty() {
+        text += &format!("\n{}", table.to_text());
+    }
+    let formats: Vec<Value> = registry()
+        .iter()
+        .map(|format| {
+            json!({ "name": format.name(), "about": format.about(), "import": true, "export": format.exporter().is_some() })
+        })
+        .collect();
+    let additions: Vec<Value> =
+        additions().iter().map(|addition| json!({ "name": addition.name(), "about": addition.about() })).collect();
+    Answer { text, json: json!({ "format": 1, "formats": formats, "additions": additions }), failure: None }
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let side = |side: &str| side.parse::<u32>().ok().filter(|side| *side > 0);
+    let sides = text.split_once('x').and_then(|(width, height)| Some([side(width)?, side(height)?]));
+    sides.ok_or_else(|| "expected WIDTHxHEIGHT in px, as 4000x3000".to_string())
+}

@@ -1,0 +1,230 @@
+//! What is added to a block: only where it has nothing, and nothing more the second time.
+
+use super::write;
+use exif::experimental::Writer;
+use exif::{Field, In, Rational, Tag, Value};
+use misclosure::block::{Block, Role};
+use misclosure::io::foreign::{ImportOptions, Note, additions};
+use nalgebra::Vector3;
+use std::path::{Path, PathBuf};
+
+/// Two images of 5120 x 3840 px, whose names and coordinate system are given, without anything that is optional.
+pub(super) fn block(names: [&str; 2], crs: &str) -> Block {
+    let folder = tempfile::tempdir().unwrap();
+    let [reconstruction, tracks, _] = super::opensfm::small_files();
+    write(folder.path(), "reconstruction.json", reconstruction.replace("4000", "5120").replace("3000", "3840"));
+    write(folder.path(), "tracks.csv", tracks);
+    let (mut block, _) = super::import("opensfm", &[folder.path().to_owned()]);
+    block.flights = vec!["flight".into()];
+    for (image, name) in block.images.iter_mut().zip(names) {
+        (image.name, image.flight, image.time_s, image.gnss) = (name.into(), 0.into(), None, None);
+    }
+    block.crs = crs.into();
+    block
+}
+
+fn try_add(name: &str, block: &mut Block, paths: &[PathBuf]) -> Result<Vec<Note>, String> {
+    let addition = additions().iter().find(|addition| addition.name() == name).unwrap();
+    addition.add(block, paths, &ImportOptions::default()).map_err(|error| error.to_string())
+}
+
+/// Adds, and adds the same once more: nothing changes and nothing is said to stay.
+fn add(name: &str, block: &mut Block, paths: &[PathBuf]) -> Vec<Note> {
+    let notes = try_add(name, block, paths).unwrap_or_else(|error| panic!("{error}"));
+    let mut again = block.clone();
+    let second = try_add(name, &mut again, paths).unwrap_or_else(|error| panic!("{error}"));
+    assert!(again == *block, "the second time changes something");
+    assert!(!second.iter().any(|note| note.text.contains("which stay")), "{second:?}");
+    notes
+}
+
+pub(super) const LOCAL: &str = "local east, north, up at latitude 48, longitude 2, height 0 m (WGS84)";
+pub(super) const MRK: &str = "1\t302400.5\t[2300]\t   12,N\t  -34,E\t  150,V\t48.001,Lat\t2.0,Lon\t100.25,Ellh\t0.01, 0.02, 0.03\t50,Q\n\
+    2\t302403.057\t[2300]\t   12,N\t  -34,E\t  150,V\t48.0,Lat\t2.001,Lon\t101.25,Ellh\t0.01, 0.02, 0.03\t16,Q\n\
+    3\t302405.0\t[2300]\t   12,N\t  -34,E\t  150,V\t48.0,Lat\t2.0,Lon\t101.25,Ellh\t0.01, 0.02, 0.03\t50,Q\n";
+
+#[test]
+fn mrk_gives_times_positions_and_lever_arms() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(folder.path(), "100_0001_Timestamp.MRK", MRK);
+    let mut block = block(["100_0001_0001.JPG", "100_0001_0002.JPG"], LOCAL);
+    let notes = add("mrk", &mut block, std::slice::from_ref(&path));
+    let [a, b] = [&block.images[0], &block.images[1]];
+    assert_eq!(a.time_s, Some(2300.0 * 604_800.0 + 302_400.5));
+    assert!((b.time_s.unwrap() - a.time_s.unwrap() - 2.557).abs() < 1e-6);
+    let gnss = a.gnss.unwrap();
+    // 0.001 degrees of a meridian at 48 degrees are 111.2 m; the height is that of the sensor, as it stands.
+    assert!((gnss.position - Vector3::new(0.0, 111.2, 100.25)).norm() < 0.05, "{}", gnss.position);
+    assert!((gnss.sigma_xy.unwrap() - 0.00025f64.sqrt()).abs() < 1e-12 && gnss.sigma_z == Some(0.03));
+    let column = |name: &str| block.extra_image_columns.iter().find(|(other, _)| other == name).unwrap().1.clone();
+    assert_eq!(
+        (column("lever_n_m"), column("lever_u_m")),
+        (vec!["0.012".to_string(); 2], vec!["-0.15".to_string(); 2])
+    );
+    assert_eq!(column("gnss_quality"), ["50", "16"]);
+    assert!(notes.iter().any(|note| note.text.starts_with("1 exposures are no images")), "{notes:?}");
+    assert!(notes.iter().any(|note| note.text.starts_with("1 exposures have no fixed solution")), "{notes:?}");
+
+    // Times of another origin stay, and so does a position.
+    let (mut other, position) = (block.clone(), Vector3::new(1.0, 2.0, 3.0));
+    other.images[0].time_s = Some(7.0);
+    other.images[0].gnss.as_mut().unwrap().position = position;
+    let notes = try_add("mrk", &mut other, std::slice::from_ref(&path)).unwrap();
+    assert_eq!((other.images[0].time_s, other.images[0].gnss.unwrap().position), (Some(7.0), position));
+    assert_eq!(notes.iter().filter(|note| note.text.contains("which stay")).count(), 2, "{notes:?}");
+
+    let bad = write(folder.path(), "bad.MRK", MRK.replace("100.25,Ellh", "high,Ellh"));
+    let message = try_add("mrk", &mut block, &[bad]).unwrap_err();
+    assert!(message.ends_with("bad.MRK:1: Ellh: expected a number, found \"high\""), "{message}");
+}
+
+#[test]
+fn geo_txt_in_a_projected_block() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "EPSG:4326\na.jpg 2.0 48.0 120 0 0 0 0.5 1.5\nb.jpg 2.001 48.0 121\nc.jpg 2 48 1\n";
+    let path = write(folder.path(), "geo.txt", text);
+    let mut block = block(["a.jpg", "b.jpg"], "EPSG:32631");
+    add("geo", &mut block, &[path]);
+    let [a, b] = [0, 1].map(|k| block.images[k].gnss.unwrap());
+    // 48 N 2 E in zone 31, by the series of Krueger.
+    assert!((a.position - Vector3::new(425_404.888, 5_316_784.009, 120.0)).norm() < 0.001, "{}", a.position);
+    assert!((b.position.x - a.position.x - 74.6).abs() < 0.2, "{}", b.position);
+    assert_eq!((a.sigma_xy, a.sigma_z, b.sigma_xy), (Some(0.5), Some(1.5), None));
+}
+
+#[test]
+fn a_block_without_a_place_gets_one_and_one_with_other_positions_does_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(folder.path(), "geo.txt", "EPSG:4326\na.jpg 2.0 48.0 120\nb.jpg 2.001 48.0 121\n");
+    let mut block = block(["a.jpg", "b.jpg"], "local");
+    add("geo", &mut block, std::slice::from_ref(&path));
+    assert_eq!(block.crs, "local east, north, up at latitude 48, longitude 2.0005, height 0 m (WGS84)");
+    block.crs = "local".into();
+    let message = try_add("geo", &mut block, &[path]).unwrap_err();
+    assert!(message.contains("says nothing of latitude and longitude"), "{message}");
+}
+
+fn rational(values: &[(u32, u32)]) -> Value {
+    Value::Rational(values.iter().map(|(num, denom)| Rational { num: *num, denom: *denom }).collect())
+}
+
+/// A JPEG of nothing but its EXIF and XMP.
+pub(super) fn image(folder: &Path, name: &str, time: &str, sub_second: &str, below: bool, xmp: &str) -> PathBuf {
+    let ascii = |text: &str| Value::Ascii(vec![text.as_bytes().to_vec()]);
+    let fields = [
+        (Tag::DateTimeOriginal, ascii(time)),
+        (Tag::SubSecTimeOriginal, ascii(sub_second)),
+        (Tag::OffsetTimeOriginal, ascii("+02:00")),
+        (Tag::ExposureTime, rational(&[(1, 800)])),
+        (Tag::GPSLatitudeRef, ascii("N")),
+        (Tag::GPSLatitude, rational(&[(48, 1), (0, 1), (36, 10)])),
+        (Tag::GPSLongitudeRef, ascii("E")),
+        (Tag::GPSLongitude, rational(&[(2, 1), (0, 1), (0, 1)])),
+        (Tag::GPSAltitudeRef, Value::Byte(vec![u8::from(below)])),
+        (Tag::GPSAltitude, rational(&[(125, 10)])),
+    ]
+    .map(|(tag, value)| Field { tag, ifd_num: In::PRIMARY, value });
+    let mut writer = Writer::new();
+    fields.iter().for_each(|field| writer.push_field(field));
+    let mut tiff = std::io::Cursor::new(Vec::new());
+    writer.write(&mut tiff, true).unwrap();
+    let segment = |content: &[u8]| [&[0xff, 0xe1][..], &(content.len() as u16 + 2).to_be_bytes(), content].concat();
+    let exif = segment(&[b"Exif\0\0", &tiff.into_inner()[..]].concat());
+    let packet = format!(
+        "http://ns.adobe.com/xap/1.0/\0<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:RDF xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\">\
+         <rdf:Description xmlns:drone-dji=\"http://www.dji.com/drone-dji/1.0/\" {xmp}/></rdf:RDF></x:xmpmeta>"
+    );
+    let xmp = if xmp.is_empty() { Vec::new() } else { segment(packet.as_bytes()) };
+    write(folder, name, [&[0xff, 0xd8][..], &exif, &xmp, &[0xff, 0xd9]].concat())
+}
+
+#[test]
+fn exif_of_two_flights() {
+    let folder = tempfile::tempdir().unwrap();
+    // Two hours east of Greenwich, 1 000 000 000 s after 1970; ten minutes later.
+    image(folder.path(), "a.jpg", "2001:09:09 03:46:40", "057", true, "");
+    image(folder.path(), "b.jpg", "2001:09:09 03:56:40", "5", false, "");
+    image(folder.path(), "elsewhere.jpg", "2001:09:09 03:56:40", "5", false, "");
+    let mut block = block(["b.jpg", "a.jpg"], LOCAL);
+    let notes = add("exif", &mut block, &[folder.path().to_owned()]);
+    let [b, a] = [&block.images[0], &block.images[1]];
+    assert_eq!((a.time_s, b.time_s), (Some(1e9 + 0.057), Some(1e9 + 600.5)));
+    assert_eq!((a.exposure_s, a.velocity), (Some(0.00125), None));
+    // 0.001 degrees north, below zero by its reference.
+    assert!((a.gnss.unwrap().position - Vector3::new(0.0, 111.2, -12.5)).norm() < 0.05);
+    assert!(b.gnss.unwrap().position.z > 12.0);
+    assert_eq!(block.flights, ["flight-1", "flight-2"]);
+    assert_eq!((a.flight.0, b.flight.0), (0, 1));
+    assert!(notes.iter().any(|note| note.text.starts_with("1 files are no images of the block")), "{notes:?}");
+}
+
+#[test]
+fn dji_xmp_goes_before_exif() {
+    let folder = tempfile::tempdir().unwrap();
+    let xmp = "drone-dji:GpsLatitude=\"+48.0\" drone-dji:GpsLongitude=\"+2.001\" drone-dji:AbsoluteAltitude=\"+99.5\" drone-dji:RtkStdLon=\"0.03\" \
+               drone-dji:RtkStdLat=\"0.01\" drone-dji:RtkStdHgt=\"0.05\" drone-dji:FlightXSpeed=\"+1.0\" drone-dji:FlightYSpeed=\"+2.0\" \
+               drone-dji:FlightZSpeed=\"-0.5\" drone-dji:SensorTemperature=\"31.5\" drone-dji:AltitudeType=\"RtkAlt\"";
+    let a = image(folder.path(), "a.jpg", "2001:09:09 03:46:40", "0", false, xmp);
+    let mut block = block(["a.jpg", "b.jpg"], LOCAL);
+    add("exif", &mut block, std::slice::from_ref(&a));
+    let image = &block.images[0];
+    let gnss = image.gnss.unwrap();
+    assert!((gnss.position - Vector3::new(74.6, 0.0, 99.5)).norm() < 0.1, "{}", gnss.position);
+    assert!((gnss.sigma_xy.unwrap() - 0.0005f64.sqrt()).abs() < 1e-12 && gnss.sigma_z == Some(0.05));
+    assert_eq!(image.velocity, Some(Vector3::new(2.0, 1.0, 0.5)));
+    assert_eq!(image.temperature_c, Some(31.5));
+    assert_eq!(block.extra_image_columns, [("altitude_type".to_string(), vec!["RtkAlt".to_string(), String::new()])]);
+    let bad = self::image(folder.path(), "b.jpg", "soon", "0", false, "");
+    let message = try_add("exif", &mut block, &[bad]).unwrap_err();
+    assert!(message.ends_with("b.jpg: DateTimeOriginal: expected YYYY:MM:DD HH:MM:SS, found \"soon\""), "{message}");
+}
+
+#[test]
+fn ground_control_from_four_kinds_of_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let dir = folder.path();
+    let list = write(
+        dir,
+        "gcp_list.txt",
+        "EPSG:4326\n2.001 48.0 5 99.5 199.5 a.jpg G1\n2.001 48.0 5 9.5 19.5 b.jpg G1\n2.0 48.0 6 1 2 a.jpg CHK-1\n",
+    );
+    let json = r#"{"points":[{"id":"G1","position":{"latitude":48.0,"longitude":2.001,"altitude":5},
+        "observations":[{"shot_id":"a.jpg","projection":[0.0,0.0]}]}]}"#;
+    let json = write(dir, "ground_control_points.json", json);
+    let points = write(
+        dir,
+        "points.csv",
+        "#CoordinateSystem: GEOGCS[\"WGS 84\",AUTHORITY[\"EPSG\",\"4326\"]]\n#Label,X,Y,Z\nG1,2.001,48.0,5,0.01,0.02\nfar,2,48,1\n",
+    );
+    let marks = write(dir, "marks.csv", "a.jpg,G1,100,200\nb.jpg,G1,10,20\n");
+    let mut of_list = block(["a.jpg", "b.jpg"], LOCAL);
+    add("gcp", &mut of_list, std::slice::from_ref(&list));
+    let mut of_tables = block(["a.jpg", "b.jpg"], LOCAL);
+    let notes = add("gcp", &mut of_tables, &[points.clone(), marks]);
+    assert!(notes.iter().any(|note| note.text.starts_with("1 points are marked in no image")), "{notes:?}");
+    let mut of_json = block(["a.jpg", "b.jpg"], LOCAL);
+    add("gcp", &mut of_json, &[json]);
+    for block in [&of_list, &of_tables, &of_json] {
+        let point = &block.surveyed[0];
+        assert_eq!((point.name.as_str(), point.role), ("G1", Role::Control));
+        assert!((point.position - of_list.surveyed[0].position).norm() < 1e-6);
+    }
+    assert_eq!(of_list.surveyed[1].role, Role::Check);
+    assert_eq!((of_tables.surveyed[0].sigma_xy, of_tables.surveyed[0].sigma_z), (Some(0.01), Some(0.02)));
+    let places = |block: &Block| -> Vec<[f64; 2]> {
+        block.marks.iter().filter(|mark| mark.point.0 == 0).map(|mark| [mark.x, mark.y]).collect()
+    };
+    // The list counts from the centre of the first pixel, the table from its corner.
+    assert_eq!(places(&of_list), [[100.0, 200.0], [10.0, 20.0]]);
+    assert_eq!(places(&of_tables), places(&of_list));
+    assert_eq!(places(&of_json), [[2560.0, 1920.0]]);
+
+    let moved = write(dir, "moved.csv", "G1,1,2,3\n");
+    let message = try_add("gcp", &mut of_list, &[moved]).unwrap_err();
+    assert!(message.contains("point \"G1\" is in control.csv with other coordinates"), "{message}");
+    let other = write(dir, "other.csv", "a.jpg,G1,100,201\n");
+    let message = try_add("gcp", &mut of_list, &[other]).unwrap_err();
+    assert!(message.contains("point \"G1\" is marked elsewhere in image \"a.jpg\""), "{message}");
+    let bad = write(dir, "bad.csv", "G1,1,x,3\n");
+    assert!(try_add("gcp", &mut of_list, &[bad]).unwrap_err().ends_with("bad.csv:1: expected a number, found \"x\""));
+}

@@ -1,0 +1,140 @@
+//! `misclosure import` and `export` as scripts see them.
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// Runs the program and gives exit code, standard output and standard error.
+fn misclosure(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_misclosure")).args(arguments).output().expect("the program runs");
+    let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code().expect("not killed"), text(output.stdout), text(output.stderr))
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let (code, stdout, stderr) = misclosure(&[arguments, &["--json"]].concat());
+    assert_eq!(code, 0, "{arguments:?}: {stderr}");
+    serde_json::from_str(&stdout).expect("JSON and nothing else on standard output")
+}
+
+fn refused(arguments: &[&str], what: &str) {
+    let (code, stdout, stderr) = misclosure(arguments);
+    assert_eq!((code, stdout.as_str()), (2, ""), "{arguments:?}: {stderr}");
+    assert!(stderr.contains(what), "{arguments:?}: {stderr}");
+}
+
+fn path(folder: &tempfile::TempDir, name: &str) -> String {
+    folder.path().join(name).to_str().expect("UTF-8").to_string()
+}
+
+/// A close-range block with noise.
+fn simulated(folder: &tempfile::TempDir) -> String {
+    let block = path(folder, "block");
+    json(&["simulate", "closerange", "-o", &block, "--set", "points=150", "--noise-px", "0.2"]);
+    block
+}
+
+#[test]
+fn the_list_says_what_there_is() {
+    let list = json(&["import", "--list"]);
+    let formats = list["formats"].as_array().expect("a list");
+    for name in ["colmap", "colmap-text", "bundler", "bal", "blocks-exchange"] {
+        assert!(formats.iter().any(|format| format["name"] == name && format["export"] == true), "{name}: {list}");
+    }
+    let (_, text, _) = misclosure(&["import", "--list"]);
+    assert!(formats.iter().all(|format| text.contains(format["about"].as_str().expect("words"))), "{text}");
+}
+
+#[test]
+fn a_model_is_guessed_and_every_note_is_kept() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let block = simulated(&folder);
+    let (model, again) = (path(&folder, "model"), path(&folder, "again"));
+    let written = json(&["export", "colmap", &block, "-o", &model, "--approximate"]);
+    assert!(written["files"].as_array().expect("files").contains(&Value::from("verification.csv")), "{written}");
+    let made = json(&["import", &model, "-o", &again]);
+    assert_eq!(made["from"], "colmap");
+    let checked = json(&["check", &again]);
+    assert_eq!(made["tie_measurements"], checked["ties"]["measurements"]);
+    let comments = fs::read_to_string(Path::new(&again).join("block.toml")).expect("block.toml");
+    for note in made["notes"].as_array().expect("notes") {
+        let line = format!("# {}: {}", note["kind"].as_str().expect("a kind"), note["text"].as_str().expect("words"));
+        assert!(comments.lines().any(|comment| comment == line), "{line}\n{comments}");
+    }
+    refused(&["import", &model, "-o", &again], "is not empty");
+    refused(&["export", "colmap", &block, "-o", &path(&folder, "block/model")], "lies in the block");
+}
+
+#[test]
+fn bad_usage_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = path(&folder, "out");
+    let nothing = path(&folder, "nothing");
+    fs::create_dir(&nothing).expect("a folder");
+    refused(&["import", &nothing, "-o", &out], "the format cannot be told");
+    refused(&["import", "colmap", &nothing, "-o", &out], "this is no COLMAP model");
+    refused(&["import", "nonsense", "-o", &out], "there is no such file, folder or format");
+    refused(&["import", "colmap", "-o", &out], "name its files");
+    refused(&["import", "bal", &nothing, "-o", &out, "--size", "10"], "WIDTHxHEIGHT");
+    refused(&["import", "bal", &nothing, "-o", &out, "--tie-px", "0"], "--tie-px");
+    refused(&["export", "nonsense", &nothing, "-o", &out], "no format is called `nonsense`");
+    assert!(!Path::new(&out).exists());
+}
+
+/// What a run found goes back: a plain adjustment of the corrected measurements gives the run's own camera and residuals.
+#[test]
+fn an_effect_is_taken_out_of_the_measurements_or_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let block = simulated(&folder);
+    let (run, model, again, plain) =
+        (path(&folder, "run"), path(&folder, "model"), path(&folder, "again"), path(&folder, "plain"));
+    // A large effect, held: it acts whatever the block says.
+    let bad = path(&folder, "bad");
+    json(&["inject", &block, "-o", &bad, "--error", "radial-high", "--error", "noise:px=0.2"]);
+    let camera = ["--tie", "dc=pp", "--fix", "affinity"];
+    let adjusted = json(&[&["adjust", &bad, "-o", &run, "--add", "radial-high"], &camera[..]].concat());
+    refused(&["export", "colmap", &run, "-o", &model], "--correct-measurements");
+    assert!(!Path::new(&model).exists());
+    let written = json(&["export", "colmap", &run, "-o", &model, "--correct-measurements"]);
+    let notes = written["notes"].as_array().expect("notes");
+    assert!(
+        notes.iter().any(|note| note["text"].as_str().expect("words").contains("corrected for radial-high")),
+        "{notes:?}"
+    );
+    json(&["import", &model, "-o", &again]);
+    let repeated = json(&[&["adjust", &again, "-o", &plain], &camera[..]].concat());
+    let number = |summary: &Value, way: &str| summary.pointer(way).and_then(Value::as_f64).expect("a number");
+    let [before, after] = [&adjusted, &repeated].map(|summary| number(summary, "/tie_rms_px"));
+    // Noise is of second order in what the effect changes of the derivatives: parts in ten thousand of it.
+    assert!((before - after).abs() < 1e-3 * before, "{before} px, {after} px");
+    let id = adjusted["cameras"].as_object().expect("cameras").keys().next().expect("a camera").clone();
+    let [f, sigma] = ["value", "sigma"].map(|what| number(&adjusted, &format!("/cameras/{id}/f/{what}")));
+    let found = number(&repeated, "/cameras/1/f/value");
+    assert!((found - f).abs() < sigma, "{found} {f} +- {sigma}");
+}
+
+#[test]
+fn a_run_without_effects_goes_back_as_it_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let block = simulated(&folder);
+    let (run, model) = (path(&folder, "run"), path(&folder, "model"));
+    let summary = json(&["adjust", &block, "-o", &run, "--tie", "dc=pp", "--fix", "affinity"]);
+    let f =
+        summary.pointer("/cameras").and_then(Value::as_object).and_then(|c| c.values().next()).expect("a camera")["f"]
+            ["value"]
+            .clone();
+    // The run is found again from elsewhere, and the block by its note.
+    let written = json(&["export", "colmap-text", &run, "-o", &model]);
+    assert_eq!(
+        written["notes"].as_array().map(|notes| notes.iter().filter(|note| note["kind"] == "fact").count()),
+        Some(0),
+        "{written}"
+    );
+    let cameras = fs::read_to_string(Path::new(&model).join("cameras.txt")).expect("cameras");
+    let words: Vec<&str> = cameras.lines().last().expect("a camera").split(' ').collect();
+    assert_eq!(words[4].parse::<f64>().ok(), f.as_f64());
+    fs::rename(&block, path(&folder, "moved")).expect("moved");
+    refused(&["export", "colmap", &run, "-o", &path(&folder, "b")], "--block names another place");
+    json(&["export", "colmap", &run, "-o", &path(&folder, "c"), "--block", &path(&folder, "moved")]);
+}

@@ -1,0 +1,11 @@
+//! Blocks to other programs' formats and back: nothing changes, files of other programs give what they say, and no file makes a reader panic.
+
+#[path = "../common/beside.rs"]
+mod beside;
+
+mod blocks_exchange;
+mod colmap;
+mod commands;
+mod fixture;
+mod mutation;
+mod snavely;
