@@ -43,7 +43,8 @@ fn a_block_comes_back_from_either_form() {
             assert!(cameras.contains(&format!("1 {model} ")), "{cameras}");
         }
         for (found, written) in after.cameras[0].interior.iter().zip(before.cameras[0].interior) {
-            assert!((found - written).abs() <= 1e-13 * written.abs().max(1e-12), "{form} {model}: {found} {written}");
+            // b1 is the difference of two focal lengths: of 2e-4 a rounding of 1 is a part in 1e12.
+            assert!((found - written).abs() <= 1e-11 * written.abs(), "{form} {model}: {found} {written}");
         }
         // Points are numbered in the order of the block.
         let mut numbered = before.clone();
@@ -106,7 +107,13 @@ fn maupertuis_is_what_colmap_says() {
     let Some(folder) = beside::shared("data/interop/colmap-maupertuis") else { return };
     let imported = import("colmap", &folder, &ImportOptions::default()).expect("a model");
     let block = imported.block;
-    assert_eq!((block.images.len(), block.tie_points.len(), block.ties.len()), (4, 1039, 3355));
+    // The tracks have 3355 elements; some have two features of one image, at one place or at two.
+    assert_eq!((block.images.len(), block.tie_points.len(), block.ties.len()), (4, 1039, 3345));
+    assert!(
+        imported.notes.iter().any(|note| note.text.starts_with("10 measurements are left out")),
+        "{:?}",
+        imported.notes
+    );
     assert_eq!(block.cameras[0].interior, [1847.53, 959.5, 539.5, 959.5, 539.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let names: Vec<&str> = block.images.iter().map(|image| image.name.as_str()).collect();
     assert_eq!(names, ["00.jpg", "01.jpg", "02.jpg", "03.jpg"]);
@@ -122,13 +129,17 @@ fn maupertuis_is_what_colmap_says() {
     let mut compared = 0;
     for line in text.lines().filter(|line| !line.starts_with('#')) {
         let words: Vec<&str> = line.split(' ').collect();
+        let elements = words[8..].len() / 2;
         let point = block.tie_points.iter().position(|point| point.name == words[0]).expect("every point");
+        if sums[point].1 as usize != elements {
+            continue;
+        }
         let (error, stated) = (sums[point].0 / f64::from(sums[point].1), words[7].parse::<f64>().expect("an error"));
         // Poses and coordinates in the file have six digits: 1e-6 of 20 m at 1800 px / 10 m, times a few numbers.
         assert!((error - stated).abs() < 0.02, "point {}: {error} px, {stated} px in the file", words[0]);
         compared += 1;
     }
-    assert_eq!(compared, 1039);
+    assert!(compared > 1000, "{compared}");
 }
 
 /// The client itself opens what is written, finds our reprojection errors in it, and what it writes then is read as the same.
@@ -145,6 +156,7 @@ fn pycolmap_reads_and_writes_the_same() {
         let mut before = block(camera(coefficients));
         // Errors to compare: without noise they are the difference of the camera from that which took the images.
         before.cameras[0].interior[1] += 0.25;
+        before.cameras[0].interior[3] += 0.25;
         for form in ["colmap", "colmap-text"] {
             let (after, folder) = there_and_back(form, &before);
             let again = tempfile::tempdir().expect("a folder");

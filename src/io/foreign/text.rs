@@ -40,13 +40,14 @@ impl Lines {
     /// # Errors
     /// A file that cannot be read; a line that is no UTF-8.
     pub fn next_line(&mut self) -> Result<Option<Line<'_>>, Error> {
+        self.next = 0;
         let mut bytes = std::mem::take(&mut self.text).into_bytes();
         bytes.clear();
         let read = self.reader.read_until(b'\n', &mut bytes);
         if read.map_err(|source| Error::Read { path: self.path.clone(), source })? == 0 {
             return Ok(None);
         }
-        (self.number, self.next) = (self.number + 1, 0);
+        self.number += 1;
         let refused = |_| Error::content(&self.file, Place::Line(self.number), "the text is not UTF-8");
         self.text = String::from_utf8(bytes).map_err(refused)?;
         self.text.truncate(self.text.trim_end_matches(['\n', '\r']).len());
@@ -54,6 +55,8 @@ impl Lines {
         if self.number == 1 && self.text.starts_with('\u{feff}') {
             self.text.remove(0);
         }
+        // Whoever takes the line has its words.
+        self.next = self.text.len();
         Ok(Some(self.this_line()))
     }
 
@@ -97,6 +100,7 @@ impl Lines {
             if self.next_line()?.is_none() {
                 return Err(self.refuse(format!("the file ends where {what} should stand")));
             }
+            self.next = 0;
         }
         let begin = self.text.len() - self.text[self.next..].trim_start().len();
         let length = self.text[begin..].find(char::is_whitespace).unwrap_or(self.text.len() - begin);

@@ -105,7 +105,7 @@ impl Records {
             let event = event.map_err(|error| refuse(&self.path, byte, format!("not XML: {error}")))?;
             match event {
                 Event::Start(element) => {
-                    let name = name(element.local_name().as_ref());
+                    let name = element.local_name().as_ref().to_owned();
                     if self.open.len() >= DEEPEST {
                         return Err(refuse(&self.path, byte, format!("elements nest more than {DEEPEST} deep")));
                     }
@@ -127,8 +127,7 @@ impl Records {
                 },
                 Event::End(_) => {
                     let depth = self.open.len();
-                    let is_record = self.records.last().is_some_and(|record| record.depth == depth);
-                    if let (true, Some(mut record)) = (is_record, self.records.pop()) {
+                    if let Some(mut record) = self.records.pop_if(|record| record.depth == depth) {
                         record.byte = byte;
                         self.open.pop();
                         self.text.clear();
@@ -156,10 +155,6 @@ impl Records {
 
 fn refuse(path: &Path, byte: u64, problem: String) -> Error {
     Error::content(path.display().to_string(), Place::Byte(byte), problem)
-}
-
-fn name(name: &str) -> String {
-    name.to_owned()
 }
 
 /// The character of `&...;`.

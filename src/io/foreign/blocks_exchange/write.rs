@@ -52,7 +52,10 @@ fn held(camera: &Camera, dir: &Path, options: &ExportOptions, notes: &mut Vec<No
             format!("camera {}: no camera of this format comes near it over the whole sensor", camera.id),
         ));
     };
-    let name = format!("{} (adjusted with --tie dc=pp --fix affinity it would be exact)", camera.id);
+    let name = format!(
+        "{} (adjusted with --tie dc=pp --fix affinity, b1 and b2 zero in block.toml, it would be exact)",
+        camera.id
+    );
     let Fit { parameters, rms_px, max_px } = fit;
     Fit { parameters: of(&parameters), rms_px, max_px }.judge("blocks-exchange", &name, options.approximate, notes)
 }

@@ -105,7 +105,10 @@ fn camera_of(camera: &Camera, dir: &Path, options: &ExportOptions, notes: &mut V
             format!("camera {}: nothing of f, k1 and k2 comes near it over the whole sensor", camera.id),
         ));
     };
-    let name = format!("{} (adjusted with --tie dc=pp --fix k3,decentring,affinity it would be exact)", camera.id);
+    let name = format!(
+        "{} (adjusted with --tie dc=pp --fix k3,decentring,affinity, these zero in block.toml, it would be exact)",
+        camera.id
+    );
     Fit { parameters: std::array::from_fn(|k| parameters[k]), rms_px, max_px }.judge(
         "bundler, bal",
         &name,
