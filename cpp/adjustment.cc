@@ -5,7 +5,7 @@
 #include <numeric>
 #include <string>
 
-#include "held_rotation.h"
+#include "held_pose.h"
 
 namespace misclosure {
 namespace {
@@ -15,8 +15,10 @@ constexpr double kDeltaPerW = 0.5;
 
 ceres::Problem::Options ProblemOptions() {
   ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.disable_all_safety_checks = true;  // sizes, and that blocks do not overlap
   return options;
 }
 
@@ -28,6 +30,7 @@ Adjustment::Adjustment(const ProblemView& view) : view_(view), problem_(ProblemO
   camera_start_ = theta_start_ + thetas;
   point_start_ = camera_start_ + view.interiors.size;
   values_.resize(point_start_ + view.points.size);
+  free_.resize(values_.size());
   AddCameras();
   AddThetas();
   AddPoses();
@@ -75,8 +78,8 @@ std::size_t Adjustment::MakeThetaBlocks() {
   return size;
 }
 
-void Adjustment::Variable(double* block, const std::vector<Column>& columns) {
-  variables_.push_back(block);
+void Adjustment::Variable(const double* block, const std::vector<Column>& columns) {
+  free_[block - values_.data()] = {static_cast<uint32_t>(columns_.size()), static_cast<uint32_t>(columns.size())};
   columns_.insert(columns_.end(), columns.begin(), columns.end());
 }
 
@@ -129,65 +132,44 @@ void Adjustment::AddThetas() {
 }
 
 void Adjustment::AddPoses() {
-  manifolds_.push_back(std::make_unique<ceres::QuaternionManifold>());
+  manifolds_.push_back(std::make_unique<PoseManifold>());
   ceres::Manifold* whole = manifolds_.back().get();
   for (std::size_t i = 0; i < view_.images(); ++i) {
-    double* rotation = Rotation(i);
-    std::copy_n(view_.rotations.data + 4 * i, 4, rotation);
-    const double norm = std::sqrt(std::inner_product(rotation, rotation + 4, rotation, 0.0));
-    for (int k = 0; k < 4; ++k) rotation[k] /= norm;
-    const uint8_t* free = view_.pose_free.data + 6 * i;
+    double* pose = Pose(i);
+    std::copy_n(view_.rotations.data + 4 * i, 4, pose);
+    const double norm = std::sqrt(std::inner_product(pose, pose + 4, pose, 0.0));
+    for (int k = 0; k < 4; ++k) pose[k] /= norm;
+    std::copy_n(view_.centres.data + 3 * i, 3, pose + 4);
 
-    std::vector<int> turning;
+    std::vector<int> free;
     std::vector<Column> columns;
-    for (int k = 0; k < 3; ++k) {
-      if (!free[k]) continue;
-      turning.push_back(k);
-      columns.push_back({view_.pose_unknown(i, k), kDeltaPerW});
+    for (int k = 0; k < 6; ++k) {
+      if (!view_.pose_free[6 * i + k]) continue;
+      free.push_back(k);
+      columns.push_back({view_.pose_unknown(i, k), k < 3 ? kDeltaPerW : 1.0});
     }
-    problem_.AddParameterBlock(rotation, 4);
-    if (turning.empty()) {
-      problem_.SetParameterBlockConstant(rotation);
-    } else {
-      if (turning.size() == 3) {
-        problem_.SetManifold(rotation, whole);
-      } else {
-        manifolds_.push_back(std::make_unique<HeldRotation>(turning));
-        problem_.SetManifold(rotation, manifolds_.back().get());
-      }
-      Variable(rotation, columns);
-    }
-
-    double* centre = Centre(i);
-    std::copy_n(view_.centres.data + 3 * i, 3, centre);
-    std::vector<int> held;
-    columns.clear();
-    for (int k = 0; k < 3; ++k) {
-      if (free[3 + k]) {
-        columns.push_back({view_.pose_unknown(i, 3 + k), 1.0});
-      } else {
-        held.push_back(k);
-      }
-    }
-    problem_.AddParameterBlock(centre, 3);
-    if (columns.empty()) {
-      problem_.SetParameterBlockConstant(centre);
+    problem_.AddParameterBlock(pose, 7);
+    if (free.empty()) {
+      problem_.SetParameterBlockConstant(pose);
       continue;
     }
-    if (!held.empty()) {
-      manifolds_.push_back(std::make_unique<ceres::SubsetManifold>(3, held));
-      problem_.SetManifold(centre, manifolds_.back().get());
+    if (free.size() == 6) {
+      problem_.SetManifold(pose, whole);
+    } else {
+      manifolds_.push_back(std::make_unique<HeldPose>(free));
+      problem_.SetManifold(pose, manifolds_.back().get());
     }
-    Variable(centre, columns);
+    Variable(pose, columns);
   }
 }
 
 void Adjustment::AddPoints() {
   std::copy(view_.points.begin(), view_.points.end(), values_.begin() + static_cast<std::ptrdiff_t>(point_start_));
+  std::vector<Column> columns(3, {0, 1.0});
   for (std::size_t j = 0; j < view_.point_count(); ++j) {
     problem_.AddParameterBlock(Point(j), 3);
-    Variable(Point(j),
-             {{view_.point_unknown(j, 0), 1.0}, {view_.point_unknown(j, 1), 1.0}, {view_.point_unknown(j, 2), 1.0}});
+    for (std::size_t k = 0; k < 3; ++k) columns[k].unknown = view_.point_unknown(j, k);
+    Variable(Point(j), columns);
   }
 }
 
@@ -200,34 +182,58 @@ std::shared_ptr<ceres::ParameterBlockOrdering> Adjustment::Ordering() const {
   return ordering;
 }
 
-Evaluation Adjustment::Linearise(bool robust, int threads) {
-  ceres::Problem::EvaluateOptions options;
-  options.parameter_blocks = variables_;
-  options.apply_loss_function = robust;
-  options.num_threads = threads;
-  Evaluation evaluation;
-  ceres::CRSMatrix jacobian;
-  if (!problem_.Evaluate(options, nullptr, &evaluation.residuals, nullptr, &jacobian)) {
+void Adjustment::Linearise(std::size_t k, bool robust, Rows& rows) const {
+  thread_local std::vector<double*> blocks, jacobians;
+  thread_local std::vector<double> buffer;
+  problem_.GetParameterBlocksForResidualBlock(residual_blocks_[k], &blocks);
+  const ceres::CostFunction* cost = problem_.GetCostFunctionForResidualBlock(residual_blocks_[k]);
+  rows.count = cost->num_residuals();
+  rows.columns.clear();
+  rows.values.clear();
+  const auto free = [&](const double* block) { return free_[block - values_.data()]; };
+  std::size_t total = 0;
+  for (const double* block : blocks) total += free(block).count;
+  buffer.resize(total * rows.count);
+  jacobians.clear();
+  double* next = buffer.data();
+  for (const double* block : blocks) {
+    const std::size_t count = free(block).count;
+    jacobians.push_back(count > 0 ? next : nullptr);
+    next += count * rows.count;
+  }
+  if (!problem_.EvaluateResidualBlockAssumingParametersUnchanged(residual_blocks_[k], robust, nullptr, rows.residuals,
+                                                                 jacobians.data())) {
     FindCulprit();
     throw std::runtime_error("residuals or derivatives are not finite");
   }
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const Free own = free(blocks[b]);
+    for (uint32_t c = 0; c < own.count; ++c) {
+      const Column& column = columns_[own.start + c];
+      rows.columns.push_back(column.unknown);
+      for (int i = 0; i < rows.count; ++i) rows.values.push_back(column.factor * jacobians[b][i * own.count + c]);
+    }
+  }
+}
+
+Evaluation Adjustment::Evaluate() const {
+  Evaluation evaluation;
   evaluation.row_start.assign(1, 0);
-  evaluation.row_start.reserve(jacobian.rows.size());
-  evaluation.columns.reserve(jacobian.cols.size());
-  evaluation.values.reserve(jacobian.cols.size());
-  std::vector<std::pair<std::size_t, double>> row;
-  for (int i = 0; i + 1 < static_cast<int>(jacobian.rows.size()); ++i) {
-    row.clear();
-    for (int k = jacobian.rows[i]; k < jacobian.rows[i + 1]; ++k) {
-      const Column& column = columns_[jacobian.cols[k]];
-      row.emplace_back(column.unknown, column.factor * jacobian.values[k]);
+  Rows rows;
+  std::vector<std::size_t> order;
+  for (std::size_t k = 0; k < residual_blocks_.size(); ++k) {
+    Linearise(k, false, rows);
+    order.resize(rows.columns.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](auto a, auto b) { return rows.columns[a] < rows.columns[b]; });
+    for (int i = 0; i < rows.count; ++i) {
+      evaluation.residuals.push_back(rows.residuals[i]);
+      for (std::size_t c : order) {
+        evaluation.columns.push_back(rows.columns[c]);
+        evaluation.values.push_back(rows.column(c)[i]);
+      }
+      evaluation.row_start.push_back(evaluation.columns.size());
     }
-    std::sort(row.begin(), row.end());
-    for (const auto& [unknown, value] : row) {
-      evaluation.columns.push_back(unknown);
-      evaluation.values.push_back(value);
-    }
-    evaluation.row_start.push_back(evaluation.columns.size());
   }
   return evaluation;
 }

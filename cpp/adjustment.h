@@ -6,6 +6,8 @@
 
 #include <ceres/ceres.h>
 
+#include <deque>
+#include <initializer_list>
 #include <memory>
 #include <vector>
 
@@ -14,6 +16,16 @@
 #include "solve.h"
 
 namespace misclosure {
+
+// The rows of one residual block: an image measurement, an observed position, a prior.
+struct Rows {
+  int count = 0;
+  double residuals[3];
+  std::vector<std::size_t> columns;  // unknowns, free ones alone, in no order
+  std::vector<double> values;        // column by column, raw units
+
+  const double* column(std::size_t c) const { return values.data() + c * count; }
+};
 
 class Adjustment {
  public:
@@ -29,8 +41,14 @@ class Adjustment {
   // Free unknowns that are not points, as the solver counts them.
   int ReducedSize() const { return reduced_size_; }
 
-  // Residuals and Jacobian at the present values, with robust weights or without.
-  Evaluation Linearise(bool robust, int threads);
+  // Residuals and Jacobian at the present values, without robust weights.
+  Evaluation Evaluate() const;
+
+  // Residual blocks are counted in the order of the residuals: image measurements first.
+  std::size_t residual_block_count() const { return residual_blocks_.size(); }
+
+  // The rows of residual block k at the present values, with robust weights or without.
+  void Linearise(std::size_t k, bool robust, Rows& rows) const;
 
   // Throws CannotProject for the first observation that cannot be computed, if there is one.
   void FindCulprit() const;
@@ -43,6 +61,10 @@ class Adjustment {
   struct Column {
     std::size_t unknown;
     double factor;
+  };
+  // Those of a parameter block, in `columns_`.
+  struct Free {
+    uint32_t start = 0, count = 0;
   };
   struct ThetaBlock {
     std::size_t offset;
@@ -59,16 +81,15 @@ class Adjustment {
   void AddPoses();
   void AddPoints();
   void AddResiduals();
-  void Variable(double* block, const std::vector<Column>& columns);
+  void Variable(const double* block, const std::vector<Column>& columns);
   Chain MakeChain(const misclosure_context& context, std::initializer_list<Stage> stages);
-  double* Rotation(std::size_t i) { return &values_[7 * i]; }
-  double* Centre(std::size_t i) { return &values_[7 * i + 4]; }
+  double* Pose(std::size_t i) { return &values_[7 * i]; }
   double* Theta(const ThetaBlock& block) { return &values_[theta_start_ + block.offset]; }
   double* Camera(std::size_t c) { return &values_[camera_start_ + 12 * c]; }
   double* Point(std::size_t j) { return &values_[point_start_ + 3 * j]; }
   std::size_t ThetaIndex(std::size_t slot, const misclosure_context& context) const;
-  template <class Cost>
-  void AddResidual(Cost* cost, ceres::LossFunction* loss, std::vector<double*> blocks, const Chain& chain);
+  void AddResidual(ceres::CostFunction& cost, ceres::LossFunction* loss, std::initializer_list<double*> own,
+                   const Chain& chain);
 
   const ProblemView& view_;
   std::vector<CameraBlock> camera_blocks_;
@@ -81,9 +102,15 @@ class Adjustment {
   std::unique_ptr<ceres::LossFunction> loss_;
   std::vector<Chain> image_chains_, position_chains_;
   Chain control_chain_;
-  std::vector<double*> variables_;
+  // Deques: cost functions cannot be moved.
+  std::deque<ImageCost> image_costs_;
+  std::deque<PositionCost> position_costs_;
+  std::deque<PriorCost> prior_costs_;
   std::vector<Column> columns_;
+  std::vector<Free> free_;  // by the block's place in `values_`
   int reduced_size_ = 0;
+  std::vector<double*> parameter_blocks_;  // of the residual block that is added
+  std::vector<ceres::ResidualBlockId> residual_blocks_;
   ceres::Problem problem_;  // last: it is destroyed first
 };
 

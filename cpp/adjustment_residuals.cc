@@ -45,10 +45,12 @@ Chain Adjustment::MakeChain(const misclosure_context& context, std::initializer_
   return chain;
 }
 
-template <class Cost>
-void Adjustment::AddResidual(Cost* cost, ceres::LossFunction* loss, std::vector<double*> blocks, const Chain& chain) {
+void Adjustment::AddResidual(ceres::CostFunction& cost, ceres::LossFunction* loss, std::initializer_list<double*> own,
+                             const Chain& chain) {
+  std::vector<double*>& blocks = parameter_blocks_;
+  blocks.assign(own);
   blocks.insert(blocks.end(), chain.blocks.begin(), chain.blocks.end());
-  problem_.AddResidualBlock(cost, loss, blocks);
+  residual_blocks_.push_back(problem_.AddResidualBlock(&cost, loss, blocks.data(), static_cast<int>(blocks.size())));
 }
 
 void Adjustment::AddResiduals() {
@@ -69,64 +71,55 @@ void Adjustment::AddResiduals() {
     for (std::size_t o = view_.point_start[j]; o < view_.point_start[j + 1]; ++o) {
       const std::size_t i = view_.observation_image[o];
       const std::size_t c = view_.contexts[i].camera;
-      auto* cost = new ImageCost(image_chains_[i], camera_blocks_[c], view_.observation_xy.data + 2 * o,
-                                 view_.observation_weight[o]);
-      AddResidual(cost, loss_.get(), {Camera(c), Rotation(i), Centre(i), Point(j)},
-                  image_chains_[i]);
+      auto& cost = image_costs_.emplace_back(image_chains_[i], camera_blocks_[c], view_.observation_xy.data + 2 * o,
+                                             view_.observation_weight[o]);
+      AddResidual(cost, loss_.get(), {Camera(c), Pose(i), Point(j)}, image_chains_[i]);
     }
   }
   for (std::size_t k = 0; k < view_.control_point.size; ++k) {
-    auto* cost = new PositionCost(control_chain_, Stage::kControl, view_.control_position.data + 3 * k,
-                                  view_.control_sigma.data + 3 * k);
+    auto& cost = position_costs_.emplace_back(control_chain_, Stage::kControl, view_.control_position.data + 3 * k,
+                                              view_.control_sigma.data + 3 * k);
     AddResidual(cost, nullptr, {Point(view_.control_point[k])}, control_chain_);
   }
   for (std::size_t k = 0; k < view_.gnss_image.size; ++k) {
     const std::size_t i = view_.gnss_image[k];
-    auto* cost = new PositionCost(position_chains_[i], Stage::kPosition, view_.gnss_position.data + 3 * k,
-                                  view_.gnss_sigma.data + 3 * k);
-    std::vector<double*> blocks = {Centre(i)};
-    if (cost->turned()) blocks.push_back(Rotation(i));
-    AddResidual(cost, nullptr, blocks, position_chains_[i]);
+    auto& cost = position_costs_.emplace_back(position_chains_[i], Stage::kPosition, view_.gnss_position.data + 3 * k,
+                                              view_.gnss_sigma.data + 3 * k);
+    AddResidual(cost, nullptr, {Pose(i)}, position_chains_[i]);
   }
   for (std::size_t k = 0; k < view_.theta_prior_index.size; ++k) {
     const std::size_t t = view_.theta_prior_index[k];
     const Place place = theta_places_[t];
     const ThetaBlock& theta = theta_blocks_[place.block];
-    problem_.AddResidualBlock(
-        new PriorCost(static_cast<int>(theta.members.size()), place.entry, view_.theta_scales[t],
-                      view_.theta_prior_mean[k], view_.theta_prior_sigma[k]),
-        nullptr, Theta(theta));
+    auto& cost = prior_costs_.emplace_back(static_cast<int>(theta.members.size()), place.entry, view_.theta_scales[t],
+                                           view_.theta_prior_mean[k], view_.theta_prior_sigma[k]);
+    residual_blocks_.push_back(problem_.AddResidualBlock(&cost, nullptr, Theta(theta)));
   }
   for (std::size_t k = 0; k < view_.prior_camera.size; ++k) {
     const CameraBlock& camera = camera_blocks_[view_.prior_camera[k]];
     const int entry = camera.entry(static_cast<int>(view_.prior_parameter[k]));
-    problem_.AddResidualBlock(
-        new PriorCost(camera.size(), entry, camera.scale[camera.parameter(entry)], view_.prior_value[k],
-                      view_.prior_sigma[k]),
-        nullptr, Camera(view_.prior_camera[k]));
+    auto& cost = prior_costs_.emplace_back(camera.size(), entry, camera.scale[camera.parameter(entry)],
+                                           view_.prior_value[k], view_.prior_sigma[k]);
+    residual_blocks_.push_back(problem_.AddResidualBlock(&cost, nullptr, Camera(view_.prior_camera[k])));
   }
 }
 
 void Adjustment::FindCulprit() const {
-  std::vector<ceres::ResidualBlockId> ids;
-  problem_.GetResidualBlocks(&ids);
   std::vector<double*> blocks;
   double residuals[3];
   std::string reason;
   std::size_t next = 0;
   for (std::size_t j = 0; j < view_.point_count(); ++j) {
     for (std::size_t o = view_.point_start[j]; o < view_.point_start[j + 1]; ++o, ++next) {
-      problem_.GetParameterBlocksForResidualBlock(ids[next], &blocks);
-      const auto* cost = static_cast<const ImageCost*>(problem_.GetCostFunctionForResidualBlock(ids[next]));
-      if (!cost->Compute(blocks.data(), residuals, nullptr, &reason)) {
+      problem_.GetParameterBlocksForResidualBlock(residual_blocks_[next], &blocks);
+      if (!image_costs_[o].Compute(blocks.data(), residuals, nullptr, &reason)) {
         throw CannotProject(view_.observation_image[o], j, reason);
       }
     }
   }
-  for (std::size_t k = 0; k < view_.control_point.size + view_.gnss_image.size; ++k, ++next) {
-    problem_.GetParameterBlocksForResidualBlock(ids[next], &blocks);
-    const auto* cost = static_cast<const PositionCost*>(problem_.GetCostFunctionForResidualBlock(ids[next]));
-    if (cost->Compute(blocks.data(), residuals, nullptr, &reason)) continue;
+  for (std::size_t k = 0; k < position_costs_.size(); ++k, ++next) {
+    problem_.GetParameterBlocksForResidualBlock(residual_blocks_[next], &blocks);
+    if (position_costs_[k].Compute(blocks.data(), residuals, nullptr, &reason)) continue;
     if (k < view_.control_point.size) throw CannotProject(kNoPoint, view_.control_point[k], reason);
     throw CannotProject(view_.gnss_image[k - view_.control_point.size], kNoPoint, reason);
   }

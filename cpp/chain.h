@@ -97,15 +97,14 @@ class ChainRun {
     }
   }
 
-  // Writes the columns into the Jacobians of the effects' blocks, row `row` times factor[row].
-  void Scatter(const double* factor, double** jacobians) const {
+  // Writes the columns into the Jacobians of the effects' blocks.
+  void Scatter(double** jacobians) const {
     for (const ChainUnknown& unknown : chain_.unknowns) {
       double* jacobian = jacobians[unknown.block];
       if (jacobian == nullptr) continue;
       const int size = chain_.block_sizes[unknown.block];
       for (int row = 0; row < residuals_; ++row) {
-        jacobian[row * size + unknown.entry] =
-            factor[row] * columns_[unknown.value * residuals_ + row] * unknown.scale;
+        jacobian[row * size + unknown.entry] = columns_[unknown.value * residuals_ + row] * unknown.scale;
       }
     }
   }

@@ -19,13 +19,14 @@ bool Perspective(const T& f, const T v[3], T ideal[2]) {
   return true;
 }
 
-// Distortion, px, at d from the centre of distortion, with k1, k2, k3, p1, p2, b1, b2.
-template <class T>
-void Distortion(const T d[2], const T c[kCoefficients], T out[2]) {
-  const T xx = d[0] * d[0];
-  const T yy = d[1] * d[1];
-  const T xy = d[0] * d[1];
-  const T r2 = xx + yy;
+// Distortion, px, at d from the centre of distortion, with k1, k2, k3, p1, p2, b1, b2. Either can be plain numbers while the other has
+// derivatives.
+template <class D, class C, class T>
+void Distortion(const D d[2], const C c[kCoefficients], T out[2]) {
+  const D xx = d[0] * d[0];
+  const D yy = d[1] * d[1];
+  const D xy = d[0] * d[1];
+  const D r2 = xx + yy;
   const T radial = r2 * (c[0] + r2 * (c[1] + r2 * c[2]));
   out[0] = d[0] * radial + c[3] * (r2 + 2.0 * xx) + 2.0 * c[4] * xy + c[5] * d[0] + c[6] * d[1];
   out[1] = d[1] * radial + c[4] * (r2 + 2.0 * yy) + 2.0 * c[3] * xy;
@@ -43,10 +44,10 @@ bool Project(const T interior[kInteriorSize], const T v[3], T xy[2]) {
   return true;
 }
 
-// v = R p for the unit quaternion (w, x, y, z) of R.
-template <class T>
-void RotateByQuaternion(const T q[4], const T p[3], T v[3]) {
-  const T t[3] = {2.0 * (q[2] * p[2] - q[3] * p[1]), 2.0 * (q[3] * p[0] - q[1] * p[2]), 2.0 * (q[1] * p[1] - q[2] * p[0])};
+// v = R p for the unit quaternion (w, x, y, z) of R. Either can be plain numbers while the other has derivatives.
+template <class Q, class P, class V>
+void RotateByQuaternion(const Q q[4], const P p[3], V v[3]) {
+  const V t[3] = {2.0 * (q[2] * p[2] - q[3] * p[1]), 2.0 * (q[3] * p[0] - q[1] * p[2]), 2.0 * (q[1] * p[1] - q[2] * p[0])};
   v[0] = p[0] + q[0] * t[0] + (q[2] * t[2] - q[3] * t[1]);
   v[1] = p[1] + q[0] * t[1] + (q[3] * t[0] - q[1] * t[2]);
   v[2] = p[2] + q[0] * t[2] + (q[1] * t[1] - q[2] * t[0]);

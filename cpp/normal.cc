@@ -6,7 +6,8 @@
 
 namespace misclosure {
 
-Normal::Normal(const ProblemView& view, const Evaluation& evaluation) : view_(view), rows_(evaluation) {
+Normal::Normal(const ProblemView& view, const Adjustment& adjustment, bool robust)
+    : view_(view), adjustment_(adjustment), robust_(robust) {
   NumberUnknowns();
   Accumulate();
 }
@@ -50,14 +51,10 @@ void Normal::NumberUnknowns() {
     if (view_.theta_free[t] && !of_image[t]) share(view_.theta_unknown(t));
   }
 
-  const std::size_t first_point = view_.point_unknown(0, 0);
-  rows_of_point_.resize(view_.point_count());
-  for (std::size_t row = 0; row < rows_.residuals.size(); ++row) {
-    const std::size_t end = rows_.row_start[row + 1];
-    if (end > rows_.row_start[row] && rows_.columns[end - 1] >= first_point) {
-      rows_of_point_[(rows_.columns[end - 1] - first_point) / 3].push_back(row);
-    }
+  for (std::size_t k = 0; k < view_.control_point.size; ++k) {
+    control_.emplace_back(view_.control_point[k], view_.observation_image.size + k);
   }
+  std::sort(control_.begin(), control_.end());
 }
 
 double* Normal::Block(std::size_t a, std::size_t b) {
@@ -69,75 +66,79 @@ double* Normal::Block(std::size_t a, std::size_t b) {
   return blocks_.data() + found->second;  // one past the end for a block without entries, of an image that is held
 }
 
-// The part of a row that has nothing to do with points.
-void Normal::AddRow(std::size_t row) {
-  const std::size_t begin = rows_.row_start[row];
-  const std::size_t end = rows_.row_start[row + 1];
-  const double residual = rows_.residuals[row];
-  for (std::size_t k = begin; k < end; ++k) {
-    const std::size_t unknown = rows_.columns[k];
-    const double value = rows_.values[k];
-    const std::ptrdiff_t side = side_of_[unknown];
-    const std::ptrdiff_t shared = shared_of_[unknown];
-    if (side >= 0) {
-      side_gradient_[side] += value * residual;
-      side_diagonal_[side] += value * value;
-    } else if (shared >= 0) {
-      shared_gradient_[shared] += value * residual;
-      shared_diagonal_[shared] += value * value;
-    } else {
-      continue;
-    }
-    for (std::size_t l = begin; l < end; ++l) {
-      const std::size_t other = rows_.columns[l];
-      const double product = value * rows_.values[l];
-      if (side >= 0 && side_of_[other] >= 0) {
-        const std::size_t image = image_of_side_[side];
-        double* block = Block(image, image);
-        const std::size_t size = SideSize(image);
-        block[(side - side_start_[image]) * size + (side_of_[other] - side_start_[image])] += product;
-      } else if (side >= 0 && shared_of_[other] >= 0) {
-        side_shared_(side, shared_of_[other]) += product;
-      } else if (shared >= 0 && shared_of_[other] >= 0) {
-        shared_(shared, shared_of_[other]) += product;
-      }
+// The part of the rows that has nothing to do with points. No residual block has unknowns of two images.
+void Normal::Add(const Rows& rows) {
+  side_entries_.clear();
+  shared_entries_.clear();
+  for (std::size_t c = 0; c < rows.columns.size(); ++c) {
+    const std::ptrdiff_t side = side_of_[rows.columns[c]];
+    const std::ptrdiff_t shared = shared_of_[rows.columns[c]];
+    if (side >= 0) side_entries_.push_back({static_cast<std::size_t>(side), rows.column(c)});
+    if (shared >= 0) shared_entries_.push_back({static_cast<std::size_t>(shared), rows.column(c)});
+  }
+  const auto dot = [&](const double* a, const double* b) {
+    double sum = 0.0;
+    for (int i = 0; i < rows.count; ++i) sum += a[i] * b[i];
+    return sum;
+  };
+  for (const Entry& a : shared_entries_) {
+    shared_gradient_[a.place] += dot(a.values, rows.residuals);
+    shared_diagonal_[a.place] += dot(a.values, a.values);
+    for (const Entry& b : shared_entries_) shared_(b.place, a.place) += dot(a.values, b.values);
+    for (const Entry& b : side_entries_) side_shared_(b.place, a.place) += dot(a.values, b.values);
+  }
+  if (side_entries_.empty()) return;
+  const std::size_t image = image_of_side_[side_entries_[0].place];
+  const std::size_t start = side_start_[image];
+  const std::size_t size = SideSize(image);
+  double* block = Block(image, image);
+  for (const Entry& a : side_entries_) {
+    side_gradient_[a.place] += dot(a.values, rows.residuals);
+    side_diagonal_[a.place] += dot(a.values, a.values);
+    for (const Entry& b : side_entries_) {
+      block[(a.place - start) * size + (b.place - start)] += dot(a.values, b.values);
     }
   }
 }
 
-void Normal::Gather(std::size_t point, PointPart& part) const {
-  const std::size_t first = view_.point_unknown(point, 0);
-  const Eigen::Index k = static_cast<Eigen::Index>(shared_unknowns_.size());
+void Normal::Clear(PointPart& part) const {
   part.v.setZero();
   part.gradient.setZero();
-  part.shared.setZero(3, k);
+  part.shared.setZero(3, static_cast<Eigen::Index>(shared_unknowns_.size()));
   part.images.clear();
-  part.w.clear();
-  for (std::size_t row : rows_of_point_[point]) {
-    const std::size_t begin = rows_.row_start[row];
-    const std::size_t end = rows_.row_start[row + 1];
-    Eigen::Vector3d own = Eigen::Vector3d::Zero();
-    for (std::size_t e = begin; e < end; ++e) {
-      if (rows_.columns[e] >= first) own[rows_.columns[e] - first] = rows_.values[e];
-    }
-    part.v += own * own.transpose();
-    part.gradient += own * rows_.residuals[row];
-    for (std::size_t e = begin; e < end; ++e) {
-      const std::size_t unknown = rows_.columns[e];
-      if (shared_of_[unknown] >= 0) {
-        part.shared.col(shared_of_[unknown]) += own * rows_.values[e];
-      } else if (side_of_[unknown] >= 0) {
-        const std::size_t side = side_of_[unknown];
-        const std::size_t image = image_of_side_[side];
-        std::size_t at = std::find(part.images.begin(), part.images.end(), image) - part.images.begin();
-        if (at == part.images.size()) {
-          part.images.push_back(image);
-          part.w.emplace_back(Eigen::Matrix<double, 3, Eigen::Dynamic>::Zero(3, SideSize(image)));
-        }
-        part.w[at].col(side - side_start_[image]) += own * rows_.values[e];
-      }
-    }
+}
+
+void Normal::AddTo(PointPart& part, std::size_t point, const Rows& rows) const {
+  const std::size_t first = view_.point_unknown(point, 0);
+  Eigen::Matrix3d own = Eigen::Matrix3d::Zero();  // unknown x row
+  for (std::size_t c = 0; c < rows.columns.size(); ++c) {
+    if (rows.columns[c] < first) continue;
+    for (int i = 0; i < rows.count; ++i) own(rows.columns[c] - first, i) = rows.column(c)[i];
   }
+  const auto times = [&](const double* column) {
+    Eigen::Vector3d product = Eigen::Vector3d::Zero();
+    for (int i = 0; i < rows.count; ++i) product += own.col(i) * column[i];
+    return product;
+  };
+  part.v += own * own.transpose();
+  part.gradient += times(rows.residuals);
+  for (std::size_t c = 0; c < rows.columns.size(); ++c) {
+    const std::ptrdiff_t shared = shared_of_[rows.columns[c]];
+    const std::ptrdiff_t side = side_of_[rows.columns[c]];
+    if (shared >= 0) part.shared.col(shared) += times(rows.column(c));
+    if (side < 0) continue;
+    const std::size_t image = image_of_side_[side];
+    const std::size_t at = std::find(part.images.begin(), part.images.end(), image) - part.images.begin();
+    if (at == part.images.size()) {
+      part.images.push_back(image);
+      if (at == part.w.size()) part.w.emplace_back();
+      part.w[at].setZero(3, static_cast<Eigen::Index>(SideSize(image)));
+    }
+    part.w[at].col(side - static_cast<std::ptrdiff_t>(side_start_[image])) += times(rows.column(c));
+  }
+}
+
+void Normal::Finish(PointPart& part, std::size_t point) const {
   // Scaled to a unit diagonal, so that the pivots tell rounding from information.
   Eigen::Vector3d scale = part.v.diagonal().cwiseSqrt();
   for (int i = 0; i < 3; ++i) scale[i] = scale[i] > 0.0 ? 1.0 / scale[i] : 1.0;
@@ -147,9 +148,32 @@ void Normal::Gather(std::size_t point, PointPart& part) const {
   if (!(least * least > kRounding)) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scaled);
     Eigen::VectorXd direction = scale.asDiagonal() * eigen.eigenvectors().col(0);
+    const std::size_t first = view_.point_unknown(point, 0);
     throw Singular({Direction({first, first + 1, first + 2}, direction.normalized())});
   }
   part.inverse = scale.asDiagonal() * llt.solve(Eigen::Matrix3d::Identity()) * scale.asDiagonal();
+}
+
+void Normal::Eliminate(const PointPart& part) {
+  const Eigen::Vector3d back = part.inverse * part.gradient;
+  point_decrement_ += part.gradient.dot(back);
+  const Eigen::Matrix<double, 3, Eigen::Dynamic> by_shared = part.inverse * part.shared;
+  // Lazy: matrices as thin as these are not worth the packing of a general product.
+  shared_ -= part.shared.transpose().lazyProduct(by_shared);
+  shared_gradient_ -= part.shared.transpose().lazyProduct(back);
+  for (std::size_t a = 0; a < part.images.size(); ++a) {
+    const Eigen::Index start = static_cast<Eigen::Index>(side_start_[part.images[a]]);
+    const Eigen::Index size = part.w[a].cols();
+    side_shared_.middleRows(start, size) -= part.w[a].transpose().lazyProduct(by_shared);
+    side_gradient_.segment(start, size) -= part.w[a].transpose().lazyProduct(back);
+    const Eigen::Matrix<double, 3, Eigen::Dynamic> right = part.inverse * part.w[a];
+    for (std::size_t b = 0; b < part.images.size(); ++b) {
+      if (part.images[b] > part.images[a]) continue;
+      using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+      Eigen::Map<RowMajorMatrix> block(Block(part.images[a], part.images[b]), size, part.w[b].cols());
+      block -= right.transpose().lazyProduct(part.w[b]);
+    }
+  }
 }
 
 void Normal::Accumulate() {
@@ -162,29 +186,21 @@ void Normal::Accumulate() {
   shared_gradient_.setZero(k);
   shared_diagonal_.setZero(k);
   for (std::size_t i = 0; i < view_.images(); ++i) Block(i, i);
-  for (std::size_t row = 0; row < rows_.residuals.size(); ++row) AddRow(row);
 
   PointPart part;
   for (std::size_t j = 0; j < view_.point_count(); ++j) {
-    Gather(j, part);
-    const Eigen::Vector3d back = part.inverse * part.gradient;
-    point_decrement_ += part.gradient.dot(back);
-    const Eigen::Matrix<double, 3, Eigen::Dynamic> by_shared = part.inverse * part.shared;
-    shared_.noalias() -= part.shared.transpose() * by_shared;
-    shared_gradient_.noalias() -= part.shared.transpose() * back;
-    for (std::size_t a = 0; a < part.images.size(); ++a) {
-      const Eigen::Index start = static_cast<Eigen::Index>(side_start_[part.images[a]]);
-      const Eigen::Index size = part.w[a].cols();
-      side_shared_.middleRows(start, size).noalias() -= part.w[a].transpose() * by_shared;
-      side_gradient_.segment(start, size).noalias() -= part.w[a].transpose() * back;
-      const Eigen::Matrix<double, Eigen::Dynamic, 3> left = part.w[a].transpose() * part.inverse;
-      for (std::size_t b = 0; b < part.images.size(); ++b) {
-        if (part.images[b] > part.images[a]) continue;
-        using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-        Eigen::Map<RowMajorMatrix> block(Block(part.images[a], part.images[b]), size, part.w[b].cols());
-        block.noalias() -= left * part.w[b];
-      }
-    }
+    Clear(part);
+    ForRowsOf(j, [&](const Rows& rows) {
+      Add(rows);
+      AddTo(part, j, rows);
+    });
+    Finish(part, j);
+    Eliminate(part);
+  }
+  Rows rows;
+  for (std::size_t r = view_.observation_image.size + view_.control_point.size; r < adjustment_.residual_block_count(); ++r) {
+    adjustment_.Linearise(r, robust_, rows);
+    Add(rows);
   }
 }
 

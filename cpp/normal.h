@@ -8,9 +8,12 @@
 #include <Eigen/CholmodSupport>
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include "adjustment.h"
 #include "solve.h"
 
 namespace misclosure {
@@ -20,8 +23,9 @@ constexpr double kRounding = 1e-14;
 
 class Normal {
  public:
-  // Eliminates the points; throws Singular where a point is not determined by its rays.
-  Normal(const ProblemView& view, const Evaluation& evaluation);
+  // At the present values of the adjustment, with robust weights or without. Eliminates the points; throws Singular where one is
+  // not determined by its rays.
+  Normal(const ProblemView& view, const Adjustment& adjustment, bool robust);
 
   // Points eliminated, nothing else.
   ReducedSystem Dense() const;
@@ -46,14 +50,25 @@ class Normal {
     Eigen::Matrix3d inverse;
     Eigen::Vector3d gradient;
     std::vector<std::size_t> images;
-    std::vector<Eigen::Matrix<double, 3, Eigen::Dynamic>> w;  // by image
+    std::vector<Eigen::Matrix<double, 3, Eigen::Dynamic>> w;  // by image; not all are in use
     Eigen::Matrix<double, 3, Eigen::Dynamic> shared;
+  };
+  // A column of some rows, and the place of its unknown among those of its kind.
+  struct Entry {
+    std::size_t place;
+    const double* values;
   };
 
   void NumberUnknowns();
   void Accumulate();
-  void Gather(std::size_t point, PointPart& part) const;
-  void AddRow(std::size_t row);
+  // Calls use(rows) for each residual block that the point is in.
+  template <class Use>
+  void ForRowsOf(std::size_t point, Use use) const;
+  void Clear(PointPart& part) const;
+  void AddTo(PointPart& part, std::size_t point, const Rows& rows) const;
+  void Finish(PointPart& part, std::size_t point) const;
+  void Add(const Rows& rows);
+  void Eliminate(const PointPart& part);
   double* Block(std::size_t a, std::size_t b);
   Sparse SideMatrix(const Eigen::VectorXd& scale) const;
   void FindSideNullSpace(bool failed) const;
@@ -63,12 +78,14 @@ class Normal {
   std::size_t SideSize(std::size_t image) const { return side_start_[image + 1] - side_start_[image]; }
 
   const ProblemView& view_;
-  const Evaluation& rows_;
+  const Adjustment& adjustment_;
+  bool robust_;
   std::vector<std::size_t> side_unknowns_, shared_unknowns_;
   std::vector<std::size_t> side_start_;             // by image
   std::vector<std::ptrdiff_t> side_of_, shared_of_;  // by unknown, -1: not there
   std::vector<std::size_t> image_of_side_;
-  std::vector<std::vector<std::size_t>> rows_of_point_;
+  std::vector<std::pair<std::size_t, std::size_t>> control_;  // point, residual block; sorted
+  std::vector<Entry> side_entries_, shared_entries_;          // of the rows at hand
 
   std::unordered_map<uint64_t, std::size_t> block_index_;  // image pair a >= b -> where its block starts
   std::vector<std::pair<std::size_t, std::size_t>> block_pairs_;
@@ -84,6 +101,18 @@ class Normal {
   Eigen::MatrixXd shared_reduced_;       // S_ss - S_sp S_pp^-1 S_ps
   Eigen::MatrixXd shared_covariance_;
 };
+
+template <class Use>
+void Normal::ForRowsOf(std::size_t point, Use use) const {
+  Rows rows;
+  const auto visit = [&](std::size_t block) {
+    adjustment_.Linearise(block, robust_, rows);
+    use(rows);
+  };
+  for (std::size_t o = view_.point_start[point]; o < view_.point_start[point + 1]; ++o) visit(o);
+  auto control = std::lower_bound(control_.begin(), control_.end(), std::make_pair(point, std::size_t{0}));
+  for (; control != control_.end() && control->first == point; ++control) visit(control->second);
+}
 
 }  // namespace misclosure
 

@@ -91,7 +91,9 @@ Covariance Normal::Invert(bool everything) const {
   result.points.assign(9 * view_.point_count(), 0.0);
   PointPart part;
   for (std::size_t j = 0; j < view_.point_count(); ++j) {
-    Gather(j, part);
+    Clear(part);
+    ForRowsOf(j, [&](const Rows& rows) { AddTo(part, j, rows); });
+    Finish(part, j);
     Eigen::Matrix<double, 3, Eigen::Dynamic> e = part.shared;
     Eigen::Matrix3d middle = Eigen::Matrix3d::Zero();
     for (std::size_t a = 0; a < part.images.size(); ++a) {

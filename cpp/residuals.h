@@ -1,5 +1,5 @@
 // Cost functions. Jets stay within one stage of the chain each; stages are composed by small matrix products, from the residual
-// back to the unknowns, which costs less than half of one wide Jet.
+// back to the unknowns, which costs a fraction of one wide Jet.
 
 #ifndef MISCLOSURE_RESIDUALS_H_
 #define MISCLOSURE_RESIDUALS_H_
@@ -42,15 +42,31 @@ struct CameraBlock {
       interior[kDcy] = interior[kPpy];
     }
   }
+  // Derivatives by the interior orientation -> by the block.
+  void Pack(RowMajor<2, 12> by_interior, double* jacobian) const {
+    if (tied) by_interior.middleCols<2>(kPpx) += by_interior.middleCols<2>(kDcx);
+    by_interior.array().rowwise() *= ConstMap<1, 12>(scale).array();
+    if (tied) {
+      Into<2, 10>(jacobian) << by_interior.leftCols<kDcx>(), by_interior.rightCols<kCoefficients>();
+    } else {
+      Into<2, 12>(jacobian) = by_interior;
+    }
+  }
 };
 
-// An image measurement. Parameter blocks: camera, quaternion, centre, point, then those of the effects.
+// Derivatives by a pose's parameter block: quaternion, centre.
+template <int M>
+void PackPose(const RowMajor<M, 4>& by_q, const RowMajor<M, 3>& by_c, double* jacobian) {
+  Into<M, 7>(jacobian) << by_q, by_c;
+}
+
+// An image measurement. Parameter blocks: camera, pose, point, then those of the effects.
 class ImageCost final : public ceres::CostFunction {
  public:
   ImageCost(const Chain& chain, const CameraBlock& camera, const double* xy, double weight)
       : chain_(chain), camera_(camera), xy_{xy[0], xy[1]}, weight_(weight) {
     set_num_residuals(2);
-    *mutable_parameter_block_sizes() = {camera.size(), 4, 3, 3};
+    *mutable_parameter_block_sizes() = {camera.size(), 7, 3};
     mutable_parameter_block_sizes()->insert(mutable_parameter_block_sizes()->end(), chain.block_sizes.begin(),
                                             chain.block_sizes.end());
   }
@@ -73,7 +89,7 @@ class ImageCost final : public ceres::CostFunction {
       context.column_px = xy_[0];
       context.row_px = xy_[1];
     }
-    ChainRun run(chain_, x + 4, 2, derive);
+    ChainRun run(chain_, x + 3, 2, derive);
     const auto outside = [&] {
       if (reason != nullptr) *reason = std::string("outside the domain of effect ") + run.LastEffect();
       return false;
@@ -82,8 +98,8 @@ class ImageCost final : public ceres::CostFunction {
     // Exposure: (r, C) and the quaternion again.
     double in[15], interior[16] = {}, image_r[3], r[3], q[4], c[3], p[3];
     std::copy_n(x[1], 4, q);
-    std::copy_n(x[2], 3, c);
-    std::copy_n(x[3], 3, p);
+    std::copy_n(x[1] + 4, 3, c);
+    std::copy_n(x[2], 3, p);
     RowMajor<3, 4> r_q;
     RowMajor<4, 3> q_r;
     if (!exposure.empty() || !ray.empty() || !interior_effects.empty()) {
@@ -117,12 +133,13 @@ class ImageCost final : public ceres::CostFunction {
     // Into the camera and onto the sensor.
     const double arm[3] = {p[0] - c[0], p[1] - c[1], p[2] - c[2]};
     double v[3], xy[2];
-    RowMajor<3, 7> v_qp;
+    RowMajor<3, 4> v_q;
+    RowMajor<3, 3> v_p;
     RowMajor<2, 12> xy_interior;
     RowMajor<2, 3> xy_v;
     bool front;
     if (derive) {
-      Rotated(q, arm, v, &v_qp);
+      Rotated(q, arm, v, &v_q, &v_p);
       front = Projected(interior, v, xy, &xy_interior, &xy_v);
     } else {
       RotateByQuaternion(q, arm, v);
@@ -141,8 +158,8 @@ class ImageCost final : public ceres::CostFunction {
     residuals[1] = weight_ * (xy_[1] - xy[1]);
     if (!derive) return true;
 
-    // Back: derivative of the image point by what each stage was given.
-    RowMajor<2, 2> by_xy = RowMajor<2, 2>::Identity();
+    // Back: derivative of the residuals by what each stage was given.
+    RowMajor<2, 2> by_xy = -weight_ * RowMajor<2, 2>::Identity();
     RowMajor<2, 12> by_interior = RowMajor<2, 12>::Zero();
     RowMajor<2, 3> by_r = RowMajor<2, 3>::Zero();
     RowMajor<2, 3> by_image_r = RowMajor<2, 3>::Zero();
@@ -153,15 +170,15 @@ class ImageCost final : public ceres::CostFunction {
       by_xy = (by_xy * d_in.leftCols<2>()).eval();
     }
     by_interior += by_xy * xy_interior;
-    const RowMajor<2, 7> by_qp = by_xy * xy_v * v_qp;
+    const RowMajor<2, 3> by_v = by_xy * xy_v;
     for (auto link = interior_effects.rbegin(); link != interior_effects.rend(); ++link) {
       const ConstMap<12, 15> d_in(run.DIn(*link));
       run.Backward(*link, by_interior.data());
       by_image_r += by_interior * d_in.rightCols<3>();
       by_interior = (by_interior * d_in.leftCols<12>()).eval();
     }
-    RowMajor<2, 4> by_q = by_qp.leftCols<4>();
-    RowMajor<2, 3> by_p = by_qp.rightCols<3>();
+    RowMajor<2, 4> by_q = by_v * v_q;
+    RowMajor<2, 3> by_p = by_v * v_p;
     RowMajor<2, 3> by_c = -by_p;
     for (auto link = ray.rbegin(); link != ray.rend(); ++link) {
       const ConstMap<3, 9> d_in(run.DIn(*link));
@@ -183,22 +200,10 @@ class ImageCost final : public ceres::CostFunction {
       by_q += (by_r + by_image_r) * r_q;
     }
 
-    if (jacobians[0] != nullptr) {
-      const int size = camera_.size();
-      for (int row = 0; row < 2; ++row) {
-        for (int k = 0; k < size; ++k) {
-          const int parameter = camera_.parameter(k);
-          double value = by_interior(row, parameter);
-          if (camera_.tied && (parameter == kPpx || parameter == kPpy)) value += by_interior(row, parameter + 2);
-          jacobians[0][row * size + k] = -weight_ * value * camera_.scale[parameter];
-        }
-      }
-    }
-    if (jacobians[1] != nullptr) Into<2, 4>(jacobians[1]) = -weight_ * by_q;
-    if (jacobians[2] != nullptr) Into<2, 3>(jacobians[2]) = -weight_ * by_c;
-    if (jacobians[3] != nullptr) Into<2, 3>(jacobians[3]) = -weight_ * by_p;
-    const double factor[2] = {-weight_, -weight_};
-    run.Scatter(factor, jacobians + 4);
+    if (jacobians[0] != nullptr) camera_.Pack(by_interior, jacobians[0]);
+    if (jacobians[1] != nullptr) PackPose<2>(by_q, by_c, jacobians[1]);
+    if (jacobians[2] != nullptr) Into<2, 3>(jacobians[2]) = by_p;
+    run.Scatter(jacobians + 3);
     return true;
   }
 
@@ -209,23 +214,18 @@ class ImageCost final : public ceres::CostFunction {
   double weight_;
 };
 
-// An observed position: of a surveyed point (blocks: point, effects), of an antenna (blocks: centre, effects), or of an
-// antenna that an effect of the position stage moves (blocks: centre, quaternion, effects). `stage` is kControl or kPosition;
-// the frame's effects follow it.
+// An observed position: of a surveyed point (blocks: point, effects) or of an antenna (blocks: pose, effects). `stage` is kControl
+// or kPosition; the frame's effects follow it.
 class PositionCost final : public ceres::CostFunction {
  public:
   PositionCost(const Chain& chain, Stage stage, const double* position, const double* sigma) : chain_(chain), stage_(stage) {
     std::copy_n(position, 3, position_);
     for (int k = 0; k < 3; ++k) weight_[k] = 1.0 / sigma[k];
-    turned_ = stage == Stage::kPosition && !chain.stage(stage).empty();
     set_num_residuals(3);
-    mutable_parameter_block_sizes()->push_back(3);
-    if (turned_) mutable_parameter_block_sizes()->push_back(4);
+    mutable_parameter_block_sizes()->push_back(OfPose() ? 7 : 3);
     mutable_parameter_block_sizes()->insert(mutable_parameter_block_sizes()->end(), chain.block_sizes.begin(),
                                             chain.block_sizes.end());
   }
-
-  bool turned() const { return turned_; }
 
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
     return Compute(x, residuals, jacobians, nullptr);
@@ -235,16 +235,16 @@ class PositionCost final : public ceres::CostFunction {
     const bool derive = jacobians != nullptr;
     const auto& links = chain_.stage(stage_);
     const auto& frame = chain_.stage(Stage::kFrame);
-    const int first = turned_ ? 3 : 0;  // place of the position in the input of an effect before the frame
-    ChainRun run(chain_, x + (turned_ ? 2 : 1), 3, derive);
+    const int first = OfPose() ? 3 : 0;  // place of the position in the input of an effect before the frame
+    ChainRun run(chain_, x + 1, 3, derive);
     const auto outside = [&] {
       if (reason != nullptr) *reason = std::string("outside the domain of effect ") + run.LastEffect();
       return false;
     };
     double in[6], position[3];
     RowMajor<3, 4> r_q;
-    if (turned_) RotationVector(x[1], derive, in, &r_q);
-    std::copy_n(x[0], 3, position);
+    if (OfPose() && !links.empty()) RotationVector(x[0], derive, in, &r_q);
+    std::copy_n(x[0] + (OfPose() ? 4 : 0), 3, position);
     for (const Link& link : links) {
       std::copy_n(position, 3, in + first);
       if (!run.Forward(link, chain_.context, in, position)) return outside();
@@ -260,7 +260,8 @@ class PositionCost final : public ceres::CostFunction {
     for (int k = 0; k < 3; ++k) residuals[k] = weight_[k] * (position_[k] - position[k]);
     if (!derive) return true;
 
-    RowMajor<3, 3> by_position = RowMajor<3, 3>::Identity();
+    RowMajor<3, 3> by_position = RowMajor<3, 3>::Zero();
+    for (int k = 0; k < 3; ++k) by_position(k, k) = -weight_[k];
     RowMajor<3, 3> by_r = RowMajor<3, 3>::Zero();
     const auto back = [&](const Link& link) {
       run.Backward(link, by_position.data());
@@ -268,7 +269,7 @@ class PositionCost final : public ceres::CostFunction {
     };
     for (auto link = frame.rbegin(); link != frame.rend(); ++link) back(*link);
     for (auto link = links.rbegin(); link != links.rend(); ++link) {
-      if (!turned_) {
+      if (!OfPose()) {
         back(*link);
         continue;
       }
@@ -277,18 +278,22 @@ class PositionCost final : public ceres::CostFunction {
       by_r += by_position * d_in.leftCols<3>();
       by_position = (by_position * d_in.rightCols<3>()).eval();
     }
-    const double factor[3] = {-weight_[0], -weight_[1], -weight_[2]};
-    const auto scale = Eigen::Map<const Eigen::Vector3d>(factor).asDiagonal();
-    if (jacobians[0] != nullptr) Into<3, 3>(jacobians[0]) = scale * by_position;
-    if (turned_ && jacobians[1] != nullptr) Into<3, 4>(jacobians[1]) = scale * (by_r * r_q);
-    run.Scatter(factor, jacobians + (turned_ ? 2 : 1));
+    if (jacobians[0] != nullptr && OfPose()) {
+      RowMajor<3, 4> by_q = RowMajor<3, 4>::Zero();
+      if (!links.empty()) by_q = by_r * r_q;
+      PackPose<3>(by_q, by_position, jacobians[0]);
+    } else if (jacobians[0] != nullptr) {
+      Into<3, 3>(jacobians[0]) = by_position;
+    }
+    run.Scatter(jacobians + 1);
     return true;
   }
 
  private:
+  bool OfPose() const { return stage_ == Stage::kPosition; }
+
   const Chain& chain_;
   Stage stage_;
-  bool turned_;
   double position_[3];
   double weight_[3];
 };

@@ -99,7 +99,6 @@ ceres::Solver::Options CeresOptions(const Adjustment& adjustment, const SolveOpt
   ceres_options.function_tolerance = 0.0;
   ceres_options.gradient_tolerance = 0.0;
   ceres_options.parameter_tolerance = 0.0;
-  ceres_options.update_state_every_iteration = true;
   ceres_options.logging_type = ceres::SILENT;
   return ceres_options;
 }
@@ -136,8 +135,7 @@ Solution Solve(const ProblemView& view, const SolveOptions& options, const Progr
     solution.gradient_max = watch.gradient_max();
 
     // The certificate: is there information in every direction, and what would a full step still gain?
-    const Evaluation evaluation = adjustment.Linearise(true, options.threads);
-    Normal normal(view, evaluation);
+    Normal normal(view, adjustment, true);
     normal.Factorise();
     const double left = normal.Decrement();
     const double allowed = std::max(options.chi_square_change, 2.0 * solution.cost * kCostRounding);
@@ -170,12 +168,14 @@ Solution Solve(const ProblemView& view, const SolveOptions& options, const Progr
 Evaluation Evaluate(const ProblemView& view) {
   Quiet();
   Check(view);
-  return Adjustment(view).Linearise(false, 1);
+  return Adjustment(view).Evaluate();
 }
 
 ReducedSystem Reduce(const ProblemView& view) {
-  const Evaluation evaluation = Evaluate(view);
-  return Normal(view, evaluation).Dense();
+  Quiet();
+  Check(view);
+  const Adjustment adjustment(view);
+  return Normal(view, adjustment, false).Dense();
 }
 
 }  // namespace misclosure
