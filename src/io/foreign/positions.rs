@@ -27,10 +27,10 @@ impl Positioned {
                 directions.push(pose.rotation.inverse() * ray);
             }
         }
-        let position = |(k, (origins, directions)): (usize, &(Vec<Vector3<f64>>, Vec<Vector3<f64>>))| {
-            block.tie_points[k].position.or_else(|| intersect_rays(origins, directions))
-        };
-        let positions: Vec<Option<Vector3<f64>>> = rays.iter().enumerate().map(position).collect();
+        let known = block.tie_points.iter().zip(&rays);
+        let positions: Vec<Option<Vector3<f64>>> = known
+            .map(|(point, (origins, directions))| point.position.or_else(|| intersect_rays(origins, directions)))
+            .collect();
         let mut distances = vec![Some((0.0, 0)); positions.len()];
         for tie in &block.ties {
             let point = tie.point.index();

@@ -173,12 +173,9 @@ fn rational(k: &[f64], [u, v]: [f64; 2]) -> Option<[f64; 2]> {
     let above = 1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
     let below = 1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7]));
     let (radial, p1, p2) = (above / below, k[2], k[3]);
-    (below > 0.0).then(|| {
-        [
-            u * radial + 2.0 * p1 * u * v + p2 * (r2 + 2.0 * u * u),
-            v * radial + 2.0 * p2 * u * v + p1 * (r2 + 2.0 * v * v),
-        ]
-    })
+    let x = u * radial + 2.0 * p1 * u * v + p2 * (r2 + 2.0 * u * u);
+    let y = v * radial + 2.0 * p2 * u * v + p1 * (r2 + 2.0 * v * v);
+    (below > 0.0).then_some([x, y])
 }
 
 /// The angle to the axis in place of its tangent, times `1 + k1 angle^2 + ...`.
