@@ -4,7 +4,7 @@ use super::output::{Output, usable};
 use super::text::paragraph;
 use super::{Answer, Console, Usage};
 use crate::block::Block;
-use crate::io::block::{BLOCK_FILE, is_block, read_block, write_block};
+use crate::io::block::{BLOCK_FILE, SetAside, is_block, read_block, write_block};
 use crate::io::foreign::{Addition, Format, ImportOptions, Kind, Note, additions, registry, write_imported};
 use crate::io::write_atomically;
 use crate::report::tables::Table;
@@ -155,7 +155,14 @@ fn add(
     if !is_block(folder) {
         return Err(Usage(format!("--into {}: this is no block", folder.display())).into());
     }
-    let mut block = read_block(folder)?.block;
+    let loaded = read_block(folder)?;
+    // The tables that an addition writes anew would lack what the reader sets aside; those of tie points stay as they are.
+    let lost = SetAside { one_ray_points: 0, unmeasured_points: 0, ..loaded.set_aside };
+    if !lost.is_empty() {
+        let problem = "its tables have what serves nothing, and would lose it";
+        return Err(Usage(format!("--into {}: {problem} ({lost}); take it out first", folder.display())).into());
+    }
+    let mut block = loaded.block;
     let notes = addition.add(&mut block, paths, options)?;
     notes.iter().for_each(tell);
     let staged = tempfile::Builder::new().prefix(".misclosure-").tempdir_in(folder)?;

@@ -1,4 +1,4 @@
-//! The plain camera for eight measurements at a time, in vector registers of any width: the same text as for one ([`super::plain`]), and the
+//! The plain camera for eight measurements at a time, in vector registers of any width: the same text as for one ([`super::PlainView`]), and the
 //! same numbers.
 
 use super::frame::Frame;
@@ -71,7 +71,7 @@ pub struct Views {
     interior: [Lane; PARAMETER_COUNT],
 }
 
-/// What it predicts of them; see [`super::plain::PlainPrediction`].
+/// What it predicts of them; see [`super::PlainPrediction`].
 #[derive(Debug, Clone, Default)]
 #[repr(C, align(64))]
 pub struct Predictions {

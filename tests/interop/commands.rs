@@ -149,3 +149,25 @@ fn a_run_without_effects_goes_back_as_it_is() {
     refused(&["export", "colmap", &run, "-o", &path(&folder, "b")], "--block names another place");
     json(&["export", "colmap", &run, "-o", &path(&folder, "c"), "--block", &path(&folder, "moved")]);
 }
+
+/// Reading sets check points without a mark aside: a table that is written anew would lose them.
+#[test]
+fn nothing_is_added_where_something_would_be_lost() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let block = simulated(&folder);
+    let control = Path::new(&block).join("control.csv");
+    let text = fs::read_to_string(&control).expect("control.csv");
+    let cell = |name: &str| match name {
+        "point" => "lonely",
+        "role" => "check",
+        "x" | "y" | "z" => "1",
+        _ => "",
+    };
+    let row: Vec<&str> = text.lines().next().expect("a header").split(',').map(cell).collect();
+    let with_one_more = format!("{text}{}\n", row.join(","));
+    fs::write(&control, &with_one_more).expect("control.csv");
+    let list = path(&folder, "gcp_list.txt");
+    fs::write(&list, "+proj=utm +zone=32 +datum=WGS84\n500000 5000000 100 10 10 none.jpg g1\n").expect("a list");
+    refused(&["import", "gcp", &list, "--into", &block], "1 check point without a mark");
+    assert_eq!(fs::read_to_string(&control).expect("control.csv"), with_one_more);
+}

@@ -9,3 +9,4 @@ mod commands;
 mod fixture;
 mod mutation;
 mod snavely;
+mod tutorial;

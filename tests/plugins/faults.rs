@@ -65,8 +65,10 @@ fn every_fault_of_a_table_is_named() {
 #[test]
 fn a_missing_symbol_is_named() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let message = error(&faulty(folder.path(), "LENGTH=f+nowhere(a)"));
-    assert!(message.contains("nowhere"), "{message}");
+    let error = plugin::load(&faulty(folder.path(), "LENGTH=f+nowhere(a)")).err().expect("refused");
+    // The loader's own words are the cause of its error: the program prints the whole chain.
+    let message = format!("{:#}", anyhow::Error::from(error));
+    assert!(message.contains("undefined symbol: nowhere"), "{message}");
 }
 
 #[test]
@@ -124,7 +126,7 @@ fn what_shows_only_in_an_adjustment_is_an_error_there() {
     assert!(text.starts_with("the solvers disagree: ") && text.contains("in column longer.a"), "{text}");
     for value in ["NAN", "INFINITY"] {
         let text = adjusted(load(&format!("LENGTH=a==0.0?f:{value}"))).expect_err("no numbers");
-        assert!(text.contains("longer"), "{value}: {text}");
+        assert!(text.ends_with("an interior effect is outside its domain"), "{value}: {text}");
     }
 }
 

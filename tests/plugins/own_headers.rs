@@ -43,7 +43,8 @@ fn solvers_agree_on_plug_ins_as_on_what_is_built_in() {
     let block = block();
     let cost = |effect: EffectRef| {
         let term = EffectTerm { effect, values: Default::default(), held: Vec::new() };
-        let model = Model { datum: Datum::All, effects: vec![term], ..Model::default() };
+        // A centre of distortion of its own beside an unflat sensor is found in some hundred iterations: not what is tested here.
+        let model = Model { datum: Datum::All, effects: vec![term], tie_dc_to_pp: true, ..Model::default() };
         common::try_both(&block, &model, &Options::default()).map(|run| run.solution().cost)
     };
     let plugins = std::thread::scope(|scope| {
