@@ -23,8 +23,9 @@ constexpr int kMostRounds = 10;
 // Chi-square itself is not known better than this share of it: differences of coordinates of some thousand pixels keep 1e-12 px, and
 // are squared and summed.
 constexpr double kCostRounding = 1e-12;
-// Reduced systems up to this size are dense: the sparse factorisation does not pay there.
-constexpr int kLargestDense = 600;
+// Reduced systems up to this size are dense: looking up the blocks of a sparse one, for every pair of images of every point, takes
+// longer than the dense factorisation.
+constexpr int kLargestDense = 1000;
 // A Cholesky that fails in a weak direction shrinks the radius and tries again; each failure shrinks it more.
 constexpr int kMostInvalidSteps = 20;
 
