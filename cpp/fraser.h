@@ -19,8 +19,8 @@ bool Perspective(const T& f, const T v[3], T ideal[2]) {
   return true;
 }
 
-// Distortion, px, at d from the centre of distortion, with k1, k2, k3, p1, p2, b1, b2. Either can be plain numbers while the other has
-// derivatives.
+// Distortion, px, at d from the centre of distortion, with k1, k2, k3, p1, p2, b1, b2. Either can be plain numbers while the
+// other has derivatives.
 template <class D, class C, class T>
 void Distortion(const D d[2], const C c[kCoefficients], T out[2]) {
   const D xx = d[0] * d[0];
