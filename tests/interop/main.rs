@@ -6,6 +6,7 @@ mod beside;
 mod blocks_exchange;
 mod colmap;
 mod commands;
+mod documentation;
 mod fixture;
 mod mutation;
 mod snavely;
