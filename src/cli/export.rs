@@ -5,7 +5,7 @@ use super::output::Output;
 use super::{Answer, Console, Usage};
 use crate::block::Block;
 use crate::io::block::{is_block, read_block};
-use crate::io::foreign::{ExportOptions, Exporter, Note, registry, verification};
+use crate::io::foreign::{ExportOptions, Exporter, Note, registry, verification, with_cameras_of};
 use crate::report::numbers::significant;
 use crate::run::folder::{Adjusted, SUMMARY, read_source};
 use serde_json::json;
@@ -44,7 +44,7 @@ pub struct Arguments {
     /// Write the nearest camera where the format has not the same, however far off
     #[arg(long)]
     approximate: bool,
-    /// Take out of the measurements what the effects of the run's model do to them
+    /// Take out of the measurements what the effects of the run's model do to them, and what of its cameras the format does not hold
     #[arg(long)]
     correct_measurements: bool,
     /// Say everything, not guesses and losses alone
@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
     let output = Output::of_block(&arguments.output, Some(&arguments.source))?;
     let mut notes = Vec::new();
     let block = match arguments.source.join(SUMMARY).exists() {
-        true => adjusted(arguments, &mut notes)?,
+        true => adjusted(arguments, exporter, &mut notes)?,
         false => read_block(&arguments.source)?.block,
     };
     let options = ExportOptions { approximate: arguments.approximate };
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
 }
 
 /// The block of a run with its results; effects are taken out of the measurements, or not there, or refused.
-fn adjusted(arguments: &Arguments, notes: &mut Vec<Note>) -> anyhow::Result<Block> {
+fn adjusted(arguments: &Arguments, exporter: &dyn Exporter, notes: &mut Vec<Note>) -> anyhow::Result<Block> {
     let run = &arguments.source;
     let noted = || Ok::<_, anyhow::Error>(arguments.block.clone().or(read_source(run)?));
     let folder =
@@ -100,7 +100,7 @@ fn adjusted(arguments: &Arguments, notes: &mut Vec<Note>) -> anyhow::Result<Bloc
         notes.push(Note::fact(format!("{left_out} measurements that took no part in the run are not written")));
     }
     let (largest_px, effects) = (adjusted.largest_px(), adjusted.effects.join(", "));
-    if largest_px < INVISIBLE_PX {
+    if !arguments.correct_measurements && largest_px < INVISIBLE_PX {
         return Ok(adjusted.block);
     }
     if !arguments.correct_measurements {
@@ -112,15 +112,19 @@ fn adjusted(arguments: &Arguments, notes: &mut Vec<Note>) -> anyhow::Result<Bloc
         ))
         .into());
     }
-    let (block, kept) = adjusted.without_effects();
-    let largest = significant(largest_px, 3);
-    notes.push(Note::fact(format!(
-        "measurements are corrected for {effects}, by up to {largest} px: they are no longer what was measured"
-    )));
-    if kept > 0 {
-        notes.push(Note::loss(format!(
-            "{kept} marks are written as measured: the run does not tell what the effects do to them"
-        )));
+    let (mut block, kept) = adjusted.without_effects();
+    let camera_px = with_cameras_of(exporter, &mut block)?;
+    let causes = [(largest_px, effects.as_str()), (camera_px, "what of the camera the format does not hold")];
+    for (largest_px, cause) in causes.into_iter().filter(|(largest_px, _)| *largest_px >= INVISIBLE_PX) {
+        let largest = significant(largest_px, 3);
+        let text = format!(
+            "measurements are corrected for {cause}, by up to {largest} px: they are no longer what was measured"
+        );
+        notes.push(Note::fact(text));
+    }
+    if kept > 0 && largest_px >= INVISIBLE_PX {
+        let text = format!("{kept} marks are written as measured: the run does not tell what the effects do to them");
+        notes.push(Note::loss(text));
     }
     Ok(block)
 }

@@ -91,7 +91,7 @@ fn what_cannot_be_meant_is_refused_by_its_place() {
     let path = folder.path().join(FILE);
     let text = fs::read_to_string(&path).expect("a file");
     for (from, to, expected) in [
-        ("<M_00>", "<M_00>7", "M_00 to M_22 are no rotation"),
+        ("<M_00>", "<M_00>7</M_00><M_00>", "M_00 to M_22 are no rotation"),
         ("XRightYDown", "XRightYUp", "only XRightYDown can be read"),
         (
             "<Id>0</Id><Name>local</Name><Definition>local",

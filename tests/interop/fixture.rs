@@ -2,22 +2,35 @@
 
 use misclosure::block::Block;
 use misclosure::camera::Interior;
+use misclosure::camera::fraser::project;
 use misclosure::io::Error;
 use misclosure::io::foreign::{ExportOptions, Exporter, Format, ImportOptions, Imported, Note, registry};
 use misclosure::scenario::{Scenario, simulate};
+use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Coordinates may lose the last digits of a 64-bit number of metres on the way through `t = -R C`.
 pub const ROUNDING_M: f64 = 1e-12;
 
-/// A close-range block with tie points, control and check points, seen by a camera of these numbers.
+/// A close-range block with tie points, control and check points, measured without error by a camera of these numbers.
 pub fn block(interior: Interior) -> Block {
     let overrides = BTreeMap::from([("points".to_string(), 60.0)]);
     let scenario = Scenario::preset("closerange", &overrides).expect("a preset");
     let mut block = simulate(&scenario, 1).expect("it can be simulated").block;
     assert_eq!(block.cameras.len(), 1);
     block.cameras[0].interior = interior;
+    let pose = |k: &misclosure::block::Measurement| block.images[k.image.index()].pose;
+    let ideal = |pose: misclosure::block::Pose, point: &Vector3<f64>| {
+        project(&interior, pose.cam_from_world(point).into()).expect("in front")
+    };
+    for tie in &mut block.ties {
+        let point = block.tie_points[tie.point.index()].position.expect("coordinates");
+        [tie.x, tie.y] = ideal(pose(tie), &point);
+    }
+    for mark in &mut block.marks {
+        [mark.x, mark.y] = ideal(pose(mark), &block.surveyed[mark.point.index()].position);
+    }
     block
 }
 

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::PathBuf;
 
 /// Altered files per format.
-const COUNT: usize = 150;
+const COUNT: usize = 100;
 
 /// Words that parsers stumble over.
 const WORDS: [&str; 8] = ["-1", "0", "nan", "1e308", "99999999999999999999", "", "\u{feff}", "-"];
@@ -16,8 +16,10 @@ const WORDS: [&str; 8] = ["-1", "0", "nan", "1e308", "99999999999999999999", "",
 #[test]
 fn altered_files_make_no_reader_panic() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let mut small = block(camera([1.5e-9, -4.5e-17, 0.0, 0.0, 0.0, 0.0, 0.0]));
-    small.ties.truncate(200);
+    let mut small = block(camera([0.0; 7]));
+    // Without distortion: to fit one takes longer than all the reading.
+    small.surveyed.clear();
+    small.marks.clear();
     for format in registry().iter().filter(|format| format.exporter().is_some()) {
         let folder = tempfile::tempdir().expect("a folder");
         export(format.name(), &small, folder.path(), true).expect("it can be written");

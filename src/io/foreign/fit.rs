@@ -6,7 +6,7 @@
 use super::super::error::{Error, Place};
 use super::Note;
 use crate::camera::undistort::undistort;
-use crate::camera::{Camera, DCX, DCY, F, Interior, PARAMETER_COUNT, PPX, PPY, fraser, tie_centre};
+use crate::camera::{Camera, DCX, DCY, F, Interior, K1, PARAMETER_COUNT, PPX, PPY, fraser, tie_centre};
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 /// Points of the sensor per side at which two formulas are compared.
@@ -98,6 +98,29 @@ pub fn fit_to_fraser(camera: &Camera, start: Vec<f64>, scales: &[f64], predict: 
     };
     let samples = samples(&Formula::Backward(&backward), [camera.width_px, camera.height_px], &interior)?;
     fit(&samples, start, scales, predict)
+}
+
+/// The Fraser camera that is nearest to another over its sensor and has `numbers` alone, its centre of distortion at the principal point. The
+/// same camera where it has no others. `None` where it does not cover its sensor, or nothing comes near it.
+pub fn nearest_with(camera: &Camera, numbers: &[usize]) -> Option<Fit<Interior>> {
+    let whole = camera.interior;
+    let of = |values: &[f64]| {
+        let mut interior = [0.0; PARAMETER_COUNT];
+        numbers.iter().zip(values).for_each(|(k, value)| interior[*k] = *value);
+        tie_centre(&mut interior);
+        interior
+    };
+    let start: Vec<f64> = numbers.iter().map(|k| whole[*k]).collect();
+    let same = of(&start);
+    // Without distortion about it, it does not matter where the centre is.
+    let has_centre = whole[K1..].iter().any(|k| *k != 0.0);
+    if whole[K1..] == same[K1..] && (!has_centre || whole == same) {
+        return Some(Fit { parameters: same, rms_px: 0.0, max_px: 0.0 });
+    }
+    let scales: Vec<f64> = numbers.iter().map(|k| camera.scales()[*k]).collect();
+    let predict = |values: &[f64], [x, y]: [f64; 2]| fraser::project(&of(values), [x, y, 1.0]);
+    let Fit { parameters, rms_px, max_px } = fit_to_fraser(camera, start, &scales, &predict)?;
+    Some(Fit { parameters: of(&parameters), rms_px, max_px })
 }
 
 /// A ray and its image point.

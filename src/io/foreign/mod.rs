@@ -37,6 +37,7 @@ pub use note::{Kind, Note};
 use super::atomic::AtomicFile;
 use super::error::{Error, Place};
 use crate::block::{Block, FlightId, Image, Sigma};
+use crate::camera::Interior;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -100,7 +101,16 @@ pub trait Exporter: Sync {
     /// # Errors
     /// What the format cannot hold; what cannot be written.
     fn export(&self, block: &Block, dir: &Path, options: &ExportOptions) -> Result<Vec<Note>, Error>;
+
+    /// Numbers of a Fraser camera that the format holds exactly when the others are zero and the centre of distortion is the principal point;
+    /// `None` where it holds every Fraser camera.
+    fn camera_numbers(&self) -> Option<&'static [usize]> {
+        None
+    }
 }
+
+/// What a camera that a format does not hold can be made into.
+const CAMERA_ADVICE: &str = "of a run --correct-measurements puts the difference into the measurements";
 
 /// Something of another program that is added to a block.
 pub trait Addition: Sync {
@@ -209,6 +219,40 @@ fn write_file(path: &Path, fill: impl FnOnce(&mut dyn io::Write) -> io::Result<(
     let mut file = AtomicFile::create(path)?;
     fill(&mut file).map_err(|source| Error::Write { path: path.to_owned(), source })?;
     file.commit()
+}
+
+/// The block as cameras of a format would have seen it: its cameras the nearest that the format holds, and every image point moved by what
+/// the cameras differ there. Gives the most that one was moved by, px.
+///
+/// # Errors
+/// A camera that nothing of the format comes near.
+pub fn with_cameras_of(exporter: &dyn Exporter, block: &mut Block) -> Result<f64, Error> {
+    let Some(numbers) = exporter.camera_numbers() else { return Ok(0.0) };
+    let before: Vec<Interior> = block.cameras.iter().map(|camera| camera.interior).collect();
+    for camera in &mut block.cameras {
+        let nearest = fit::nearest_with(camera, numbers);
+        let problem = format!("camera {}: no camera of the format comes near it over the whole sensor", camera.id);
+        camera.interior = nearest.ok_or_else(|| Error::content("block", Place::File, problem))?.parameters;
+    }
+    let ties: Vec<_> = block.tie_points.iter().map(|point| point.position).collect();
+    let surveyed: Vec<_> = block.surveyed.iter().map(|point| Some(point.position)).collect();
+    let (images, cameras) = (&block.images, &block.cameras);
+    let mut most = 0.0;
+    for (measurements, points) in [(&mut block.ties, &ties), (&mut block.marks, &surveyed)] {
+        for seen in measurements {
+            let image = &images[seen.image.index()];
+            let Some(point) = points[seen.point.index()] else { continue };
+            let ray = image.pose.cam_from_world(&point).into();
+            let project = |interior| crate::camera::fraser::project(interior, ray);
+            let camera = image.camera.index();
+            let Some(([x, y], [a, b])) = project(&cameras[camera].interior).zip(project(&before[camera])) else {
+                continue;
+            };
+            (seen.x, seen.y) = (seen.x + x - a, seen.y + y - b);
+            most = f64::max(most, (x - a).hypot(y - b));
+        }
+    }
+    Ok(most)
 }
 
 /// Refuses a file as a whole.

@@ -60,4 +60,8 @@ impl Exporter for BlocksExchange {
     fn export(&self, block: &Block, dir: &Path, options: &ExportOptions) -> Result<Vec<Note>, Error> {
         write::write(block, dir, options)
     }
+
+    fn camera_numbers(&self) -> Option<&'static [usize]> {
+        Some(&write::NUMBERS)
+    }
 }

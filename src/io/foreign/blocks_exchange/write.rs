@@ -1,18 +1,20 @@
 //! A block as one file.
 
 use super::super::super::error::Error;
-use super::super::fit::{Fit, fit_to_fraser};
+use super::super::fit::nearest_with;
 use super::super::positions::Positioned;
-use super::super::{ExportOptions, HALF_PIXEL, Note, refuse, verification, write_file};
+use super::super::{CAMERA_ADVICE, ExportOptions, HALF_PIXEL, Note, refuse, verification, write_file};
 use super::ROOT;
 use crate::block::{Block, Measurement, Role};
-use crate::camera::{B1, B2, Camera, DCX, DCY, F, Interior, K1, K2, K3, P1, P2, PPX, PPY, fraser};
+use crate::camera::{Camera, F, Interior, K1, K2, K3, P1, P2, PPX, PPY};
 use quick_xml::escape::escape;
 use std::io::{self, Write};
 use std::path::Path;
 
 /// The file.
 const FILE: &str = "blocks.xml";
+/// Numbers of a camera that the format holds: one focal length, and distortion about the principal point.
+pub(super) const NUMBERS: [usize; 8] = [F, PPX, PPY, K1, K2, K3, P1, P2];
 /// The one coordinate system.
 const SYSTEM: u32 = 0;
 
@@ -31,39 +33,17 @@ pub(super) fn write(block: &Block, dir: &Path, options: &ExportOptions) -> Resul
     Ok(notes)
 }
 
-/// The camera as the format holds it: one focal length, and distortion about the principal point.
+/// The camera as the format holds it.
 fn held(camera: &Camera, dir: &Path, options: &ExportOptions, notes: &mut Vec<Note>) -> Result<Interior, Error> {
-    let i = &camera.interior;
-    let centred = (i[DCX], i[DCY]) == (i[PPX], i[PPY]) || [K1, K2, K3, P1, P2].iter().all(|k| i[*k] == 0.0);
-    if centred && i[B1] == 0.0 && i[B2] == 0.0 {
-        return Ok(centre_tied(i));
+    let Some(fit) = nearest_with(camera, &NUMBERS) else {
+        let problem = format!("camera {}: no camera of this format comes near it over the whole sensor", camera.id);
+        return Err(refuse(dir, problem));
+    };
+    if fit.max_px == 0.0 {
+        return Ok(fit.parameters);
     }
-    const FREE: [usize; 8] = [F, PPX, PPY, K1, K2, K3, P1, P2];
-    let of = |values: &[f64]| {
-        let mut interior = [0.0; 12];
-        FREE.iter().zip(values).for_each(|(k, value)| interior[*k] = *value);
-        centre_tied(&interior)
-    };
-    let predict = |values: &[f64], [x, y]: [f64; 2]| fraser::project(&of(values), [x, y, 1.0]);
-    let scales = FREE.map(|k| camera.scales()[k]);
-    let Some(fit) = fit_to_fraser(camera, FREE.map(|k| i[k]).into(), &scales, &predict) else {
-        return Err(refuse(
-            dir,
-            format!("camera {}: no camera of this format comes near it over the whole sensor", camera.id),
-        ));
-    };
-    let name = format!(
-        "{} (adjusted with --tie dc=pp --fix affinity, b1 and b2 zero in block.toml, it would be exact)",
-        camera.id
-    );
-    let Fit { parameters, rms_px, max_px } = fit;
-    Fit { parameters: of(&parameters), rms_px, max_px }.judge("blocks-exchange", &name, options.approximate, notes)
-}
-
-fn centre_tied(interior: &Interior) -> Interior {
-    let mut tied = *interior;
-    crate::camera::tie_centre(&mut tied);
-    tied
+    let name = format!("{} ({CAMERA_ADVICE})", camera.id);
+    fit.judge("blocks-exchange", &name, options.approximate, notes)
 }
 
 fn contents(block: &Block, file: &mut dyn Write) -> io::Result<()> {

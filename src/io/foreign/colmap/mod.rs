@@ -19,6 +19,7 @@ mod write;
 use super::super::error::Error;
 use super::{ExportOptions, Exporter, Format, ImportOptions, Imported, Note, refuse, verification};
 use crate::block::Block;
+use crate::camera::{F, K1, K2, K3, P1, P2, PPX, PPY};
 use std::path::{Path, PathBuf};
 use write::Form;
 
@@ -92,6 +93,10 @@ impl Format for Colmap {
 impl Exporter for Colmap {
     fn export(&self, block: &Block, dir: &Path, options: &ExportOptions) -> Result<Vec<Note>, Error> {
         write::write(block, dir, self.form, options)
+    }
+
+    fn camera_numbers(&self) -> Option<&'static [usize]> {
+        Some(&[F, PPX, PPY, K1, K2, K3, P1, P2])
     }
 }
 

@@ -180,7 +180,7 @@ fn known_of_colmap(flights: usize) -> [Note; 3] {
             "place, orientation and scale of the object coordinates are COLMAP's; metres only if it was georeferenced",
         ),
         Note::guess(format!(
-            "images stand in the order of their names, in {flights} flights by the folders in them; the model has no times"
+            "images stand in the order of their names (the model has no times); flights, by the folders in the names: {flights}"
         )),
     ]
 }

@@ -2,7 +2,7 @@
 
 use super::super::super::error::Error;
 use super::super::positions::Positioned;
-use super::super::{ExportOptions, Note, not_held, pose, refuse, verification, write_file};
+use super::super::{CAMERA_ADVICE, ExportOptions, Note, not_held, pose, refuse, verification, write_file};
 use super::cameras::{ModelCamera, nearest_to_fraser, of_fraser};
 use super::read_binary::NO_POINT;
 use crate::block::{Block, Image, ImageId};
@@ -84,11 +84,7 @@ fn converted(
     let centre = camera.interior[DCX] - camera.interior[1] != 0.0 || camera.interior[DCY] - camera.interior[2] != 0.0;
     let why = [(centre, "a centre of distortion of its own"), (b1 != 0.0, "b1"), (b2 != 0.0, "b2")];
     let why: Vec<&str> = why.iter().filter(|(is, _)| *is).map(|(_, name)| *name).collect();
-    let name = format!(
-        "{} ({}: adjusted with --tie dc=pp --fix affinity, b1 and b2 zero in block.toml, it would be exact)",
-        camera.id,
-        why.join(", ")
-    );
+    let name = format!("{} ({}; {CAMERA_ADVICE})", camera.id, why.join(", "));
     fit.judge("colmap", &name, options.approximate, notes)
 }
 

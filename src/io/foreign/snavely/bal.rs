@@ -64,6 +64,10 @@ impl Exporter for Bal {
         })?;
         Ok(notes)
     }
+
+    fn camera_numbers(&self) -> Option<&'static [usize]> {
+        Some(&write::NUMBERS)
+    }
 }
 
 fn read(file: &Path) -> Result<Scene, Error> {

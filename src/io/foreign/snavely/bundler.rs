@@ -66,6 +66,10 @@ impl Exporter for Bundler {
         })?;
         Ok(notes)
     }
+
+    fn camera_numbers(&self) -> Option<&'static [usize]> {
+        Some(&write::NUMBERS)
+    }
 }
 
 fn read(file: &Path) -> Result<Scene, Error> {

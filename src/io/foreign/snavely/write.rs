@@ -3,13 +3,16 @@
 use super::super::super::error::Error;
 use super::super::fit::{Fit, fit_to_fraser};
 use super::super::positions::Positioned;
-use super::super::{ExportOptions, Note, not_held, pose, refuse, verification, write_file};
+use super::super::{CAMERA_ADVICE, ExportOptions, Note, not_held, pose, refuse, verification, write_file};
 use super::{LIST, interior};
 use crate::block::Block;
 use crate::camera::{B1, B2, Camera, DCX, DCY, F, K1, K2, K3, P1, P2, PPX, PPY};
 use nalgebra::UnitQuaternion;
 use std::io::{self, Write};
 use std::path::Path;
+
+/// Numbers of a camera that the formats hold; the principal point by moving the measurements.
+pub(super) const NUMBERS: [usize; 5] = [F, PPX, PPY, K1, K2];
 
 /// An image that sees a point: its number, the number of the feature in it, and the place.
 type Sight = (usize, usize, [f64; 2]);
@@ -105,10 +108,7 @@ fn camera_of(camera: &Camera, dir: &Path, options: &ExportOptions, notes: &mut V
             format!("camera {}: nothing of f, k1 and k2 comes near it over the whole sensor", camera.id),
         ));
     };
-    let name = format!(
-        "{} (adjusted with --tie dc=pp --fix k3,decentring,affinity, these zero in block.toml, it would be exact)",
-        camera.id
-    );
+    let name = format!("{} ({CAMERA_ADVICE})", camera.id);
     Fit { parameters: std::array::from_fn(|k| parameters[k]), rms_px, max_px }.judge(
         "bundler, bal",
         &name,
