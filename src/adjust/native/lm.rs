@@ -24,8 +24,6 @@ const GOOD_PREDICTION: f64 = 0.9;
 const TIGHTEN: f64 = 2.0;
 /// Below this the damping changes nothing that the measurements tell.
 const LEAST_DAMPING: f64 = 1e-13;
-/// Below this a step is one without damping, and is made as such: whether it ends the iterations need not be asked again.
-const NO_DAMPING: f64 = 2e-10;
 /// Above this a step is a crawl along the gradient: nothing reduces the cost any more.
 const MOST_DAMPING: f64 = 1e12;
 /// Whether a full step still finds something is asked only under a damping that does not itself make steps small.
@@ -74,7 +72,7 @@ pub fn minimise(
     let mut search = StepControl { damping: START_DAMPING, tighten: TIGHTEN, curvature: Curvature::Weights };
     let mut iterations = 0;
     loop {
-        let mut damping = if search.damping < NO_DAMPING { 0.0 } else { search.damping };
+        let mut damping = search.damping;
         let mut system = linearised(&state, &frames, damping, search.curvature)?;
         let chi_square = system.chi_square;
         let report = Iteration {
@@ -91,11 +89,9 @@ pub fn minimise(
         let full = damping <= CONVERGED_DAMPING && increments.as_ref().is_some_and(|x| system.decrement(x) < small);
         if full {
             // What weak directions still hold the damping hides, and what outliers still hold the weights.
-            if damping > 0.0 || search.curvature != Curvature::Newton && robust {
-                damping = 0.0;
-                system = linearised(&state, &frames, damping, Curvature::Newton)?;
-                increments = solve(&system, damping);
-            }
+            damping = 0.0;
+            system = linearised(&state, &frames, damping, Curvature::Newton)?;
+            increments = solve(&system, damping);
             // A direction without any information is the caller's to name.
             if increments.as_ref().is_none_or(|x| system.decrement(x) < small) {
                 // The step is at hand: taken, it leaves rounding where its promise left a share of sigma.
