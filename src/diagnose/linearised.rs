@@ -11,7 +11,9 @@ use super::scan;
 use super::select::{Nature, Searched, Set, Situation, Taken};
 use super::test::design_effect::{ClusterOfValues, Clusters, of_values};
 use super::test::{System, random};
-use crate::adjust::native::null_model::{Columns, ImageCell, NoColumns, NullModel, Parts, ScoreSystem};
+use crate::adjust::native::null_model::{
+    Columns, GROUPINGS, ImageCell, ImageCells, NoColumns, NullModel, Parts, ScoreSystem,
+};
 use crate::block::Block;
 use crate::effects::Role;
 use crate::model::EffectTerm;
@@ -26,6 +28,8 @@ pub struct Added {
     pub own: usize,
     /// Groups of camera parameters that were set free, with the values that they were held at, by camera.
     pub freed: BTreeMap<String, Vec<(usize, Vec<f64>)>>,
+    /// Effects that were searched over the sensor, with the number of places.
+    pub placed: BTreeMap<String, f64>,
 }
 
 /// A fit with everything that is asked of it.
@@ -152,7 +156,8 @@ pub fn with_candidates(
         }
         let id = term.effect.descriptor().id.to_string();
         let physical = term.effect.descriptor().kind == crate::effects::Kind::Physical;
-        sets.push(Set { id, columns: own.collect(), nature, physical, search: Searched::None });
+        let search = added.placed.get(&id).map_or(Searched::None, |count| Searched::Placed { count: *count });
+        sets.push(Set { id, columns: own.collect(), nature, physical, search });
         candidates.push(None);
     }
     for (id, held) in &added.freed {
@@ -288,7 +293,7 @@ fn design_effects(null: &NullModel, sets: &[Set], variance: f64) -> Vec<f64> {
         if set.nature == Nature::Law {
             return 1.0;
         }
-        let own = images.iter().map(|image| {
+        let own = |image: &ImageCells, grouping: usize| {
             let is_own = |position: &usize| set.columns.binary_search(&image.columns[*position]).is_ok();
             let rows: Vec<usize> = (0..image.columns.len()).filter(is_own).collect();
             let among = |matrix: &DMatrix<f64>| matrix.select_rows(&rows).select_columns(&rows);
@@ -297,9 +302,10 @@ fn design_effects(null: &NullModel, sets: &[Set], variance: f64) -> Vec<f64> {
                 information: among(&cell.information),
                 covariance: among(&cell.covariance),
             };
-            if rows.is_empty() { Vec::new() } else { image.cells.iter().map(own).collect() }
-        });
-        of_values(own, variance)
+            if rows.is_empty() { Vec::new() } else { image.groupings[grouping].iter().map(own).collect() }
+        };
+        let grouped = |grouping| of_values(images.iter().map(|image| own(image, grouping)), variance);
+        (0..GROUPINGS).map(grouped).fold(1.0, f64::max)
     };
     sets.iter().map(of).collect()
 }
@@ -339,7 +345,9 @@ fn plausible_values(problem: &Problem, unknown: usize) -> Option<[f64; 2]> {
     let entry = &problem.theta[unknown.checked_sub(problem.layout().theta(0))?];
     let parameter = &problem.effects[entry.effect as usize].effect.descriptor().parameters[entry.parameter as usize];
     let plausible = parameter.plausible.as_ref()?;
-    Some([plausible.min / entry.scale, plausible.max / entry.scale])
+    // Both are stated for the same sensor, and the scale is the typical size on this one.
+    let typical = parameter.typical.abs();
+    Some([plausible.min / typical, plausible.max / typical])
 }
 
 impl Linearised {

@@ -58,12 +58,15 @@ pub fn with_set(
                 }
             }
             let columns = &linearised.sets[set].columns;
-            let kept = situation.without(id).beside().pivoted(columns).kept;
+            let kept = situation.without(id).beside().determined(columns);
             if has_prior(&linearised.sets[set]) {
                 term.values.insert(PRIOR_KEY.to_string(), WEAK_PRIOR);
             }
             let theta = extended.layout().theta(0);
             let scanned = matches!(linearised.sets[set].search, Searched::Places { .. });
+            if let Searched::Places { count, .. } = linearised.sets[set].search {
+                added.placed.insert(id.clone(), count);
+            }
             for column in columns {
                 let entry = &extended.theta[linearised.null.unknown(*column) - theta];
                 let name = entry.short_name(id).to_string();
@@ -101,6 +104,7 @@ pub fn with_set(
 /// The model of a fit without one of the effects that the diagnosis took in; a group that was set free goes back to where it was held.
 pub fn without_effect(fit: &Fit, id: &str, added: &mut Added) -> Model {
     let mut model = at_solution(fit);
+    added.placed.remove(id);
     if let Some(held) = added.freed.remove(id) {
         for (k, values) in held {
             model.free[k] = false;

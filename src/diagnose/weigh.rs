@@ -12,12 +12,15 @@ impl Diagnosis {
 }
 
 fn sentence(diagnosis: &Diagnosis, precision_m: f64, tolerance_m: Option<f64>) -> String {
-    let precision = format!("their standard deviation ({} mm)", millimetres(precision_m));
+    // In large blocks the covariance of the points is left out of a run.
+    let known = precision_m.is_finite();
     if diagnosis.verdict != Verdict::Unexplained {
-        return format!(
-            "Nothing is left over that this block shows; points are known to {} mm.",
-            millimetres(precision_m)
-        );
+        let nothing = "Nothing is left over that this block shows";
+        return if known {
+            format!("{nothing}; points are known to {} mm.", millimetres(precision_m))
+        } else {
+            format!("{nothing}.")
+        };
     }
     let largest = diagnosis
         .left_shapes
@@ -28,19 +31,25 @@ fn sentence(diagnosis: &Diagnosis, precision_m: f64, tolerance_m: Option<f64>) -
         return "What is left over is no smooth pattern on the sensor: what it does to the points cannot be computed."
             .into();
     };
+    let beside = match known {
+        true => {
+            format!(", {:.2} times their standard deviation ({} mm)", rms_m / precision_m, millimetres(precision_m))
+        }
+        false => String::new(),
+    };
     let what = format!(
-        "Left over: a pattern on the sensor of {:.3} px (as the field {}); it moves points by {} mm ({} mm in height), {:.2} times {precision}",
+        "Left over: a pattern on the sensor of {:.3} px (as the field {}); it moves points by {} mm ({} mm in height){beside}",
         shape.size_px,
         shape.field,
         millimetres(*rms_m),
         millimetres(*height_m),
-        rms_m / precision_m,
     );
     match tolerance_m {
         Some(tolerance) if *rms_m <= tolerance => {
             format!("{what}; within the {} mm that you tolerate.", millimetres(tolerance))
         }
         Some(tolerance) => format!("{what}; more than the {} mm that you tolerate.", millimetres(tolerance)),
+        None if !known => format!("{what}."),
         None if *rms_m <= precision_m => format!("{what}: the points are hardly worse for it."),
         None => format!("{what}: it matters more than the noise."),
     }
@@ -67,6 +76,14 @@ mod tests {
                 "sigma_factors": {{"image": 1.0, "control": 1.0, "control_z": 1.0, "gnss": 1.0, "gnss_z": 1.0}}}}"#
         );
         serde_json::from_str(&text).expect("a diagnosis")
+    }
+
+    #[test]
+    fn an_unknown_precision_is_not_told() {
+        let mut diagnosis = unexplained("[]");
+        diagnosis.verdict = Verdict::Adequate;
+        diagnosis.weigh(f64::NAN, None);
+        assert_eq!(diagnosis.weight.unwrap().sentence, "Nothing is left over that this block shows.");
     }
 
     #[test]

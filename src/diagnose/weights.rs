@@ -101,10 +101,10 @@ pub fn factors(
     )?;
     let now = fit.model.sigma_factors;
     let groups = Groups { coordinates: &coordinates, linearised: &linearised, settings };
-    let control = groups.ratio(false, false);
-    let control_z = groups.ratio(false, true);
-    let gnss = groups.ratio(true, false);
-    let gnss_z = groups.ratio(true, true);
+    let control = groups.factor(false, false, now.control);
+    let control_z = groups.factor(false, true, now.control_z);
+    let gnss = groups.factor(true, false, now.gnss);
+    let gnss_z = groups.factor(true, true, now.gnss_z);
     // What is left of the redundancy and of v'Pv is the images'.
     let (mut chi_square, mut redundancy) = (linearised.null.chi_square(), fit.problem.redundancy().2 as f64);
     for column in linearised.extra_columns.clone() {
@@ -114,14 +114,8 @@ pub fn factors(
     let variance = chi_square / redundancy;
     let spread = chi_square_quantile(1.0 - 0.5 * BELIEVED, redundancy) / redundancy - 1.0;
     let image = if (variance - 1.0).abs() > spread { variance.sqrt() } else { 1.0 };
-    let cap = |now: f64, ratio: f64| (now * ratio).min(MOST);
-    let next = SigmaFactors {
-        image: (now.image * image).max(LEAST_IMAGE),
-        control: cap(now.control, control),
-        control_z: cap(now.control_z, control_z),
-        gnss: cap(now.gnss, gnss),
-        gnss_z: cap(now.gnss_z, gnss_z),
-    };
+    let image = (now.image * image).max(LEAST_IMAGE);
+    let next = SigmaFactors { image, control, control_z, gnss, gnss_z };
     Ok((!same(next, now)).then_some(next))
 }
 
@@ -149,13 +143,14 @@ struct Groups<'a> {
 }
 
 impl Groups<'_> {
-    /// Factor on the present standard deviations of a group.
-    fn ratio(&self, gnss: bool, height: bool) -> f64 {
+    /// Factor on the stated standard deviations of a group, which were multiplied by `now` in the fit. What is stated stands unless it is
+    /// improbable, whatever an effect that was missing before has made of it.
+    fn factor(&self, gnss: bool, height: bool, now: f64) -> f64 {
         let Self { coordinates, linearised, settings } = self;
         let first = linearised.extra_columns.start;
         let own: Vec<usize> = coordinates.group(gnss, height).into_iter().map(|c| first + c).collect();
         if own.is_empty() {
-            return 1.0;
+            return now;
         }
         let situation = linearised.situation(settings, &Default::default());
         let (mut fixed, random) = situation.parts_in();
@@ -167,7 +162,9 @@ impl Groups<'_> {
         let beside = linearised.system.beside(&fixed, &random);
         let variance = 1.0;
         let size = random::estimate(&beside, &own, variance, LEAST_SHARE - 1.0);
-        let ratio = random::likelihood_ratio(&beside, &own, variance, size);
-        if ratio > chi_square_quantile(1.0 - BELIEVED, 1.0) { (1.0 + size).sqrt() } else { 1.0 }
+        let likelihood = |size: f64| random::likelihood_ratio(&beside, &own, variance, size);
+        let as_stated = now.powi(-2) - 1.0;
+        let improbable = likelihood(size) - likelihood(as_stated) > chi_square_quantile(1.0 - BELIEVED, 1.0);
+        if improbable { (now * (1.0 + size).sqrt()).min(MOST) } else { 1.0 }
     }
 }

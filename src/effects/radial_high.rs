@@ -90,4 +90,11 @@ mod tests {
         assert_relative_eq!(moved(5500.0, 1900.0)[..], [5501.9683, 1900.0], epsilon = 1e-11);
         assert_relative_eq!(moved(2500.0, -100.0)[..], [2500.0, -100.0512], epsilon = 1e-11);
     }
+
+    #[test]
+    fn what_is_typical_is_the_displacement_at_the_corner() {
+        let corner = |half_diagonal: f64| DESCRIPTOR.parameters[0].typical_on(half_diagonal) * half_diagonal.powi(9);
+        assert_relative_eq!(corner(900.0), corner(3200.0), max_relative = 1e-12);
+        assert_eq!(DESCRIPTOR.parameters[0].typical_on(3200.0), 1e-31);
+    }
 }

@@ -4,7 +4,7 @@
 use super::MeasureError;
 use super::plain::PlainView;
 use crate::camera::{Interior, PARAMETER_COUNT as COUNT};
-use crate::effects::{Context, OutsideDomain, Stage};
+use crate::effects::{Context, OutsideDomain, Role, Stage};
 use crate::math::rotation;
 use crate::problem::{Problem, State};
 use nalgebra::{Matrix3, SMatrix, Vector3};
@@ -48,6 +48,18 @@ impl Stages {
         let ray_locals = locals(&[Stage::Exposure, Stage::Ray]);
         let interior_locals = locals(&[Stage::Interior]);
         Self { by_stage, local_offset, local_len, ray_locals, interior_locals }
+    }
+
+    /// The effects that change anything at a state: those of a null size are the identity there, and a diagnosis asks with dozens of them.
+    pub fn acting(problem: &Problem, state: &State) -> Self {
+        let mut acts = vec![false; problem.effects.len()];
+        for (entry, value) in problem.theta.iter().zip(&state.theta) {
+            let effect = &problem.effects[entry.effect as usize].effect;
+            let parameter = &effect.descriptor().parameters[entry.parameter as usize];
+            let is_size = matches!(parameter.role, Role::Estimated | Role::Random(_));
+            acts[entry.effect as usize] |= is_size && *value != parameter.nominal;
+        }
+        Self::new(problem).only(problem, |effect| acts[effect])
     }
 
     /// Some effects alone, their parameters where they stand in the whole list: what is left out is taken to change nothing, and its derivatives

@@ -18,7 +18,7 @@ pub struct Predictor<'a> {
 impl<'a> Predictor<'a> {
     /// Prepares every image. Errors: an interior effect outside its domain.
     pub fn new(problem: &'a Problem, state: &'a State) -> Result<Self, MeasureError> {
-        let stages = Stages::new(problem);
+        let stages = Stages::acting(problem, state);
         let frames = frame::frames(problem, &stages, state)?;
         Ok(Self { problem, state, stages, frames })
     }

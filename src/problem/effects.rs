@@ -2,6 +2,7 @@
 
 use super::{EffectInstance, Problem, ProblemError, State, ThetaEntry};
 use crate::block::{Block, Role};
+use crate::camera::Camera;
 use crate::effects::{self, ImageContext, Need, Scope};
 use crate::model::{Datum, EffectTerm, PRIOR_KEY};
 
@@ -79,6 +80,7 @@ impl Problem {
                 Scope::Flight | Scope::FlightButFirst => block.flights.iter().map(|name| Some(name.as_str())).collect(),
                 Scope::Image => block.images.iter().map(|image| Some(image.name.as_str())).collect(),
             };
+            let typical = |instance: usize| parameter.typical_on(half_diagonal_px(block, scope, instance));
             let given = matches!(parameter.role, effects::Role::Given(_));
             let weak = term.values.get(PRIOR_KEY).filter(|_| parameter.role == effects::Role::Estimated);
             let prior_sigma = match &parameter.role {
@@ -93,7 +95,7 @@ impl Problem {
                     }
                     Some(value)
                 }
-                _ => weak.map(|factor| factor * parameter.typical.abs()),
+                _ => weak.map(|factor| factor * typical(0)),
             };
             for (instance, name) in names.iter().enumerate() {
                 let short = name.map_or_else(|| parameter.name.to_string(), |n| format!("{}[{n}]", parameter.name));
@@ -115,7 +117,7 @@ impl Problem {
                     instance: instance as u32,
                     name: format!("{}.{short}", descriptor.id),
                     free: !given && !held && !reference && !idle,
-                    scale: parameter.typical.abs(),
+                    scale: typical(instance),
                     prior_sigma: prior_sigma.filter(|_| !held),
                     prior_mean: parameter.nominal,
                 });
@@ -169,5 +171,13 @@ impl Problem {
             return None;
         };
         self.bounds(domain, of.slots[entry.parameter as usize].0, entry.instance)
+    }
+}
+
+/// Half the diagonal of the sensor that a value is of: its camera's, or where all cameras share it the largest.
+fn half_diagonal_px(block: &Block, scope: Scope, instance: usize) -> f64 {
+    match scope {
+        Scope::Camera => block.cameras[instance].half_diagonal_px(),
+        _ => block.cameras.iter().map(Camera::half_diagonal_px).fold(0.0, f64::max),
     }
 }

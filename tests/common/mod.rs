@@ -51,6 +51,9 @@ pub fn try_both(block: &Block, model: &Model, options: &Options) -> Result<Run, 
 
 /// The worst of each comparison, unless the solvers of a run agree.
 pub fn disagreement(run: &Run) -> Option<String> {
+    if let Some((name, error)) = run.failures.first() {
+        return Some(format!("{name} found no solution, where another solver did: {error}"));
+    }
     assert_eq!(run.solutions.len(), SOLVERS.len(), "every solver ran");
     assert!(run.solutions.iter().all(|(_, solution)| solution.converged), "a solution that has not converged");
     let a = run.agreement.as_ref().expect("two solvers are compared");

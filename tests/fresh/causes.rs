@@ -41,6 +41,18 @@ impl Cause {
         format!("{}:{}", self.id, parameters.join(","))
     }
 
+    /// Has it a value of its own for every image?
+    pub fn is_chance(&self) -> bool {
+        self.effect.as_ref().is_some_and(|term| is_random(term.id))
+    }
+
+    /// Its effect with the standard deviation of its values known, where it has one for every image.
+    pub fn term_of_size(&self, factor: f64) -> Option<EffectTerm> {
+        let deviation = factor * self.sized.first()?.1.first()?;
+        let term = self.effect.as_ref().filter(|term| is_random(term.id))?;
+        Some(Term { values: vec![("s", deviation)], ..term.clone() }.to_model())
+    }
+
     /// Its name for people.
     pub fn name(&self) -> &'static str {
         self.effect.as_ref().map_or(self.id, |term| term.id)
@@ -48,6 +60,12 @@ impl Cause {
 }
 
 impl Term {
+    /// What is held though nothing of it is zero: a place, or a lag.
+    pub fn held_places(&self) -> Vec<&'static str> {
+        let valued = |name: &&&str| self.values.iter().any(|(of, _)| of == *name);
+        self.held.iter().filter(valued).copied().collect()
+    }
+
     /// For a model.
     pub fn to_model(&self) -> EffectTerm {
         let effect = effects::find(self.id).unwrap_or_else(|| panic!("the catalogue has no `{}`", self.id));
@@ -194,7 +212,8 @@ fn local_flaw(scene: &Scene, sign: f64, random: &mut Random) -> Cause {
         effect: Some(Term {
             id: "local-flaw",
             values: vec![("centre_x", centre[0]), ("centre_y", centre[1]), ("sigma", sigma), ("smooth", smooth)],
-            held: vec![],
+            // A sharp flaw jumps at its centre, where a fit of the place can stop.
+            held: if smooth == 0.0 { vec!["centre_x", "centre_y"] } else { vec![] },
         }),
         companion: None,
     }

@@ -7,11 +7,14 @@ use crate::judging::rule::Truth;
 use crate::judging::tally::{Judged, judged, score};
 use crate::measure::Measured;
 use misclosure::io::block::write_block;
+use std::path::PathBuf;
 
 /// Seeds to judge, `1..40` say, both included.
 const SEEDS: &str = "MISCLOSURE_FRESH";
 /// Those that `make test` judges.
 const SOME: &str = "1..4";
+/// Folder that keeps the blocks, one folder for each seed, for a closer look.
+const KEEP: &str = "MISCLOSURE_FRESH_KEEP";
 /// Part that must be right.
 const RIGHT: f64 = 0.95;
 
@@ -57,6 +60,9 @@ fn judge(seed: u64) -> Judged {
     let measured = Measured::new(Fresh::draw(seed));
     let scratch = tempfile::tempdir().expect("a temporary folder");
     write_block(&measured.block(), scratch.path()).expect("written");
+    if let Some(folder) = std::env::var_os(KEEP) {
+        write_block(&measured.block(), &PathBuf::from(folder).join(seed.to_string())).expect("written");
+    }
     let found = improve(scratch.path());
     let candidates = found.as_ref().map_or(&[][..], |found| &found.recommended);
     let truth = Truth { hidden: measured.hidden(candidates), correlated_noise: false, check_mm: measured.check_mm() };

@@ -36,6 +36,8 @@ struct Part {
     base: f64,
     /// `base` less what the true model leaves there.
     noncentrality: f64,
+    /// Factor above which its effect is larger than physics allows: no block that anybody measures has that.
+    largest_factor: f64,
 }
 
 impl Measured {
@@ -45,10 +47,13 @@ impl Measured {
         let scenario = scratch.path().join("scenario.toml");
         std::fs::write(&scenario, fresh.scene.text()).expect("written");
         let mut measured = Self { fresh, scenario, parts: vec![], _scratch: scratch };
-        for Drawn { cause, noncentrality } in measured.fresh.causes.clone() {
+        let mut drawn = measured.fresh.causes.clone();
+        // What a law shows is counted beside the values by image that the block has, which hide a part of it.
+        drawn.sort_by_key(|drawn| !drawn.cause.is_chance());
+        for Drawn { cause, noncentrality } in drawn {
             // The drop grows with the square of the size.
             let as_drawn = measured.part(cause.clone(), 1.0);
-            let factor = (noncentrality / as_drawn.noncentrality).sqrt();
+            let factor = (noncentrality / as_drawn.noncentrality).sqrt().min(as_drawn.largest_factor);
             let part = measured.part(cause.clone(), factor);
             measured.parts.push(part);
             if let Some(companion) = cause.companion {
@@ -61,17 +66,21 @@ impl Measured {
 
     fn part(&self, cause: Cause, factor: f64) -> Part {
         let block = self.exact(&cause, factor);
+        let chance = self.parts.iter().filter(|part| part.cause.is_chance());
+        let chance: Vec<EffectTerm> = chance.filter_map(|part| part.cause.term_of_size(part.factor)).collect();
         let with = |cause: Option<&Cause>| {
             let term = cause.and_then(|cause| cause.effect.as_ref()).map(Term::to_model);
-            let run = adjust(&block, term.into_iter().collect());
+            let run = adjust(&block, chance.iter().cloned().chain(term).collect());
             run.unwrap_or_else(|error| panic!("seed {}, {}: {error}", self.fresh.seed, cause.map_or("", Cause::name)))
         };
         let base = with(cause.companion.as_deref()).chi_square();
         // A block without noise does not determine the standard deviation of values by image: they take all.
-        let all = cause.effect.as_ref().is_none_or(|term| is_random(term.id));
-        let left = if all { 0.0 } else { with(Some(&cause)).chi_square() };
+        let all = cause.effect.is_none() || cause.is_chance();
+        let true_model = (!all).then(|| with(Some(&cause)));
+        let left = true_model.as_ref().map_or(0.0, Run::chi_square);
         assert!(left < LEFT * base, "seed {}: {} leaves {left:.1} of {base:.1}", self.fresh.seed, cause.text(factor));
-        Part { cause, factor, base, noncentrality: base - left }
+        let largest_factor = true_model.map_or(f64::INFINITY, |run| factor * largest_growth(&run, cause.name()));
+        Part { cause, factor, base, noncentrality: base - left, largest_factor }
     }
 
     /// The block without noise that has this cause alone, with true approximations.
@@ -95,11 +104,14 @@ impl Measured {
     }
 
     /// 3D RMS at the check points with all true effects, on the measurements that are no gross errors and with their
-    /// true weights, mm.
+    /// true weights, mm. Which of an effect's coefficients are zero nobody can know: all are free where the block determines them.
     pub fn check_mm(&self) -> f64 {
         let block = build(&with_true_start(self.recipe().with_known_noise()));
-        let terms = self.parts.iter().filter_map(|part| part.cause.effect.as_ref()).map(Term::to_model).collect();
-        let run = adjust(&block, terms).unwrap_or_else(|error| panic!("seed {}: {error}", self.fresh.seed));
+        let effects = || self.parts.iter().filter_map(|part| part.cause.effect.as_ref());
+        let all_free = |term: &Term| Term { held: term.held_places(), ..term.clone() };
+        let run = adjust(&block, effects().map(|term| all_free(term).to_model()).collect())
+            .or_else(|_| adjust(&block, effects().map(Term::to_model).collect()))
+            .unwrap_or_else(|error| panic!("seed {}: {error}", self.fresh.seed));
         let check = run.comparison.and_then(|comparison| comparison.check).expect("check points");
         1e3 * check.rms_m.xyz
     }
@@ -137,6 +149,21 @@ impl Measured {
         let left = adjust(&self.exact(&part.cause, part.factor), vec![term]).map_or(part.base, |run| run.chi_square());
         (part.base - left) / part.noncentrality
     }
+}
+
+/// By how much an effect may grow until one of its estimates is the largest that physics allows.
+fn largest_growth(run: &Run, id: &str) -> f64 {
+    let effects = &run.problem.effects;
+    let entries = run.problem.theta.iter().zip(&run.solution().state.theta);
+    let growth = |(entry, value): (&misclosure::problem::ThetaEntry, &f64)| {
+        let descriptor = effects[entry.effect as usize].effect.descriptor();
+        let parameter = &descriptor.parameters[entry.parameter as usize];
+        let range = parameter.plausible.as_ref().filter(|_| descriptor.id == id && entry.free)?;
+        // Stated for one sensor, as the typical size is.
+        let limit = (if *value < 0.0 { range.min } else { range.max }) * entry.scale / parameter.typical.abs();
+        (*value != 0.0).then(|| limit / value)
+    };
+    entries.filter_map(growth).fold(f64::INFINITY, f64::min)
 }
 
 /// Where an adjustment ends does not depend on its approximations, only how soon.

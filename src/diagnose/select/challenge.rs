@@ -1,7 +1,7 @@
 //! What is left may take an effect out only where it could itself be the effect.
 
 use super::{Event, Situation};
-use crate::diagnose::test::{System, fixed, separability, variance_factor};
+use crate::diagnose::test::{System, separability, variance_factor};
 
 /// A structure overlaps an effect where it could take the larger part of what the effect explains.
 const OVERLAP: f64 = 0.5;
@@ -18,8 +18,8 @@ pub struct Shape {
     pub columns: Vec<usize>,
 }
 
-/// The effect that a structure takes out: one that the structure overlaps, and that beside it is not significant any more, or explains less
-/// than half of what both explain together.
+/// The effect that a structure takes out: one that beside it is not significant any more, or one that it overlaps and that explains less than
+/// half of what both explain together.
 pub fn rule(situation: &Situation<'_>, structures: &[Shape]) -> Option<Event> {
     for taken in situation.taken.iter().filter(|taken| taken.removable) {
         let id = &situation.sets[taken.set].id;
@@ -28,12 +28,14 @@ pub fn rule(situation: &Situation<'_>, structures: &[Shape]) -> Option<Event> {
         let Some(judged) = without.judge(taken.set, &beside) else { continue };
         for structure in structures {
             let pattern = beside.pivoted(&structure.columns);
-            if separability::seen_by(&beside, &judged.pivoted, &pattern).powi(2) < OVERLAP {
-                continue;
-            }
-            let (share, significant) =
-                beside_structure(situation, &beside, &judged.pivoted.kept, structure, judged.drop);
-            if share < SHARE || !significant {
+            let overlaps = separability::seen_by(&beside, &judged.pivoted, &pattern).powi(2) > OVERLAP;
+            let share = share_beside(&beside, &judged.pivoted.kept, structure, judged.drop);
+            // A field of many columns holds every smooth law: that nothing is left beside it says nothing.
+            let rich = structure.columns.len() > FIELD_COLUMNS;
+            let with_structure = beside.beside(&structure.columns, &[]);
+            let significant = rich
+                || without.judge(taken.set, &with_structure).is_some_and(|judged| judged.ln_p < situation.ln_level);
+            if (overlaps && share < SHARE) || !significant {
                 let why = format!(
                     "explains {:.0} % of what {} and it explain together{}",
                     100.0 * share,
@@ -47,25 +49,14 @@ pub fn rule(situation: &Situation<'_>, structures: &[Shape]) -> Option<Event> {
     None
 }
 
-/// Share of the effect in what both explain together (less what chance explains with as many columns), and is it significant beside the
-/// structure?
-fn beside_structure(
-    situation: &Situation<'_>,
-    beside: &System,
-    effect: &[usize],
-    structure: &Shape,
-    drop: f64,
-) -> (f64, bool) {
+/// Share of the effect in what both explain together, less what chance explains with as many columns.
+fn share_beside(beside: &System, effect: &[usize], structure: &Shape, drop: f64) -> f64 {
     let all: Vec<usize> = effect.iter().chain(&structure.columns).copied().collect();
     let together = beside.pivoted(&all);
     let rest = beside.redundancy - together.kept.len() as f64;
     let variance = variance_factor(beside.chi_square - together.drop(), rest);
     let by_chance = variance * (together.kept.len() - effect.len().min(together.kept.len())) as f64;
-    let share = drop / (together.drop() - by_chance).max(drop);
-    let alone = fixed::test(&beside.beside(&structure.columns, &[]), effect, |_| 1.0);
-    // A field of many columns holds every smooth law: that nothing is left beside it says nothing.
-    let rich = structure.columns.len() > FIELD_COLUMNS;
-    (share, rich || alone.is_some_and(|tested| tested.ln_p < situation.ln_level))
+    drop / (together.drop() - by_chance).max(drop)
 }
 
 /// A structure of more columns than this is a field, not a shape.

@@ -3,6 +3,7 @@
 use crate::diagnose::test::design_effect::Clusters;
 use crate::diagnose::test::system::Pivoted;
 use crate::diagnose::test::{Penalised, System, fixed, multiple, random, separability, variance_factor};
+use crate::math::statistics::f_ln_sf;
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
 
@@ -26,6 +27,11 @@ pub enum Searched {
         count: f64,
         /// Drop of `v'Pv` at the best of them.
         drop: f64,
+    },
+    /// In the model at the best of so many places, its place estimated since.
+    Placed {
+        /// Number of places.
+        count: f64,
     },
     /// One value of a range, at this place of the order along it.
     Range(f64),
@@ -111,6 +117,8 @@ pub struct Judged {
     pub implausible: bool,
 }
 
+/// Share of its drop that the finest grid of places costs a shape at most, for each of two shapes that are compared.
+const GRID_LOSS: f64 = 2.0 * 0.01;
 /// Standard deviations by which an estimate must be beyond its plausible range to be no chance: one in 700.
 const BEYOND_SIGMAS: f64 = 3.0;
 
@@ -118,6 +126,16 @@ impl Situation<'_> {
     /// Is an effect in?
     pub fn has(&self, id: &str) -> bool {
         self.taken.iter().any(|taken| self.sets[taken.set].id == id)
+    }
+
+    /// The other variants of a set that was placed on the sensor, each at its own best place, that explain as much to within what a grid of places
+    /// loses: which of them it is, only their refits tell.
+    pub fn rivals(&self, set: usize, beside: &System) -> Vec<usize> {
+        let is_placed = |s: &usize| matches!(self.sets[*s].search, Searched::Places { .. });
+        let Some(own) = Some(set).filter(is_placed).and_then(|set| self.judge(set, beside)) else { return Vec::new() };
+        let as_good = |s: &usize| self.judge(*s, beside).is_some_and(|other| other.drop > (1.0 - GRID_LOSS) * own.drop);
+        let others = (0..self.sets.len()).filter(|s| *s != set && self.sets[*s].id == self.sets[set].id);
+        others.filter(is_placed).filter(as_good).collect()
     }
 
     /// The same without one of the effects that are in.
@@ -195,11 +213,18 @@ impl Situation<'_> {
             self.clusters.design_effect(&directions, &change, variance)
         })?;
         let mut ln_p = tested.ln_p;
-        if let Searched::Places { count, drop } = search {
-            let rest = beside.redundancy - tested.dof;
-            let statistic = tested.drop.min(drop.max(0.0)) / (tested.dof * tested.inflation());
-            let at_grid = crate::math::statistics::f_ln_sf(statistic, tested.dof, rest).min(0.0);
-            ln_p = multiple::best_of(at_grid, count);
+        let rest = beside.redundancy - tested.dof;
+        match search {
+            Searched::Places { count, drop } => {
+                let statistic = tested.drop.min(drop.max(0.0)) / (tested.dof * tested.inflation());
+                ln_p = multiple::best_of(f_ln_sf(statistic, tested.dof, rest).min(0.0), count);
+            }
+            Searched::Placed { count } => {
+                // By the rule that let it in: of its size alone, less what chance gives to the estimate of a place.
+                let statistic = (tested.drop / tested.inflation() - (tested.dof - 1.0)).max(0.0);
+                ln_p = multiple::best_of(f_ln_sf(statistic, 1.0, rest).min(0.0), count);
+            }
+            _ => {}
         }
         let (estimate, variances) = (tested.set.estimate(), tested.set.variances());
         let sigma = |k: usize| (variances[k] * tested.inflation()).sqrt();
@@ -278,8 +303,15 @@ impl Situation<'_> {
         judged.sort_by(|a, b| range(a).total_cmp(&range(b)));
         let seen = |a: &Judged, b: &Judged| separability::seen_by(beside, &a.pivoted, &b.pivoted);
         let angle: f64 = judged.windows(2).map(|pair| seen(&pair[0], &pair[1]).clamp(0.0, 1.0).acos()).sum();
-        let mut best = judged.into_iter().min_by(|a, b| a.ln_p.total_cmp(&b.ln_p).then(b.drop.total_cmp(&a.drop)))?;
+        let surest = judged.iter().map(|judged| judged.ln_p).min_by(f64::total_cmp)?;
+        // How sure it is that there is one says the coarse grid, which of its variants it is the place that each was refined to.
+        let placed = judged.iter().all(|judged| matches!(self.sets[judged.set].search, Searched::Places { .. }));
+        let mut best = judged.into_iter().min_by(|a, b| {
+            let by_drop = b.drop.total_cmp(&a.drop);
+            if placed { by_drop } else { a.ln_p.total_cmp(&b.ln_p).then(by_drop) }
+        })?;
         best.ln_p = match self.sets[best.set].search {
+            Searched::Places { .. } => surest,
             Searched::Range(_) if count > 1 => multiple::best_over_range(best.ln_p, best.drop / best.inflation, angle),
             Searched::Variant => multiple::best_of(best.ln_p, count as f64),
             _ => best.ln_p,

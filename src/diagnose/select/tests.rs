@@ -1,7 +1,7 @@
 //! Rules on small systems: regressions of a few hundred measurements in images, no block.
 
 use super::challenge::{self, Shape};
-use super::{Event, Nature, Searched, Set, Situation, Taken, next};
+use super::{Event, Nature, Searched, Set, Situation, Taken, need, next};
 use crate::diagnose::test::System;
 use crate::diagnose::test::design_effect::Clusters;
 use nalgebra::{DMatrix, DVector};
@@ -194,6 +194,43 @@ fn a_structure_takes_out_what_it_could_itself_be() {
     let structure = [Shape { name: "pattern".into(), columns: vec![1] }];
     let removed = false_name.ask(|situation| challenge::rule(situation, &structure));
     assert!(matches!(removed, Some(Event::Removed { id, .. }) if id == "false"));
+}
+
+#[test]
+fn a_piece_of_a_structure_is_not_an_effect() {
+    // A wave over all measurements, and a bump at one of its crests: they overlap by a fortieth.
+    let count = IMAGES * EACH;
+    let wave: Vec<f64> = (0..count).map(|k| (0.1 * k as f64).sin()).collect();
+    let bump: Vec<f64> = (0..count).map(|k| (-((k as f64 - 455.5) / 15.0).powi(2)).exp()).collect();
+    let bumped = Regression::new(8)
+        .set("bump", Nature::Law, vec![bump])
+        .set("wave", Nature::Law, vec![wave.clone()])
+        .truth(&wave, 5.0)
+        .with_in(0);
+    assert_eq!(bumped.ask(need::rule), None, "significant while the wave is not known");
+    let structure = [Shape { name: "wave".into(), columns: vec![1] }];
+    let removed = bumped.ask(|situation| challenge::rule(situation, &structure));
+    assert!(matches!(&removed, Some(Event::Removed { id, .. }) if id == "bump"), "{removed:?}");
+}
+
+#[test]
+fn of_places_the_refined_one_says_which_variant_it_is() {
+    let mut other = wave(1);
+    other.iter_mut().zip(wave(2)).for_each(|(a, b)| *a = 0.8 * *a + 0.6 * b);
+    let mut placed = Regression::new(9)
+        .set("flaw", Nature::Law, vec![wave(1)])
+        .set("flaw", Nature::Law, vec![other])
+        .truth(&wave(1), 0.5);
+    placed.sets[0].search = Searched::Places { count: 100.0, drop: 90.0 };
+    placed.sets[1].search = Searched::Places { count: 100.0, drop: 110.0 };
+    let (judged, rivals) = placed.ask(|situation| {
+        let beside = situation.beside();
+        (situation.judge_all(&beside), situation.rivals(0, &beside))
+    });
+    assert_eq!((judged.len(), judged[0].set), (1, 0), "on the grid the other was better");
+    let of_other = placed.ask(|situation| situation.judge(1, &situation.beside()).map(|judged| judged.ln_p));
+    assert_eq!(Some(judged[0].ln_p), of_other, "that there is one says the grid");
+    assert!(rivals.is_empty());
 }
 
 #[test]

@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn nothing_left_is_not_tested() {
         let mut absorbed = system(0.1, 46.0);
-        absorbed.information[(0, 0)] = 1e-6;
+        absorbed.information[(0, 0)] = 1e-9;
         assert!(test(&absorbed, &[0], |_| 1.0).is_none());
         let mut unknown = system(12.0, 46.0);
         unknown.least[0] = 5.0;

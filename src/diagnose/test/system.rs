@@ -5,9 +5,15 @@ use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// A column of which less than this share of its squared length is left is absorbed: its rest is of the size of the base's own linearisation
-/// errors.
+/// A direction of a set of which the base and the other directions leave less than this share of its squared length is absorbed: values of the
+/// set that differ by hundreds of times what they do to the residuals would make a refit follow a curved valley.
 pub const KEPT_SHARE: f64 = 1e-5;
+/// The same for what a set has above all, its best direction: rounding alone. Most of a flat port or of a high radial term is a focal length and
+/// a k1, whose freedom says nothing of the rest; whether that is known well enough says the plausible range.
+const ROUNDING_SHARE: f64 = 1e-9;
+
+/// Standard deviations at which a value shows for certain among some dozens of candidates: 4.1 for one in 25000, 0.84 for a power of 80 %.
+const SHOWS: f64 = 4.94;
 
 /// Score `s = C'Qv` and information `M = C'QC` of columns `C` at zero, for unit weight.
 #[derive(Debug, Clone)]
@@ -67,16 +73,16 @@ impl System {
         let mut factor = DMatrix::<f64>::zeros(n, n);
         let mut diagonal: Vec<f64> = columns.iter().map(|c| self.information[(*c, *c)] / self.length[*c]).collect();
         let mut white: Vec<f64> = columns.iter().map(|c| self.score[*c] * scale_of(*c)).collect();
-        let least: Vec<f64> = columns.iter().map(|c| (self.least[*c] / self.length[*c]).max(KEPT_SHARE)).collect();
-        let mut least = least;
+        let mut asked: Vec<f64> = columns.iter().map(|c| self.least[*c] / self.length[*c]).collect();
         let mut kept = 0;
         for step in 0..n {
-            let best = (step..n)
-                .max_by(|i, k| (diagonal[*i] / least[*i]).total_cmp(&(diagonal[*k] / least[*k])).then(k.cmp(i)));
-            let Some(best) = best.filter(|best| diagonal[*best] > least[*best]) else { break };
+            let floor = if step == 0 { ROUNDING_SHARE } else { KEPT_SHARE };
+            let ratio = |k: usize| diagonal[k] / asked[k].max(KEPT_SHARE);
+            let best = (step..n).max_by(|i, k| ratio(*i).total_cmp(&ratio(*k)).then(k.cmp(i)));
+            let Some(best) = best.filter(|best| diagonal[*best] > asked[*best].max(floor)) else { break };
             columns.swap(step, best);
             diagonal.swap(step, best);
-            least.swap(step, best);
+            asked.swap(step, best);
             white.swap(step, best);
             factor.swap_rows(step, best);
             let pivot = diagonal[step].sqrt();
@@ -108,6 +114,25 @@ impl System {
             factor: factor.view((0, 0), (kept, kept)).into_owned(),
             white: DVector::from_vec(white).rows(0, kept).into_owned(),
             kept: columns,
+        }
+    }
+
+    /// The columns of a set that are worth an estimate of their own: of each the largest plausible value (half of its range) would show beside the
+    /// others. What is known worse is left out, the worst first: values in such a direction are noise for which the others have to make up, and
+    /// a refit follows them along a curved valley.
+    pub fn determined(&self, set: &[usize]) -> Vec<usize> {
+        let mut kept = self.pivoted(set).kept;
+        loop {
+            let pivoted = self.pivoted(&kept);
+            // Variance over that of the worst that would do.
+            let excess = |(column, variance): (&usize, f64)| 4.0 * SHOWS * SHOWS * self.least[*column] * variance;
+            let excess = pivoted.kept.iter().zip(pivoted.variances()).map(excess);
+            let worst = excess.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, excess)| *excess > 1.0);
+            kept = pivoted.kept;
+            match worst {
+                Some((worst, _)) if kept.len() > 1 => kept.remove(worst),
+                _ => return kept,
+            };
         }
     }
 
@@ -257,6 +282,28 @@ mod tests {
         assert_relative_eq!(of(0), 0.9, epsilon = 1e-12);
         assert_relative_eq!(of(1), 2.1, epsilon = 1e-12);
         assert_relative_eq!(pivoted.drop(), V.iter().map(|v| v * v).sum::<f64>() - 0.1, epsilon = 1e-10);
+    }
+
+    #[test]
+    fn a_set_keeps_its_best_direction_however_much_the_base_takes_of_it() {
+        let mut system = regression(&[&A, &B], &V);
+        system.length.iter_mut().for_each(|length| *length *= 1e6);
+        assert_eq!(system.pivoted(&[0, 1]).kept.len(), 1, "beside it the other is told by a millionth");
+        system.length.iter_mut().for_each(|length| *length *= 1e6);
+        assert!(system.pivoted(&[0]).kept.is_empty(), "rounding");
+    }
+
+    #[test]
+    fn of_a_weak_direction_the_value_that_is_known_worst_is_left_out() {
+        // Two columns that differ in one row of five: along the second minus ten times the first little is known.
+        let steep: Vec<f64> = A.iter().zip([0.0, 0.0, 0.0, 0.0, 0.05]).map(|(a, b)| 0.1 * (a + b)).collect();
+        let mut system = regression(&[&A, &steep, &B], &V);
+        system.least = vec![1e-4; 3];
+        let mut kept = system.determined(&[0, 1, 2]);
+        kept.sort_unstable();
+        assert_eq!(kept, [0, 2], "the second would be known to hundreds, ten times worse than the first");
+        system.least = vec![0.0; 3];
+        assert_eq!(system.determined(&[0, 1, 2]).len(), 3, "where nothing is said of its range");
     }
 
     #[test]

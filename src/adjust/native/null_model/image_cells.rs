@@ -1,5 +1,6 @@
-//! Score and information of values per image by cell of the sensor: measurements of a cell may err together, those of different cells of an
-//! image less so, and neither can be told from a value of the image as a whole.
+//! Score and information of values per image by cell of the sensor, by band of its rows and by band of its columns: measurements of a cell may
+//! err together, and those of a band too (a camera that shakes while the rows are read moves whole rows), and neither can be told from a
+//! value of the image as a whole.
 
 use super::{ColumnPlace, NullModel};
 use crate::adjust::native::null_model::rows::EffectEntry;
@@ -18,9 +19,12 @@ const CELLS: f64 = 6.0;
 pub struct ImageCells {
     /// Columns of effects, in the order of the null model.
     pub columns: Vec<usize>,
-    /// Its cells.
-    pub cells: Vec<ImageCell>,
+    /// Its cells; the same for bands of rows, and of columns.
+    pub groupings: [Vec<ImageCell>; GROUPINGS],
 }
+
+/// Cells, bands of rows, bands of columns.
+pub const GROUPINGS: usize = 3;
 
 /// A cell, over the columns of its image, the image's pose and the points taken out; unit weight.
 #[derive(Debug, Clone)]
@@ -69,7 +73,7 @@ impl NullModel {
                 .collect();
             let columns = entries.iter().map(|entry| column_of[&entry.column]).collect();
             (!entries.is_empty())
-                .then(|| ImageCells { columns, cells: self.cells_of(image, &stages, &entries, own, &measured) })
+                .then(|| ImageCells { columns, groupings: self.cells_of(image, &stages, &entries, own, &measured) })
         };
         self.pool.install(|| of_image.par_iter().enumerate().filter_map(cells).collect())
     }
@@ -81,7 +85,7 @@ impl NullModel {
         entries: &[EffectEntry],
         own: &[(usize, usize)],
         measured: &[super::Local],
-    ) -> Vec<ImageCell> {
+    ) -> [Vec<ImageCell>; GROUPINGS] {
         let Self { problem, state, frames, .. } = self;
         let context = &problem.image_contexts[image];
         let side = context.width_px.max(context.height_px) / CELLS;
@@ -112,29 +116,31 @@ impl NullModel {
         }
         let inverse = normal.try_inverse().unwrap_or_else(Matrix6::zeros);
         let follows: Vec<Vector6<f64>> = mixed.iter().map(|mixed| inverse * mixed).collect();
-        let mut cells: BTreeMap<[i64; 2], CellSums> = BTreeMap::new();
+        let mut groupings: [BTreeMap<[i64; 2], CellSums>; GROUPINGS] = Default::default();
         for ((_, number), rows) in own.iter().zip(rows.chunks_exact_mut(count)) {
             let local = &measured[*number];
             rows.iter_mut().zip(&follows).for_each(|(row, follows)| *row -= local.by_pose * follows);
             let residual = Vector2::from(local.residual) * problem.observations[*number].inverse_sigma;
-            let cell = local.predicted.map(|at| (at / side).floor() as i64);
-            let sums = cells.entry(cell).or_insert_with(|| CellSums {
-                score: DVector::zeros(count),
-                information: DMatrix::zeros(count, count),
-                mixed: vec![Vector6::zeros(); count],
-            });
-            for (a, row) in rows.iter().enumerate() {
-                sums.score[a] += row.dot(&residual);
-                let left = local.redundancy * row;
-                rows.iter().enumerate().for_each(|(b, other)| sums.information[(b, a)] += other.dot(&left));
-                sums.mixed[a] += local.by_pose.transpose() * left;
+            let [x, y] = local.predicted.map(|at| (at / side).floor() as i64);
+            for (cells, cell) in groupings.iter_mut().zip([[x, y], [0, y], [x, 0]]) {
+                let sums = cells.entry(cell).or_insert_with(|| CellSums {
+                    score: DVector::zeros(count),
+                    information: DMatrix::zeros(count, count),
+                    mixed: vec![Vector6::zeros(); count],
+                });
+                for (a, row) in rows.iter().enumerate() {
+                    sums.score[a] += row.dot(&residual);
+                    let left = local.redundancy * row;
+                    rows.iter().enumerate().for_each(|(b, other)| sums.information[(b, a)] += other.dot(&left));
+                    sums.mixed[a] += local.by_pose.transpose() * left;
+                }
             }
         }
         let finished = |CellSums { score, information, mixed }: CellSums| {
             let taken = DMatrix::from_fn(count, count, |a, b| mixed[a].dot(&(inverse * mixed[b])));
             ImageCell { score, covariance: &information - taken, information }
         };
-        cells.into_values().map(finished).collect()
+        groupings.map(|cells| cells.into_values().map(finished).collect())
     }
 }
 

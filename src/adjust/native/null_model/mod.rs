@@ -24,7 +24,7 @@ mod rows;
 mod sums;
 
 pub use columns::{Columns, Coordinate, Entries, Measured, NoColumns};
-pub use image_cells::{ImageCell, ImageCells};
+pub use image_cells::{GROUPINGS, ImageCell, ImageCells};
 pub use measurements::Local;
 pub use parts::Parts;
 

@@ -1,29 +1,24 @@
 //! Add and watch: the loop that carries out what the rules ask for, and keeps the ledger. Check points only watch.
 
-use super::fit::{DiagnoseError, Fit, fit, solve};
+mod refit;
+
+use super::fit::{DiagnoseError, Fit, fit};
 use super::heldout::held_out_px;
 use super::linearised::{Added, Linearised, linearise};
-use super::models::{at_solution, predicted_drop, with_set, without_effect};
+use super::models::{at_solution, predicted_drop, without_effect};
 use super::select::challenge::{self, Shape};
-use super::select::{Event, Nature, Situation, Taken, next};
+use super::select::{Event, Situation, next};
 use super::weights;
 use crate::adjust::native::Native;
 use crate::adjust::{CovarianceOf, Options, Solver};
 use crate::block::Block;
 use crate::model::{EffectRef, Model};
-use crate::problem::Problem;
 use crate::run;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
 /// Effects that one improvement adds at most: more than this is not a diagnosis any more.
 const MOST_EFFECTS: usize = 6;
-/// Refits for the standard deviation of random values: each estimate beside the last leaves a tenth of its error.
-const VARIANCE_REFITS: usize = 3;
-/// Change of a standard deviation, in its own relative uncertainty `1 / sqrt(2 n)`, that asks for another refit.
-const VARIANCE_CHANGE: f64 = 0.1;
-/// Iterations of a refit at most: five times what one takes that starts where nearly the same model ended.
-const REFIT_ITERATIONS: usize = 50;
 
 /// What an improvement needs besides block and model.
 pub struct Settings<'a> {
@@ -194,12 +189,6 @@ impl Improvement {
         let judged = situation.judge(set, &beside);
         let (predicted, ln_p) =
             judged.map_or((0.0, 0.0), |judged| (predicted_drop(linearised, &beside, &judged), judged.ln_p));
-        let mut with = situation.clone();
-        with.taken.push(Taken { set, variance: 0.0, removable: true });
-        if linearised.sets[set].nature == Nature::Chance {
-            let variance = linearised.variance(&with, set);
-            with.taken.last_mut().expect("just pushed").variance = variance;
-        }
         let mut confirmation = Confirmation {
             id: id.clone(),
             predicted,
@@ -209,22 +198,18 @@ impl Improvement {
             kept: false,
             reason: String::new(),
         };
-        let values = linearised.solution(&with);
-        let mut parts = self.parts.clone();
-        let (model, problem) = with_set(block, &self.fit, linearised, &with, set, &values, &mut parts)?;
-        let few = Options {
-            max_iterations: REFIT_ITERATIONS.min(settings.options.max_iterations),
-            ..settings.options.clone()
-        };
-        let chance = linearised.sets[set].nature == Nature::Chance;
-        let refitted = match solve(&model, problem, &few) {
-            // A distortion that is missing may have driven the base far away: the block's approximations are the second choice.
-            Err(_) if !chance => fit(block, &model, None, &settings.options).map_err(DiagnoseError::from),
-            refitted => refitted.map_err(DiagnoseError::from),
-        };
-        let refitted = refitted.and_then(|fit| self.settle(block, fit, &parts, settings));
-        match refitted.and_then(|fit| Ok((held_out_px(&fit, settings.options.threads)?, fit))) {
-            Ok((heldout_px, fit)) => {
+        let mut refitted = self.refit(block, linearised, situation, set, settings);
+        for rival in situation.rivals(set, &beside) {
+            let other = self.refit(block, linearised, situation, rival, settings);
+            let left = |refitted: &Result<(Fit, Added), _>| {
+                refitted.as_ref().map_or(f64::INFINITY, |(fit, _): &(Fit, Added)| fit.chi_square())
+            };
+            if left(&other) < left(&refitted) {
+                refitted = other;
+            }
+        }
+        match refitted.and_then(|(fit, parts)| Ok((held_out_px(&fit, settings.options.threads)?, fit, parts))) {
+            Ok((heldout_px, fit, parts)) => {
                 confirmation.drop = self.fit.chi_square() - fit.chi_square();
                 confirmation.after_px = heldout_px;
                 confirmation.kept = confirmation.drop > 0.0;
@@ -248,47 +233,6 @@ impl Improvement {
         }
         self.confirmations.push(confirmation);
         Ok(())
-    }
-
-    /// Fits again with the standard deviations of random values that the fit asks for.
-    fn settle(
-        &self,
-        block: &Block,
-        mut fit: Fit,
-        parts: &Added,
-        settings: &Settings<'_>,
-    ) -> Result<Fit, DiagnoseError> {
-        fit.model = at_solution(&fit);
-        let random = |fit: &Fit| fit.problem.theta.iter().any(|entry| is_random(&fit.problem, entry));
-        for _ in 0..VARIANCE_REFITS {
-            if !random(&fit) {
-                break;
-            }
-            let linearised = super::linearised::without_candidates(block, &fit, parts, settings)?;
-            let situation = linearised.situation(settings, &BTreeSet::new());
-            let mut problem = fit.problem.clone();
-            let mut known = true;
-            for taken in situation.taken.iter().filter(|taken| situation.sets[taken.set].nature == Nature::Chance) {
-                let set = &situation.sets[taken.set];
-                let variance = linearised.variance(&situation, taken.set);
-                let deviation = variance.sqrt().max(SMALLEST_DEVIATION);
-                let change = (deviation / taken.variance.sqrt()).ln().abs();
-                known &= change < VARIANCE_CHANGE / (2.0 * set.columns.len() as f64).sqrt();
-                for entry in problem.theta.iter_mut() {
-                    let of = &fit.problem.effects[entry.effect as usize];
-                    if of.effect.descriptor().id == set.id && entry.prior_sigma.is_some() {
-                        entry.prior_sigma = Some(deviation * entry.scale);
-                    }
-                }
-            }
-            if known {
-                break;
-            }
-            problem.start = fit.solution.state.clone();
-            fit = solve(&fit.model.clone(), problem, &settings.options)?;
-            fit.model = at_solution(&fit);
-        }
-        Ok(fit)
     }
 
     /// Takes an effect out again.
@@ -387,12 +331,4 @@ impl Improvement {
         });
         Ok(())
     }
-}
-
-/// Standard deviation (typical sizes) below which random values are none.
-const SMALLEST_DEVIATION: f64 = 1e-4;
-
-fn is_random(problem: &Problem, entry: &crate::problem::ThetaEntry) -> bool {
-    let parameters = &problem.effects[entry.effect as usize].effect.descriptor().parameters;
-    matches!(parameters[entry.parameter as usize].role, crate::effects::Role::Random(_)) && entry.prior_sigma.is_some()
 }

@@ -1,0 +1,100 @@
+//! Refits of an improvement: with a set in the model, and with the standard deviations of random values that the fit asks for.
+
+use super::super::fit::{DiagnoseError, Fit, fit, solve};
+use super::super::linearised::{Added, Linearised, without_candidates};
+use super::super::models::{at_solution, with_set};
+use super::super::select::{Nature, Situation, Taken};
+use super::{Improvement, Settings};
+use crate::adjust::Options;
+use crate::block::Block;
+use crate::problem::Problem;
+use std::collections::BTreeSet;
+
+/// Refits for the standard deviation of random values: each estimate beside the last leaves a tenth of its error.
+const VARIANCE_REFITS: usize = 3;
+/// Change of a standard deviation, in its own relative uncertainty `1 / sqrt(2 n)`, that asks for another refit.
+const VARIANCE_CHANGE: f64 = 0.1;
+/// Iterations of a refit at most: five times what one takes that starts where nearly the same model ended.
+const REFIT_ITERATIONS: usize = 50;
+
+/// Standard deviation (typical sizes) below which random values are none.
+const SMALLEST_DEVIATION: f64 = 1e-4;
+
+impl Improvement {
+    /// The fit with a set in it, and what the diagnosis has then taken in.
+    pub(super) fn refit(
+        &self,
+        block: &Block,
+        linearised: &Linearised,
+        situation: &Situation<'_>,
+        set: usize,
+        settings: &Settings<'_>,
+    ) -> Result<(Fit, Added), DiagnoseError> {
+        let chance = linearised.sets[set].nature == Nature::Chance;
+        let mut with = situation.clone();
+        with.taken.push(Taken { set, variance: 0.0, removable: true });
+        if chance {
+            let variance = linearised.variance(&with, set);
+            with.taken.last_mut().expect("just pushed").variance = variance;
+        }
+        let values = linearised.solution(&with);
+        let mut parts = self.parts.clone();
+        let (model, problem) = with_set(block, &self.fit, linearised, &with, set, &values, &mut parts)?;
+        let few = Options {
+            max_iterations: REFIT_ITERATIONS.min(settings.options.max_iterations),
+            ..settings.options.clone()
+        };
+        let refitted = match solve(&model, problem, &few) {
+            // A distortion that is missing may have driven the base far away: the block's approximations are the second choice.
+            Err(_) if !chance => fit(block, &model, None, &settings.options).map_err(DiagnoseError::from),
+            refitted => refitted.map_err(DiagnoseError::from),
+        };
+        Ok((self.settle(block, refitted?, &parts, settings)?, parts))
+    }
+
+    /// Fits again with the standard deviations of random values that the fit asks for.
+    pub(super) fn settle(
+        &self,
+        block: &Block,
+        mut fit: Fit,
+        parts: &Added,
+        settings: &Settings<'_>,
+    ) -> Result<Fit, DiagnoseError> {
+        fit.model = at_solution(&fit);
+        let random = |fit: &Fit| fit.problem.theta.iter().any(|entry| is_random(&fit.problem, entry));
+        for _ in 0..VARIANCE_REFITS {
+            if !random(&fit) {
+                break;
+            }
+            let linearised = without_candidates(block, &fit, parts, settings)?;
+            let situation = linearised.situation(settings, &BTreeSet::new());
+            let mut problem = fit.problem.clone();
+            let mut known = true;
+            for taken in situation.taken.iter().filter(|taken| situation.sets[taken.set].nature == Nature::Chance) {
+                let set = &situation.sets[taken.set];
+                let variance = linearised.variance(&situation, taken.set);
+                let deviation = variance.sqrt().max(SMALLEST_DEVIATION);
+                let change = (deviation / taken.variance.sqrt()).ln().abs();
+                known &= change < VARIANCE_CHANGE / (2.0 * set.columns.len() as f64).sqrt();
+                for entry in problem.theta.iter_mut() {
+                    let of = &fit.problem.effects[entry.effect as usize];
+                    if of.effect.descriptor().id == set.id && entry.prior_sigma.is_some() {
+                        entry.prior_sigma = Some(deviation * entry.scale);
+                    }
+                }
+            }
+            if known {
+                break;
+            }
+            problem.start = fit.solution.state.clone();
+            fit = solve(&fit.model.clone(), problem, &settings.options)?;
+            fit.model = at_solution(&fit);
+        }
+        Ok(fit)
+    }
+}
+
+fn is_random(problem: &Problem, entry: &crate::problem::ThetaEntry) -> bool {
+    let parameters = &problem.effects[entry.effect as usize].effect.descriptor().parameters;
+    matches!(parameters[entry.parameter as usize].role, crate::effects::Role::Random(_)) && entry.prior_sigma.is_some()
+}
