@@ -15,12 +15,13 @@ use crate::problem::Problem;
 /// measurements determine to a typical size moves by a thousandth.
 const WEAK_PRIOR: f64 = 30.0;
 
-/// The drop of `v'Pv` that the refit of a set brings to first order: that of its test, less what the prior of its coefficients keeps back.
+/// The drop of `v'Pv` that the refit of a set brings to first order: that of its test, less what the prior of its coefficients keeps back and
+/// what those would take that are not determined well enough to be estimated.
 pub fn predicted_drop(linearised: &Linearised, beside: &System, judged: &Judged) -> f64 {
     let set = &linearised.sets[judged.set];
     let is_effect = linearised.candidates[judged.set].as_ref().is_some_and(|candidate| candidate.term().is_some());
     match is_effect && has_prior(set) {
-        true => beside.drop_with_prior(&set.columns, WEAK_PRIOR.powi(2)),
+        true => beside.drop_with_prior(&beside.determined(&set.columns), WEAK_PRIOR.powi(2)),
         false => judged.drop,
     }
 }
