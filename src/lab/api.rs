@@ -60,10 +60,17 @@
 //! | `ledger` | the figures of every step from the root to the node | |
 //!
 //! All take `brush=JSON`, `scale=NUMBER` (arrows: figure pixels per unit; as in the `data-scale` of another figure: that is how scales are locked)
-//! and `y=LOW,HIGH` (charts: the range of the vertical axis). The root element has `data-scale` where arrows are drawn. Each plotting area is a
-//! `<rect class="plot">` whose own x, y, width and height are its pixels, with `data-x="LEFT RIGHT"`, `data-y="TOP BOTTOM"` (values at the edges),
-//! `data-log="x y"` (words present where that axis is logarithmic), `data-x-label`, `data-y-label` (`X`, `Y`, `Z` in plan: a long block may
-//! be turned). Colours are attributes; `/figures.css` sets them to the variables `--ink --grey --faint --paper ...`, light and dark.
+//! and `y=LOW,HIGH` (charts: the range of the vertical axis at least). The root element has `data-scale` where arrows are drawn. Each plotting
+//! area is a transparent element behind nothing, drawn last:
+//!
+//! ```text
+//! <rect class="plot" x y width height fill="none" data-view="sensor" data-camera="0" data-against="time" data-image="3" data-component="x"
+//!       data-x="v0 v1" data-px="left right" data-xkey="x" data-xlog="0" data-y="v0 v1" data-py="top bottom" data-ykey="y" data-ylog="0"/>
+//! ```
+//!
+//! `data-x` has the values at the pixels of `data-px`. `data-view` and the keys are those of a brush; without `data-ykey` a brush is a band over the
+//! full height; without `data-view` the area cannot be brushed. Bars of images carry `data-image="INDEX"`. Colours are the literal attributes
+//! of `report/style.rs`, in capitals; the page's style sheet overrides them by attribute selectors.
 //!
 //! Predicted figures are of the residuals that the null model expects with the effect in the model, before any refit.
 //! `GET /api/nodes/ID/predicted/EFFECT` gives `{ "effect", "tie_rms_px", "check_rms_m", "words" }`.
@@ -97,12 +104,29 @@
 //!
 //! Rows with `set_aside: true` are outliers of the node, with the reason in `reason`; they are in no mean. Without a brush `n` is `total`.
 //!
+//! # `GET /api/nodes/ID/model`
+//!
+//! ```json
+//! { "cameras": [ { "id": "cam", "parameters": [ { "name": "f", "unit": "px", "value": 5511.8, "sigma": 0.1, "free": true } ] } ],
+//!   "effects": [ { "id": "rolling-shutter", "parameters": [ { "name": "t", "unit": "s", "value": 0.0194, "sigma": 0.0004 } ] } ],
+//!   "free": ["f", "ppx"], "tied": false, "datum": "all", "loss": "none", "tie_weights": "unit", "sigma_factors": { "image": 0.5 },
+//!   "outliers": { "n": 38, "rows": [ { "image": "a.jpg", "point": "t17", "kind": "tie", "reason": "..." } ] } }
+//! ```
+//!
 //! # `GET /api/nodes/ID/space` (binary, little endian)
 //!
-//! `u32` magic 0x4D43_3344, then `u32` counts: cameras `c`, tie points `t`, surveyed points `s`; then `f32`:
-//! per camera 13: centre e n h, image axes x, y and viewing direction (unit vectors, 3 each), flight index;
-//! per tie point 4: e n h, RMS residual px;
-//! per surveyed point 7: e n h, error e n h (m, computed minus surveyed; NaN where not compared), role (0 control, 1 check).
+//! `u32` length of a JSON header in bytes, the header (padded with spaces to a multiple of 4), then `f32` arrays in the order of the header, row
+//! by row, coordinates about `origin`:
+//!
+//! ```json
+//! { "origin": [0, 0, 0], "arrays": [
+//!   { "name": "stations", "columns": ["x", "y", "z", "ax", "ay", "az", "ux", "uy", "uz", "flight"], "rows": 113, "ids": ["a.jpg"] },
+//!   { "name": "ties", "columns": ["x", "y", "z", "rms_px"], "rows": 14000 },
+//!   { "name": "checks", "columns": ["x", "y", "z", "dx", "dy", "dz"], "rows": 40, "ids": ["C1"] },
+//!   { "name": "control", "columns": ["x", "y", "z", "dx", "dy", "dz"], "rows": 10, "ids": ["G1"] } ] }
+//! ```
+//!
+//! `a` is the viewing direction, `u` points up in the image; `d` is computed minus surveyed (m), NaN where it is not compared.
 //!
 //! # `GET /api/nodes/ID/candidates`
 //!
@@ -126,20 +150,21 @@
 //! ```json
 //! { "kind": "add", "effect": "rolling-shutter", "values": { "t": 0.02 } }
 //! { "kind": "remove", "effect": "rolling-shutter" }
-//! { "kind": "hold", "parameters": ["k3", "affinity"] }
-//! { "kind": "free", "parameters": ["k3"] }
-//! { "kind": "tie", "on": true }
+//! { "kind": "free", "parameters": ["f", "pp", "radial"] }
+//! { "kind": "tie_centre", "tied": true }
 //! { "kind": "datum", "datum": "control" }
 //! { "kind": "loss", "loss": "huber" }
 //! { "kind": "weights", "tie_weights": "multi", "factors": { "image": 2.0 } }
-//! { "kind": "estimate-weights" }
-//! { "kind": "set-aside", "measurements": [ { "image": "a.jpg", "point": "t17", "kind": "tie" } ] }
-//! { "kind": "take-back", "measurements": [ { "image": "a.jpg", "point": "t17", "kind": "tie" } ] }
-//! { "kind": "search-outliers" }
+//! { "kind": "estimate_weights" }
+//! { "kind": "set_aside", "measurements": [ { "image": "a.jpg", "point": "t17", "kind": "tie" } ] }
+//! { "kind": "set_aside_brush", "brush": { "view": "images", "ids": [3] } }
+//! { "kind": "take_back", "measurements": [ { "image": "a.jpg", "point": "t17", "kind": "tie" } ] }
+//! { "kind": "search_outliers" }
 //! { "kind": "improve" }
 //! ```
 //!
-//! (`values` of `add` and the keys of `weights` may be left out.) `improve` makes one node per step of the loop, each the child of the one before;
+//! `values` of `add`, the keys of `weights` and `kind` of a measurement (then `tie`) may be left out. `free` names every camera parameter
+//! or group that is free after the step, the others are held. An empirical field is added like any effect. `improve` makes one node per step of the loop, each the child of the one before;
 //! its `id` is the first. `POST /api/steps/ID/cancel` with `{}` stops a step at its next iteration, or takes it out of the queue.
 //!
 //! # `GET /api/events` (server-sent events)
