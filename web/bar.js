@@ -1,0 +1,48 @@
+// The bar on top: what is open, what is shown, and how it is compared.
+
+import { button, choice, fill, h } from "./dom.js";
+import { before, chosen, on, set, state } from "./state.js";
+import { change } from "./steps.js";
+import { exportMenu } from "./export.js";
+import { VIEWS } from "./views.js";
+import { help } from "./help.js";
+
+export function startBar() {
+  on(["tree", "node", "against", "locked", "views", "peek", "beside", "theme", "running"], draw);
+  draw();
+}
+
+function toggle(label, on, onclick, options) {
+  return button(label, onclick, { ...options, kind: on ? "on" : undefined, "aria-pressed": String(on) });
+}
+
+function draw() {
+  const bar = document.getElementById("bar");
+  const earlier = before();
+  const done = chosen()?.state === "done";
+  const peek = toggle("Before", state.peek, () => {}, { title: earlier ? `Hold to see “${earlier.words}” at the same scale` : "The first step has nothing before it", key: "hold B", disabled: !earlier, id: "peek" });
+  peek.addEventListener("pointerdown", () => set({ peek: true }));
+  for (const over of ["pointerup", "pointerleave", "pointercancel"]) peek.addEventListener(over, () => set({ peek: false }));
+  fill(bar,
+    h("h1", {}, h("span.program", {}, "misclosure"), state.block?.name ?? ""),
+    h("div.group", { role: "group", "aria-label": "Figures shown" },
+      VIEWS.map((view, i) => toggle(view.short, state.views.includes(view.id), () => show(view.id), { title: view.title, key: String((i + 1) % 10) }))),
+    h("div.group", { role: "group", "aria-label": "Comparison" },
+      peek,
+      toggle("Side by side", state.beside, () => set({ beside: !state.beside }), { title: "The step before and this one, side by side", key: "S", disabled: !earlier }),
+      toggle(state.locked ? "Scales locked" : "Scales fitted", state.locked, () => set({ locked: !state.locked }), { title: "Locked: every step is drawn at one scale, so that pictures can be compared. Fitted: each picture at its own", key: "L" })),
+    h("div.group.end", {},
+      button("Do all", () => change({ kind: "improve" }), { title: "Add what is missing, step by step, until nothing is left (misclosure improve)", kind: "main", disabled: !done }),
+      exportMenu(),
+      choice("Colours", [["auto", "Auto"], ["light", "Light"], ["dark", "Dark"]], state.theme, (theme) => set({ theme })),
+      button("?", help, { title: "Help and keys", key: "?" })));
+}
+
+/** Shows a figure, or takes it away; one stays. */
+export function show(view) {
+  if (state.large) return set({ large: view, views: state.views.includes(view) ? state.views : order([...state.views, view]) });
+  const views = state.views.includes(view) ? state.views.filter((id) => id !== view) : order([...state.views, view]);
+  if (views.length) set({ views });
+}
+
+const order = (views) => VIEWS.map((view) => view.id).filter((id) => views.includes(id));
