@@ -8,7 +8,7 @@ import { VIEWS } from "./views.js";
 import { help } from "./help.js";
 
 export function startBar() {
-  on(["tree", "node", "against", "locked", "views", "peek", "beside", "theme", "running"], draw);
+  on(["tree", "node", "against", "locked", "views", "peek", "beside", "theme", "running", "steps", "side"], draw);
   draw();
 }
 
@@ -24,6 +24,7 @@ function draw() {
   peek.addEventListener("pointerdown", () => set({ peek: true }));
   for (const over of ["pointerup", "pointerleave", "pointercancel"]) peek.addEventListener(over, () => set({ peek: false }));
   fill(bar,
+    toggle("◧", state.steps, () => set({ steps: !state.steps }), { title: "Show or hide the steps", key: "[" }),
     h("h1", {}, h("span.program", {}, "misclosure"), state.block?.name ?? ""),
     h("div.group", { role: "group", "aria-label": "Figures shown" },
       VIEWS.map((view, i) => toggle(view.short, state.views.includes(view.id), () => show(view.id), { title: view.title, key: String((i + 1) % 10) }))),
@@ -35,6 +36,7 @@ function draw() {
       button("Do all", () => change({ kind: "improve" }), { title: "Add what is missing, step by step, until nothing is left (misclosure improve)", kind: "main", disabled: !done }),
       exportMenu(),
       choice("Colours", [["auto", "Auto"], ["light", "Light"], ["dark", "Dark"]], state.theme, (theme) => set({ theme })),
+      toggle("◨", state.side, () => set({ side: !state.side }), { title: "Show or hide what may be missing and the model", key: "]" }),
       button("?", help, { title: "Help and keys", key: "?" })));
 }
 

@@ -116,7 +116,7 @@ function card(c, most) {
       button("Add", add, { title: `A step with ${c.effect} in the model`, key: "Enter", kind: "add" })),
     h("div.scale", { title: impactTitle(c) }, bar),
     h("div.size", {}, sizes(c.estimate)),
-    h("div.sure", {}, sure(c), c.plausible === false && h("span.flag", { title: "The estimate is beyond what physics allows of this effect: a shape that looks like it" }, "beyond what is possible")),
+    h("div.sure", {}, ...sure(c), c.plausible === false && h("span.flag", { title: "The estimate is beyond what physics allows of this effect: a shape that looks like it" }, "beyond what is possible")),
     c.inseparable_from?.length > 0 && h("div.partners", { title: "This block cannot tell them apart" }, "or ", c.inseparable_from.map((name) => h("span.chip", {}, name))),
     details);
   return box;
@@ -139,8 +139,8 @@ function sizes(estimate) {
 
 function sure(c) {
   const p = probability(c.p_value, c.ln_p_value);
-  if (!c.significant) return `not significant, ${p}`;
-  return `${c.p_value < 1e-9 ? "beyond doubt" : "significant"}, chance alone: ${p}`;
+  if (!c.significant) return ["not significant, ", h("span.p", {}, p)];
+  return [c.p_value < 1e-9 ? "beyond doubt, " : "significant, ", h("span.p", { title: "Probability that chance alone shows as much" }, p)];
 }
 
 function facts(c) {

@@ -39,7 +39,7 @@ function draw() {
       verdict && h(`span.verdict.${node.verdict}`, { title: why }, verdict),
       node.agree && h("span.agree", { title: "Both solvers give the same result" }, "solvers agree"),
       node.agree === false && h("span.disagree", { title: "The two solvers give different results: see the report" }, "solvers disagree")),
-    predictionLine() ?? (node.delta_words && !picked ? h("p.delta", {}, node.delta_words) : null),
+    predictionLine() ?? h("p.delta", { title: node.delta_words }, (!picked && node.delta_words) || "\u00a0"),
     h("dl.numbers", {}, FIGURES.map(([name, unit, of, write, title]) => figure(name, unit, write, title, earlier?.figures ? of(earlier.figures) : null, of(node.figures)))));
 }
 
@@ -47,7 +47,7 @@ function predictionLine() {
   if (state.peek) return h("p.delta.peek", {}, `Before: ${before()?.words}`);
   if (!state.predicted) return null;
   const words = state.prediction?.effect === state.predicted ? state.prediction.words : "…";
-  return h("p.delta.predicted", {}, h("b", {}, `If ${state.predicted} were in the model: `), words);
+  return h("p.delta.predicted", { title: words }, h("b", {}, `With ${state.predicted}, predicted: `), words);
 }
 
 function figure(name, unit, write, title, was, is) {

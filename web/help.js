@@ -12,6 +12,7 @@ const KEYS = [
   ["Enter", "add the candidate that is chosen"],
   ["Space", "what is known of that candidate"],
   ["W, M, C", "what may be missing, the model, the causes of a simulation"],
+  ["[ ]", "show or hide the left, the right column"],
   [", .", "image before, next image"],
   ["R", "the brushed measurements one by one"],
   ["Esc", "clear the brush, close, back from a large figure"],

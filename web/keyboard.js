@@ -24,6 +24,8 @@ const KEYS = {
   m: () => set({ tab: "model" }),
   c: () => state.tree?.simulated && set({ tab: "causes" }),
   r: toggleRows,
+  "[": () => set({ steps: !state.steps }),
+  "]": () => set({ side: !state.side }),
   "?": help,
   ",": () => image(-1),
   ".": () => image(1),

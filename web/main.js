@@ -40,6 +40,11 @@ function theme() {
   else document.documentElement.dataset.theme = state.theme;
 }
 
+function columns() {
+  document.body.classList.toggle("no-steps", !state.steps);
+  document.body.classList.toggle("no-side", !state.side);
+}
+
 /** Another step: the address follows, so that a reload shows the same; what was hovered and held is over. */
 function stepChosen() {
   history.replaceState(null, "", `#step-${state.node}`);
@@ -49,8 +54,10 @@ function stepChosen() {
 async function start() {
   on(["connection"], notice);
   on(["theme"], theme);
+  on(["steps", "side"], columns);
   on(["node"], stepChosen);
   theme();
+  columns();
   try {
     set({ block: await json("block") });
     document.title = `${state.block.name} · laboratory`;

@@ -30,6 +30,7 @@ export class Orbit {
     this.azimuth = across(places) + 0.25;
     this.elevation = 0.5;
     this.distance = radius;
+    this.untouched = true;
     this.place();
     const [right, up, back] = [0, 1, 2].map((k) => new Vector3().setFromMatrixColumn(this.camera.matrixWorld, k));
     const half = Math.tan((this.camera.fov * Math.PI) / 360);
@@ -50,13 +51,22 @@ export class Orbit {
     this.changed();
   }
 
+  /** The window has another shape: all of the block is shown again, unless one looked round meanwhile. */
+  reshape(aspect) {
+    this.camera.aspect = aspect;
+    if (this.untouched) this.look(...this.home);
+    else this.camera.updateProjectionMatrix();
+  }
+
   turn(by, up) {
+    this.untouched = false;
     this.azimuth -= by;
     this.elevation = Math.max(-STEEPEST, Math.min(STEEPEST, this.elevation + up));
     this.place();
   }
 
   shift(right, up) {
+    this.untouched = false;
     const x = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0);
     const y = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1);
     this.target.addScaledVector(x, -right * this.distance).addScaledVector(y, up * this.distance);
@@ -64,6 +74,7 @@ export class Orbit {
   }
 
   closer(factor) {
+    this.untouched = false;
     this.distance = Math.max(this.radius / 200, Math.min(20 * this.radius, this.distance * factor));
     this.place();
   }

@@ -67,7 +67,7 @@ function brushed() {
   const where = state.brush.map((brush) => brushWords(brush, state.block)).join(", and ");
   return [h("b.mark", {}, `${count(answer.n)} of ${count(answer.total)}`),
     h("span", {}, h("b", {}, px(answer.rms_px)), " px RMS ", h("span.quiet", {}, `(all: ${px(all?.rms_px)})`)),
-    answer.n > 0 && h("span", {}, "mean ", h("b", {}, `${fixed(answer.mean_px[0], 3)}, ${fixed(answer.mean_px[1], 3)}`), " px"),
+    answer.n > 0 && h("span.mean", {}, "mean ", h("b", {}, `${fixed(answer.mean_px[0], 3)}, ${fixed(answer.mean_px[1], 3)}`), " px"),
     h("span", {}, `${images} image${images === 1 ? "" : "s"}`),
     h("span.where", { title: where }, where),
     button("Set aside", () => change({ kind: "set_aside_brush", brush: single() }), { title: "A step without the brushed measurements", disabled: !answer.n }),

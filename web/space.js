@@ -5,11 +5,12 @@ import { Orbit } from "./orbit.js";
 import { extent, quantile, roundBelow } from "./space_data.js";
 
 /** Okabe and Ito's colours, as in the figures; flights repeat after six. */
-export const FLIGHTS = ["#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#8A8A8A"];
-export const CHECK = "#D55E00";
-export const CONTROL = "#0072B2";
+const FLIGHTS = ["#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#8A8A8A"];
+const FLIGHTS_DARK = ["#4AA8E0", "#2FC194", "#E69F00", "#CC79A7", "#9CD3F2", "#A8A8A8"];
+const CHECK = "#D55E00";
+const CONTROL = "#0072B2";
 /** Light to dark on a light ground, dark to light on a dark one: what is large stands out. */
-export const RAMPS = { light: ["#C6DBEF", "#6BAED6", "#2171B5", "#08306B"], dark: ["#15385C", "#2171B5", "#6BAED6", "#F0F8FF"] };
+const RAMPS = { light: ["#C6DBEF", "#6BAED6", "#2171B5", "#08306B"], dark: ["#15385C", "#2171B5", "#6BAED6", "#F0F8FF"] };
 
 export class Space {
   constructor(canvas) {
@@ -22,8 +23,7 @@ export class Space {
 
   resize(width, height) {
     this.renderer.setSize(width, height, false);
-    this.orbit.camera.aspect = width / height;
-    this.orbit.camera.updateProjectionMatrix();
+    this.orbit.reshape(width / height);
     this.render();
   }
 
@@ -105,6 +105,7 @@ export class Space {
     const axis = stations.triple("ax", "ay", "az");
     const upward = stations.triple("ux", "uy", "uz");
     const flight = stations.of("flight");
+    const flights = look.dark ? FLIGHTS_DARK : FLIGHTS;
     const [places, colours] = [[], []];
     for (let row = 0; row < stations.rows; row++) {
       const c = new Vector3(...stations.place(row));
@@ -115,7 +116,7 @@ export class Space {
       const [p, q, r, s] = [corner(-1, 1), corner(1, 1), corner(1, -1), corner(-1, -1)];
       const tip = c.clone().addScaledVector(a, size).addScaledVector(u, 0.8 * size);
       const chosen = !look.brushed || look.brushed.has(row);
-      const colour = new Color(!chosen ? (look.dark ? "#3a424a" : "#cfd3d7") : look.brushed ? CHECK : FLIGHTS[(flight?.(row) ?? 0) % FLIGHTS.length]);
+      const colour = new Color(!chosen ? (look.dark ? "#3a424a" : "#cfd3d7") : look.brushed ? CHECK : flights[(flight?.(row) ?? 0) % flights.length]);
       for (const [from, to] of [[c, p], [c, q], [c, r], [c, s], [p, q], [q, r], [r, s], [s, p], [p, tip], [tip, q]]) {
         places.push(from.x, from.y, from.z, to.x, to.y, to.z);
         for (let k = 0; k < 2; k++) colours.push(colour.r, colour.g, colour.b);

@@ -22,10 +22,12 @@ export const state = {
   views: saved.views ?? ["sensor", "plan", "profile", "images"],
   large: null, // view that has all the room
   against_quantity: saved.against_quantity ?? null,
+  steps: saved.steps ?? true, // the left column is shown
+  side: saved.side ?? true, // the right one
   theme: saved.theme ?? "auto",
 };
 
-const KEPT = ["locked", "views", "against_quantity", "theme"];
+const KEPT = ["steps", "side", "locked", "views", "against_quantity", "theme"];
 const listeners = [];
 let changed = new Set();
 
