@@ -8,7 +8,7 @@ import { VIEWS } from "./views.js";
 import { help } from "./help.js";
 
 export function startBar() {
-  on(["tree", "node", "against", "locked", "views", "peek", "beside", "theme", "running", "steps", "side"], draw);
+  on(["tree", "node", "against", "locked", "views", "peek", "beside", "theme", "steps", "side"], draw);
   draw();
 }
 

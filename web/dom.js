@@ -24,10 +24,15 @@ export function svg(name, attributes = {}, ...children) {
   return element;
 }
 
-/** Puts `children` in place of what `parent` holds. */
+/** Puts `children` in place of what `parent` holds; what had the focus, or what stands for it now, keeps it. */
 export function fill(parent, ...children) {
+  const active = document.activeElement;
+  const name = parent.contains(active) && active !== parent ? nameOf(active) : null;
   parent.replaceChildren(...children.flat().filter((child) => child !== null && child !== undefined && child !== false));
+  if (name && document.activeElement !== active) [...parent.querySelectorAll("button, select, input, [tabindex]")].find((one) => nameOf(one) === name)?.focus({ preventScroll: true });
 }
+
+const nameOf = (element) => [element.tagName, element.id, element.dataset.effect ?? element.ariaLabel ?? element.textContent].join(" ");
 
 /** A button; `title` says what it does, `key` names its key. */
 export function button(label, onclick, { title, key, kind, ...rest } = {}) {

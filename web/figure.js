@@ -7,10 +7,7 @@ import { button, fill, h, svg } from "./dom.js";
 const REMEMBERED = 80;
 const drawn = new Map();
 
-/** What was drawn before may have changed. */
-export const forgetFigures = () => drawn.clear();
-
-/** Text of the SVG at `path`; the last ones are remembered, so that holding a key to see the step before is at once. */
+/** Text of the SVG at `path`. Steps never change: the last drawings are remembered, so that holding a key to see the step before is at once. */
 export async function drawingText(path) {
   const known = drawn.get(path);
   if (known) return known;

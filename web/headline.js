@@ -1,8 +1,8 @@
 // What the chosen step did, in figures: before and after, and the words for it.
 
-import { fill, h } from "./dom.js";
+import { button, fill, h } from "./dom.js";
 import { count, fixed, mm, px } from "./numbers.js";
-import { before, chosen, on, state } from "./state.js";
+import { before, chosen, nodeOf, on, set, state } from "./state.js";
 
 const FIGURES = [
   ["check points", "mm", (f) => f.check_rms_m, mm, "3D RMS of the check points, which no adjustment uses"],
@@ -28,7 +28,9 @@ function draw() {
   const node = chosen();
   if (!node) return fill(box, h("p.quiet", {}, "No step yet."));
   if (node.state !== "done") {
-    return fill(box, h("h2", {}, node.words), h("p", { class: node.error ? "error" : "quiet" }, node.error ?? "Not computed yet."));
+    const parent = nodeOf(node.parent);
+    return fill(box, h("h2", {}, node.words), h("p", { class: node.error ? "error" : "quiet" }, node.error ?? "Not computed yet: it has no figures."),
+      parent && h("p", {}, button(`Back to “${parent.words}”`, () => set({ node: parent.id }))));
   }
   const earlier = before();
   const [verdict, why] = VERDICTS[node.verdict] ?? ["", ""];
@@ -39,9 +41,11 @@ function draw() {
       verdict && h(`span.verdict.${node.verdict}`, { title: why }, verdict),
       node.agree && h("span.agree", { title: "Both solvers give the same result" }, "solvers agree"),
       node.agree === false && h("span.disagree", { title: "The two solvers give different results: see the report" }, "solvers disagree")),
-    predictionLine() ?? h("p.delta", { title: node.delta_words }, (!picked && node.delta_words) || "\u00a0"),
+    predictionLine() ?? h("p.delta", { title: node.delta_words }, (!picked && node.delta_words) || size(node.figures)),
     h("dl.numbers", {}, FIGURES.map(([name, unit, of, write, title]) => figure(name, unit, write, title, earlier?.figures ? of(earlier.figures) : null, of(node.figures)))));
 }
+
+const size = (figures) => `${count(figures.observations)} observations, ${count(figures.unknowns)} unknowns`;
 
 function predictionLine() {
   if (state.peek) return h("p.delta.peek", {}, `Before: ${before()?.words}`);

@@ -10,8 +10,8 @@ import { startProgress, progressEvents } from "./progress.js";
 import { startPanels } from "./panels.js";
 import { startSelection } from "./selection.js";
 import { startSide } from "./side.js";
+import { startSteps } from "./steps.js";
 import { startKeyboard } from "./keyboard.js";
-import { forgetFigures } from "./figure.js";
 
 /** Takes the tree over; chooses the step that the address names, else the newest one that is done. */
 async function takeTree() {
@@ -61,7 +61,7 @@ async function start() {
   try {
     set({ block: await json("block") });
     document.title = `${state.block.name} · laboratory`;
-    for (const part of [startBar, startTree, startHeadline, startProgress, startPanels, startSelection, startSide, startKeyboard]) part();
+    for (const part of [startBar, startTree, startHeadline, startProgress, startPanels, startSelection, startSide, startSteps, startKeyboard]) part();
     await takeTree();
   } catch (error) {
     if (!(error instanceof RequestError)) throw error;
@@ -71,7 +71,7 @@ async function start() {
   }
   listen({
     ...progressEvents,
-    tree: () => takeTree().then(forgetFigures).catch(() => {}),
+    tree: () => takeTree().catch(() => {}),
   });
 }
 

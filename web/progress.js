@@ -4,7 +4,7 @@ import { json } from "./api.js";
 import { button, fill, h, svg } from "./dom.js";
 import { significant } from "./numbers.js";
 import { nodeOf, on, set, state } from "./state.js";
-import { arrived, cancel } from "./steps.js";
+import { cancel } from "./steps.js";
 
 /** Good news goes by itself after this, ms; errors stay. */
 const READ = 12_000;
@@ -42,9 +42,6 @@ export const progressEvents = {
   async done(event) {
     finish(event.node);
     set({ tree: await json("tree") });
-    const node = nodeOf(event.node);
-    if (node?.delta_words) say("done", `${node.words}: ${node.delta_words}`);
-    arrived(event.node);
   },
 };
 

@@ -1,29 +1,37 @@
 // Asking for a step. What is asked for appears in the tree at once; the page goes to it when it is done, unless one went elsewhere meanwhile.
 
 import { post } from "./api.js";
-import { set, state } from "./state.js";
+import { on, set, state } from "./state.js";
 import { say } from "./progress.js";
 
-/** Step that is to be shown once it is done, and the step that was looked at when it was asked for. */
+/** What is to be shown once it is done: a step by its id, or, of `improve`, whatever comes after the step `from`. */
 let awaited = null;
 
+export function startSteps() {
+  on(["tree"], arrive);
+}
+
 export async function change(what) {
-  const parent = state.node;
+  const from = state.node;
   try {
-    const { id } = await post("steps", { parent, change: what });
-    awaited = { id, from: parent, follow: what.kind === "improve" };
+    const { id } = await post("steps", { parent: from, change: what });
+    awaited = { id, from, follow: what.kind === "improve" };
+    arrive();
   } catch (error) {
     say("error", error.message);
   }
 }
 
-/** Called when step `id` is done. `improve` is followed from step to step. */
-export function arrived(id) {
-  const node = state.tree?.nodes.find((one) => one.id === id);
-  const next = awaited && (awaited.id === id || (awaited.follow && node?.parent === state.node));
-  if (!next || state.node !== awaited.from) return;
-  awaited.from = id;
-  set({ node: id, against: null, brush: state.brush });
+/** Goes to the awaited step when the tree says that it is done. `improve` is followed from step to step. */
+function arrive() {
+  if (!awaited) return;
+  const { id, from, follow } = awaited;
+  const next = state.tree.nodes.find((node) => node.state === "done" && (id ? node.id === id : node.parent === from));
+  if (!next) return;
+  if (next.delta_words) say("done", `${next.words}: ${next.delta_words}`);
+  awaited = follow ? { id: null, from: next.id, follow } : null;
+  if (state.node === from) set({ node: next.id, against: null });
+  arrive();
 }
 
 export async function cancel(id) {
