@@ -32,7 +32,9 @@ function draw() {
     return fill(box, h("h2", {}, node.words), h("p", { class: node.error ? "error" : "quiet" }, node.error ?? "Not computed yet: it has no figures."),
       parent && h("p", {}, button(`Back to “${parent.words}”`, () => set({ node: parent.id }))));
   }
-  const earlier = before();
+  const peeked = state.peek ? before() : null;
+  const earlier = peeked ? null : before();
+  const figures = (peeked ?? node).figures;
   const [verdict, why] = VERDICTS[node.verdict] ?? ["", ""];
   const picked = earlier && earlier.id === state.against;
   fill(box,
@@ -42,7 +44,7 @@ function draw() {
       node.agree && h("span.agree", { title: "Both solvers give the same result" }, "solvers agree"),
       node.agree === false && h("span.disagree", { title: "The two solvers give different results: see the report" }, "solvers disagree")),
     predictionLine() ?? h("p.delta", { title: node.delta_words }, (!picked && node.delta_words) || size(node.figures)),
-    h("dl.numbers", {}, FIGURES.map(([name, unit, of, write, title]) => figure(name, unit, write, title, earlier?.figures ? of(earlier.figures) : null, of(node.figures)))));
+    h("dl.numbers", {}, FIGURES.map(([name, unit, of, write, title]) => figure(name, unit, write, title, earlier?.figures ? of(earlier.figures) : null, of(figures)))));
 }
 
 const size = (figures) => `${count(figures.observations)} observations, ${count(figures.unknowns)} unknowns`;

@@ -72,9 +72,10 @@ export class SpacePanel {
     this.held = { factor: held?.factor ?? shown.factor, end: shown.end };
     const steps = [1, 10, 100, 1000, 10000, 100000].flatMap((k) => [k, 2 * k, 5 * k]);
     fill(this.factors, choice("Error vectors enlarged", [["", `errors × ${count(shown.factor)}`], ...steps.map((k) => [k, `errors × ${count(k)}`])], this.factor ?? "", (value) => { this.factor = value ? Number(value) : null; this.draw(); }));
+    this.legend.dataset.dark = String(dark());
     fill(this.legend,
       h("div", {}, h("i.check"), "check points, ", h("i.control"), `control points, errors enlarged ${count(shown.factor)} times`),
-      h("div", {}, h("i.ramp", { data: { dark: String(dark()) } }), brushed && this.data.ties.of("brushed") ? "tie points; brushed ones stand out" : `tie points, residual RMS 0 to ${significant(shown.end, 2)} px and more`),
+      h("div", {}, h("i.ramp"), brushed && this.data.ties.of("brushed") ? "tie points; brushed ones stand out" : `tie points, residual RMS 0 to ${significant(shown.end, 2)} px and more`),
       h("div.quiet", {}, `grid ${significant(shown.spacing, 1)} m; cameras ${brushed ? "of brushed measurements stand out" : "by flight"}`));
   }
 
