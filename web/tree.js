@@ -1,6 +1,7 @@
 // The tree of steps, with the figures of each. A first child goes on in its parent's lane; what branches off gets a lane of its own.
 
 import { fill, h, svg } from "./dom.js";
+import { rows } from "./lanes.js";
 import { fixed, mm, px } from "./numbers.js";
 import { chosen, on, set, state } from "./state.js";
 import { Figure } from "./figure.js";
@@ -8,22 +9,6 @@ import { figureQuery } from "./scales.js";
 
 const ROW = 46;
 const LANE = 14;
-
-/** Nodes in the order of their rows, with lane and row of the parent. Branches come before the main line goes on. */
-export function rows(nodes) {
-  const children = new Map();
-  for (const node of nodes) children.set(node.parent, [...(children.get(node.parent) ?? []), node]);
-  const out = [];
-  const walk = (node, lane, above) => {
-    const row = out.length;
-    out.push({ node, lane, above });
-    const [first, ...branches] = children.get(node.id) ?? [];
-    branches.forEach((branch) => walk(branch, lane + 1, row));
-    if (first) walk(first, lane, row);
-  };
-  for (const root of children.get(null) ?? []) walk(root, 0, null);
-  return out;
-}
 
 const ledger = new Figure("ledger");
 
