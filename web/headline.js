@@ -35,6 +35,7 @@ function draw() {
   const peeked = state.peek ? before() : null;
   const earlier = peeked ? null : before();
   const figures = (peeked ?? node).figures;
+  box.classList.toggle("fresh", state.fresh === node.id);
   const [verdict, why] = VERDICTS[node.verdict] ?? ["", ""];
   const picked = earlier && earlier.id === state.against;
   fill(box,

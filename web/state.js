@@ -15,6 +15,7 @@ export const state = {
   brush: null, // list of brushes, or null
   brushedImages: null, // images of the brushed measurements: [{image, n, rms_px}]
   image: 0, // index of the image that is looked at
+  fresh: null, // id of the step that has just been computed
   running: {}, // progress by step
   connection: "open", // open, gone, refused
   tab: "missing", // of the right column

@@ -7,6 +7,9 @@ import { say } from "./progress.js";
 /** What is to be shown once it is done: a step by its id, or, of `improve`, whatever comes after the step `from`. */
 let awaited = null;
 
+/** So long a new result is marked, ms. */
+const FRESH = 4000;
+
 export function startSteps() {
   on(["tree"], arrive);
 }
@@ -28,10 +31,16 @@ function arrive() {
   const { id, from, follow } = awaited;
   const next = state.tree.nodes.find((node) => node.state === "done" && (id ? node.id === id : node.parent === from));
   if (!next) return;
-  if (next.delta_words) say("done", `${next.words}: ${next.delta_words}`);
   awaited = follow ? { id: null, from: next.id, follow } : null;
-  if (state.node === from) set({ node: next.id, against: null });
+  if (state.node === from) show(next.id);
+  else if (next.delta_words) say("done", `${next.words}: ${next.delta_words}`);
   arrive();
+}
+
+/** Shows a step that has just been computed, and for a moment what it changed. */
+function show(id) {
+  set({ node: id, against: null, fresh: id });
+  setTimeout(() => state.fresh === id && set({ fresh: null }), FRESH);
 }
 
 export async function cancel(id) {
