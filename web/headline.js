@@ -13,6 +13,9 @@ const FIGURES = [
   ["set aside", "", (f) => f.outliers, count, "Measurements set aside as outliers"],
 ];
 
+/** A change of less than this part is neither better nor worse. */
+const NOTABLE = 0.01;
+
 const VERDICTS = {
   missing: ["something is missing", "A candidate on the right is significant"],
   unexplained: ["something is left without a name", "Structure is left that no effect of the catalogue explains"],
@@ -59,7 +62,8 @@ function predictionLine() {
 
 function figure(name, unit, write, title, was, is) {
   const same = was === null || was === undefined || write(was) === write(is);
-  const better = !same && name !== "set aside" && name !== "sigma0" ? (is < was ? "better" : "worse") : "";
+  const judged = !same && name !== "set aside" && name !== "sigma0" && Math.abs(is - was) > NOTABLE * was;
+  const better = judged ? (is < was ? "better" : "worse") : "";
   return h("div", { title },
     h("dt", {}, name),
     h("dd", {}, !same && h("span.was", {}, write(was), h("span.arrow", {}, " → ")), h(`b.${better || "same"}`, {}, write(is)), unit && h("span.unit", {}, ` ${unit}`)));
