@@ -4,7 +4,7 @@ import { button, choice, fill, h } from "./dom.js";
 import { before, chosen, on, set, state } from "./state.js";
 import { change } from "./steps.js";
 import { exportMenu } from "./export.js";
-import { VIEWS } from "./views.js";
+import { inOrder, isThere, shownViews, VIEWS } from "./views.js";
 import { help } from "./help.js";
 
 export function startBar() {
@@ -27,7 +27,7 @@ function draw() {
     toggle("◧", state.steps, () => set({ steps: !state.steps }), { title: "Show or hide the steps", key: "[" }),
     h("h1", {}, h("span.program", {}, "misclosure"), state.block?.name ?? ""),
     h("div.group", { role: "group", "aria-label": "Figures shown" },
-      VIEWS.map((view, i) => toggle(view.short, state.views.includes(view.id), () => show(view.id), { title: view.title, key: String((i + 1) % 10) }))),
+      VIEWS.map((view, i) => toggle(view.short, shownViews().includes(view.id), () => show(view.id), isThere(view.id) ? { title: view.title, key: String((i + 1) % 10) } : { title: "This block has no control or check points", disabled: true }))),
     h("div.group", { role: "group", "aria-label": "Comparison" },
       peek,
       toggle("Side by side", state.beside, () => set({ beside: !state.beside }), { title: "The step before and this one, side by side", key: "S", disabled: !earlier }),
@@ -42,9 +42,9 @@ function draw() {
 
 /** Shows a figure, or takes it away; one stays. */
 export function show(view) {
-  if (state.large) return set({ large: view, views: state.views.includes(view) ? state.views : order([...state.views, view]) });
-  const views = state.views.includes(view) ? state.views.filter((id) => id !== view) : order([...state.views, view]);
-  if (views.length) set({ views });
+  if (!isThere(view)) return;
+  const now = shownViews();
+  const views = now.includes(view) ? now.filter((id) => id !== view) : inOrder([...now, view]);
+  if (state.large) set({ large: view, views: inOrder([...new Set([...now, view])]) });
+  else if (views.length) set({ views });
 }
-
-const order = (views) => VIEWS.map((view) => view.id).filter((id) => views.includes(id));

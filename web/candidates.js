@@ -57,6 +57,12 @@ function draw(body) {
     left());
 }
 
+/** The candidate whose test is clearest among those that are possible. */
+function clearest() {
+  const possible = answer.candidates.filter((c) => c.significant && c.plausible !== false);
+  return possible.reduce((best, c) => (!best || c.rank < best.rank ? c : best), null)?.effect;
+}
+
 function section(title, cards, none, remark) {
   return h("section", {}, h("h3", {}, title, cards.length ? h("small", {}, ` ${cards.length}`) : null), remark && h("p.quiet", {}, remark), cards.length ? cards : h("p.quiet", {}, none));
 }
@@ -116,7 +122,7 @@ function card(c, most) {
       button("Add", add, { title: `A step with ${c.effect} in the model`, key: "Enter", kind: "add" })),
     h("div.scale", { title: impactTitle(c) }, bar),
     h("div.size", {}, sizes(c.estimate)),
-    h("div.sure", {}, ...sure(c), c.rank === 1 && c.significant && h("span.flag.first", { title: "The test is clearest for this one; the list is ordered by what it does to the points" }, "shows most"), c.plausible === false && h("span.flag", { title: "The estimate is beyond what physics allows of this effect: a shape that looks like it" }, "beyond what is possible")),
+    h("div.sure", {}, ...sure(c), c.effect === clearest() && h("span.flag.first", { title: "The test is clearest for this one; the list is ordered by what it does to the points" }, "shows most"), c.plausible === false && h("span.flag", { title: "The estimate is beyond what physics allows of this effect: a shape that looks like it" }, "beyond what is possible")),
     c.inseparable_from?.length > 0 && h("div.partners", { title: "This block cannot tell them apart" }, "or ", c.inseparable_from.map((name) => h("span.chip", {}, name))),
     details);
   return box;

@@ -8,10 +8,10 @@ const REMEMBERED = 80;
 const drawn = new Map();
 
 /** Text of the SVG at `path`. Steps never change: the last drawings are remembered, so that holding a key to see the step before is at once. */
-export async function drawingText(path) {
+export async function drawingText(path, signal) {
   const known = drawn.get(path);
   if (known) return known;
-  const answer = await text(path);
+  const answer = await text(path, { signal });
   drawn.set(path, answer);
   if (drawn.size > REMEMBERED) drawn.delete(drawn.keys().next().value);
   return answer;
@@ -43,6 +43,8 @@ export class Figure {
   show(path, { fade = false } = {}) {
     this.fade = fade || (this.fade && this.busy);
     this.wanted = path;
+    // A prediction may take seconds: it is given up when it is not wanted any more. What is quick is waited for.
+    if (this.busy && path !== this.asking && this.asking.includes("/predicted/")) this.stop.abort();
     if (!this.busy && path !== this.path) this.load();
   }
 
@@ -53,11 +55,16 @@ export class Figure {
       while (this.wanted !== this.path) {
         const path = this.wanted;
         try {
-          this.put(parse(await drawingText(path)));
+          this.asking = path;
+          this.stop = new AbortController();
+          const drawing = parse(await drawingText(path, this.stop.signal));
+          this.path = path;
+          this.put(drawing);
         } catch (error) {
+          if (error.name === "AbortError") continue;
+          this.path = path;
           this.fail(error);
         }
-        this.path = path;
       }
     } finally {
       clearTimeout(slow);
@@ -79,6 +86,12 @@ export class Figure {
     this.overlay.setAttribute("viewBox", drawing.getAttribute("viewBox") ?? "0 0 1 1");
     this.element.classList.remove("failed");
     this.shown(drawing);
+  }
+
+  /** What is drawn is what `path` would be: now that its scale is held, asking with that scale gives the same. */
+  alias(path) {
+    if (drawn.has(this.path)) drawn.set(path, drawn.get(this.path));
+    this.path = this.wanted = path;
   }
 
   fail(error) {

@@ -48,9 +48,10 @@ function draw() {
       node.agree && h("span.agree", { title: "Both solvers give the same result" }, "solvers agree"),
       node.agree === false && h("span.disagree", { title: "The two solvers give different results: see the report" }, "solvers disagree")),
     predictionLine() ?? h("p.delta", { title: node.delta_words }, (!picked && node.delta_words) || size(node.figures)),
-    h("dl.numbers", {}, FIGURES.map(([name, unit, of, write, title]) => figure(name, unit, write, title, earlier?.figures ? of(earlier.figures) : null, of(figures)))));
+    h("dl.numbers", {}, FIGURES.filter(([, , of]) => known(of(figures))).map(([name, unit, of, write, title]) => figure(name, unit, write, title, earlier?.figures ? of(earlier.figures) : null, of(figures)))));
 }
 
+const known = (value) => value !== null && value !== undefined;
 const size = (figures) => `${count(figures.observations)} observations, ${count(figures.unknowns)} unknowns`;
 
 function predictionLine() {

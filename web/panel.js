@@ -7,7 +7,7 @@ import { enlarge } from "./panels.js";
 import { figureQuery, holdScale } from "./scales.js";
 import { Figure } from "./figure.js";
 import { savePicture } from "./export.js";
-import { VIEWS } from "./views.js";
+import { showImage, VIEWS } from "./views.js";
 
 const COMPONENTS = [["x,y", "x and y"], ["radial,tangential", "radial and tangential"], ["along,across", "along and across the motion"]];
 
@@ -28,8 +28,10 @@ export class Panel {
 
   make() {
     const figure = new Figure(this.view, (drawing) => {
-      if (figure === this.figure) holdScale(this.view, this.asked ?? {}, drawing);
       mark(figure);
+      if (figure !== this.figure || figure.path !== figure.wanted) return;
+      holdScale(this.view, this.asked, drawing);
+      figure.alias(figureQuery(this.askedOf, this.view, this.asked));
     });
     brushable(figure, (event) => this.clicked(event, figure));
     return figure;
@@ -40,7 +42,7 @@ export class Panel {
     const [x, y] = [event.clientX, event.clientY];
     const bar = document.elementsFromPoint(x, y).find((one) => one.dataset?.image !== undefined && figure.drawing.contains(one) && !one.classList.contains("plot"));
     if (!bar) return false;
-    set({ image: Number(bar.dataset.image), views: state.views.includes("image") ? state.views : [...state.views, "image"] });
+    showImage(Number(bar.dataset.image));
     return true;
   }
 
@@ -94,7 +96,8 @@ export class Panel {
     if (this.imageChoice) this.imageChoice.value = String(state.image);
     const predicted = peek ? null : state.predicted;
     this.asked = { ...options, predicted, earlier: peek };
-    this.figure.show(figureQuery(peek ? earlier.id : node.id, this.view, this.asked), { fade: this.node !== null && this.node !== node.id });
+    this.askedOf = peek ? earlier.id : node.id;
+    this.figure.show(figureQuery(this.askedOf, this.view, this.asked), { fade: this.node !== null && this.node !== node.id });
     this.node = node.id;
     this.pair.classList.toggle("two", beside);
     this.element.classList.toggle("predicted", Boolean(predicted));

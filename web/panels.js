@@ -5,6 +5,7 @@ import { chosen, on, set, state } from "./state.js";
 import { Panel } from "./panel.js";
 import { SpacePanel } from "./space_panel.js";
 import { fitScales } from "./scales.js";
+import { shownViews } from "./views.js";
 
 const panels = new Map();
 
@@ -23,7 +24,7 @@ function panelOf(view) {
   return panels.get(view);
 }
 
-const shown = () => (state.large ? [state.large] : state.views);
+const shown = () => (state.large ? [state.large] : shownViews());
 
 function arrange() {
   const box = document.getElementById("panels");

@@ -6,6 +6,7 @@ import { count, fixed, px } from "./numbers.js";
 import { chosen, on, set, state } from "./state.js";
 import { brushWords, clearBrush } from "./brush.js";
 import { change } from "./steps.js";
+import { showImage } from "./views.js";
 
 const PAGE = 50;
 let answer = null;
@@ -86,7 +87,7 @@ function table() {
 function row(one) {
   const which = [{ image: one.image_name, point: one.point, kind: one.kind }];
   return h(one.set_aside ? "tr.aside" : "tr", { title: one.reason },
-    h("td", {}, button(one.image_name, () => set({ image: one.image, views: state.views.includes("image") ? state.views : [...state.views, "image"] }), { kind: "plain", title: "Show this image" })),
+    h("td", {}, button(one.image_name, () => showImage(one.image), { kind: "plain", title: "Show this image" })),
     h("td", {}, one.point), h("td", {}, one.kind),
     ...[[one.x, 1], [one.y, 1], [one.rx, 3], [one.ry, 3], [one.normalised, 1]].map(([value, decimals]) => h("td.number", {}, fixed(value, decimals))),
     h("td", {}, one.set_aside

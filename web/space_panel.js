@@ -3,9 +3,10 @@
 import { binary, query } from "./api.js";
 import { button, choice, fill, h } from "./dom.js";
 import { count, mm, significant } from "./numbers.js";
-import { before, chosen, on, set, state } from "./state.js";
+import { before, chosen, on, state } from "./state.js";
 import { enlarge } from "./panels.js";
 import { savePicture } from "./export.js";
+import { showImage } from "./views.js";
 
 const NEAR = 10;
 const night = matchMedia("(prefers-color-scheme: dark)");
@@ -27,8 +28,9 @@ export class SpacePanel {
       this.room);
     this.factor = null;
     this.canvas.addEventListener("pointermove", (event) => this.point(event));
+    this.canvas.addEventListener("pointerdown", (event) => { this.pressed = [event.clientX, event.clientY]; });
     this.canvas.addEventListener("pointerleave", () => { this.tip.hidden = true; });
-    this.canvas.addEventListener("click", () => this.under?.image !== undefined && set({ image: this.under.image }));
+    this.canvas.addEventListener("click", (event) => this.under && !this.dragged(event) && showImage(this.under.image));
     new ResizeObserver(() => this.space?.resize(this.room.clientWidth, this.room.clientHeight)).observe(this.room);
     night.addEventListener("change", () => this.draw());
     on(["theme", "brushedImages"], () => this.draw());
@@ -73,10 +75,17 @@ export class SpacePanel {
     const steps = [1, 10, 100, 1000, 10000, 100000].flatMap((k) => [k, 2 * k, 5 * k]);
     fill(this.factors, choice("Error vectors enlarged", [["", `errors × ${count(shown.factor)}`], ...steps.map((k) => [k, `errors × ${count(k)}`])], this.factor ?? "", (value) => { this.factor = value ? Number(value) : null; this.draw(); }));
     this.legend.dataset.dark = String(dark());
+    const surveyed = this.data.checks.rows + this.data.control.rows > 0;
+    this.factors.hidden = !surveyed;
     fill(this.legend,
-      h("div", {}, h("i.check"), "check points, ", h("i.control"), `control points, errors enlarged ${count(shown.factor)} times`),
+      surveyed && h("div", {}, h("i.check"), "check points, ", h("i.control"), `control points, errors enlarged ${count(shown.factor)} times`),
       h("div", {}, h("i.ramp"), brushed && this.data.ties.of("brushed") ? "tie points; brushed ones stand out" : `tie points, residual RMS 0 to ${significant(shown.end, 2)} px and more`),
       h("div.quiet", {}, `grid ${significant(shown.spacing, 1)} m; cameras ${brushed ? "of brushed measurements stand out" : "by flight"}`));
+  }
+
+  /** Whether a click is the end of a drag. */
+  dragged(event) {
+    return Math.hypot(event.clientX - this.pressed[0], event.clientY - this.pressed[1]) > 4;
   }
 
   /** The nearest station or surveyed point under the pointer. */

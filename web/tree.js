@@ -10,6 +10,11 @@ import { figureQuery } from "./scales.js";
 const ROW = 46;
 const LANE = 14;
 
+const COLUMNS = [["check", "mm", (f) => mm(f.check_rms_m)], ["held", "px", (f) => px(f.heldout_px)], ["tie", "px", (f) => px(f.tie_rms_px)], ["σ₀", "", (f) => fixed(f.sigma0, 3)]];
+
+/** Check points come first, what nothing was fitted to; a block without any has no column of them. */
+const columns = () => (state.block.surveyed.some((point) => point.role === "check") ? COLUMNS : COLUMNS.slice(1));
+
 const ledger = new Figure("ledger");
 
 export function startTree() {
@@ -47,7 +52,7 @@ function item({ node, lane }, lanes) {
     h("div.words", {}, node.words || "as given", node.agree === false && h("span.flag", { title: "The two solvers disagree on this step" }, "solvers differ"),
       node.id === state.against && h("span.flag", {}, "compared")),
     figures
-      ? h("div.figures", {}, h("b", {}, mm(figures.check_rms_m)), h("span", {}, px(figures.tie_rms_px)), h("span", {}, px(figures.heldout_px)), h("span", {}, fixed(figures.sigma0, 3)))
+      ? h("div.figures", {}, columns().map(([, , write], i) => h(i === 0 ? "b" : "span", {}, write(figures))))
       : h("div.figures.state", {}, states[node.state] ?? node.state));
   row.style.paddingLeft = `${lanes * LANE + 10}px`;
   return row;
