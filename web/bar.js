@@ -27,7 +27,7 @@ function draw() {
     toggle("◧", state.steps, () => set({ steps: !state.steps }), { title: "Show or hide the steps", key: "[" }),
     h("h1", {}, h("span.program", {}, "misclosure"), state.block?.name ?? ""),
     h("div.group", { role: "group", "aria-label": "Figures shown" },
-      VIEWS.map((view, i) => toggle(view.short, shownViews().includes(view.id), () => show(view.id), isThere(view.id) ? { title: view.title, key: String((i + 1) % 10) } : { title: "This block has no control or check points", disabled: true }))),
+      VIEWS.map((view) => toggle(view.short, shownViews().includes(view.id), () => show(view.id), isThere(view.id) ? { title: view.title, key: view.key.toUpperCase() } : { title: `${view.title}: this block has none`, disabled: true }))),
     h("div.group", { role: "group", "aria-label": "Comparison" },
       peek,
       toggle("Side by side", state.beside, () => set({ beside: !state.beside }), { title: "The step before and this one, side by side", key: "S", disabled: !earlier }),

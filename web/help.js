@@ -7,7 +7,7 @@ const KEYS = [
   ["hold B", "the step before, at the same scale"],
   ["S", "the step before and this one side by side"],
   ["L", "lock scales, or fit them to each picture"],
-  ["1 … 9, 0", "show or hide a figure; 0 is 3D"],
+  ["1 … 9, 0, G", "show or hide a figure; 0 is 3D, G the GNSS positions"],
   ["N, P", "next candidate, candidate before: its predicted picture"],
   ["Enter", "add the candidate that is chosen"],
   ["Space", "what is known of that candidate"],

@@ -38,7 +38,8 @@ function pressed(event) {
   if (event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return;
   if (event.target.closest("input:not([type=checkbox]), select, textarea, canvas")) return event.key === "Escape" && event.target.blur();
   const key = event.key.toLowerCase();
-  const action = /^[0-9]$/.test(key) ? () => show(VIEWS[(Number(key) + 9) % 10].id) : KEYS[key];
+  const view = VIEWS.find((one) => one.key === key);
+  const action = view ? () => show(view.id) : KEYS[key];
   if (!action) return;
   event.preventDefault();
   action();

@@ -36,7 +36,7 @@ export class Orbit {
     const half = Math.tan((this.camera.fov * Math.PI) / 360);
     const from = places.map((place) => new Vector3(...place).sub(this.target));
     const needed = from.map((q) => q.dot(back) + Math.max(Math.abs(q.dot(up)) / half, Math.abs(q.dot(right)) / half / this.camera.aspect));
-    this.distance = 1.1 * needed.sort((a, b) => a - b)[Math.floor(0.998 * (needed.length - 1))];
+    this.distance = 1.08 * needed.reduce((most, one) => Math.max(most, one), 0);
     this.place();
   }
 

@@ -40,9 +40,13 @@ export function roundBelow(value) {
 
 /** Centre, radius and box of what there is: stations, surveyed points and tie points, without the outermost. */
 export function extent({ stations, ties, checks, control }) {
-  const places = [stations, checks, control, ties].flatMap((array) => Array.from({ length: array.rows }, (_, row) => array.place(row))).filter((place) => place.every(Number.isFinite));
+  const known = (...arrays) => arrays.flatMap((array) => Array.from({ length: array.rows }, (_, row) => array.place(row))).filter((place) => place.every(Number.isFinite));
+  const measured = known(stations, checks, control);
+  const points = known(ties);
+  const inner = [0, 1, 2].map((k) => [quantile(points.map((p) => p[k]), 0.002), quantile(points.map((p) => p[k]), 0.998)]);
+  const places = [...measured, ...points.filter((p) => p.every((value, k) => value >= inner[k][0] && value <= inner[k][1]))];
   if (!places.length) return { centre: [0, 0, 0], radius: 1, ends: [[-1, 1], [-1, 1], [0, 1]], places };
-  const ends = [0, 1, 2].map((k) => [quantile(places.map((p) => p[k]), 0.002), quantile(places.map((p) => p[k]), 0.998)]);
+  const ends = [0, 1, 2].map((k) => [quantile(places.map((p) => p[k]), 0), quantile(places.map((p) => p[k]), 1)]);
   const centre = ends.map(([low, high]) => (low + high) / 2);
   const radius = Math.hypot(...ends.map(([low, high]) => high - low)) / 2 || 1;
   return { centre, radius, ends, places };
