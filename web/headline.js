@@ -30,7 +30,7 @@ function draw() {
   const box = document.getElementById("headline");
   const node = chosen();
   if (!node) return fill(box, h("p.quiet", {}, "No step yet."));
-  if (node.state !== "done") {
+  if (!node.figures) {
     const parent = nodeOf(node.parent);
     return fill(box, h("h2", {}, node.words), h("p", { class: node.error ? "error" : "quiet" }, node.error ?? "Not computed yet: it has no figures."),
       parent && h("p", {}, button(`Back to “${parent.words}”`, () => set({ node: parent.id }))));

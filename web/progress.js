@@ -61,7 +61,7 @@ function draw() {
 function run(node, progress) {
   const waits = node.state === "waiting";
   return h("div.run", { data: { node: node.id } },
-    h("div.what", {}, !waits && h("span.pulse", {}), h("b", {}, node.words), " ", h("span.quiet", {}, waits ? "waits for its turn" : progress?.text ?? "starts")),
+    h("div.what", {}, !waits && h("span.pulse", {}), h("b", {}, node.words), " ", node.delta_words && h("b.result", {}, `${node.delta_words} `), h("span.quiet", {}, waits ? "waits for its turn" : progress?.text ?? "starts")),
     ["native", "ceres"].map((name) => solver(name, progress?.solvers[name])),
     button("Cancel", () => cancel(node.id), { title: "Stop this step at the next iteration" }));
 }

@@ -51,7 +51,7 @@ function item({ node, lane }, lanes) {
   },
     h("div.words", {}, node.words || "as given", node.agree === false && h("span.flag", { title: "The two solvers disagree on this step" }, "solvers differ"),
       node.id === state.against && h("span.flag", {}, "compared")),
-    figures
+    figures && !["failed", "cancelled"].includes(node.state)
       ? h("div.figures", {}, columns().map(([, , write], i) => h(i === 0 ? "b" : "span", {}, write(figures))))
       : h("div.figures.state", {}, states[node.state] ?? node.state));
   row.style.paddingLeft = `${lanes * LANE + 10}px`;

@@ -9,6 +9,8 @@ import { chromium } from "playwright-core";
 
 const root = fileURLToPath(new URL("../..", import.meta.url));
 const program = process.env.MISCLOSURE ?? join(root, "target/release/misclosure");
+/** A step takes seconds on a machine that is free, and minutes on one that is not. */
+export const STEP = 400_000;
 export const pictures = join(root, "target/lab-screenshots");
 export const block = (path) => join(root, path);
 
@@ -77,7 +79,7 @@ export async function drawn(page, ...views) {
 }
 
 /** Waits for a step whose words match, done and chosen; its row in the tree. */
-export async function arrivedAt(page, words, timeout = 120_000) {
+export async function arrivedAt(page, words, timeout = STEP) {
   const row = page.locator(".item.chosen.done", { hasText: words });
   await row.waitFor({ timeout });
   return row;

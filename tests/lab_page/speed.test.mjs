@@ -2,17 +2,17 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { drawn, folder, openPage, panel, run, startLab } from "./lab.mjs";
+import { drawn, folder, openPage, panel, run, startLab, STEP } from "./lab.mjs";
 
 const FIRST_VIEW_MS = 2000;
 const FRAMES = 30;
 
-test("a hundred thousand measurements", { timeout: 600_000 }, async (t) => {
+test("a hundred thousand measurements", { timeout: 5 * STEP }, async (t) => {
   const at = folder(t);
   await run("simulate", "dike", "-o", `${at}/dike`, "--noise-px", "0.3", "--quiet");
   const lab = await startLab(t, `${at}/dike`, "-o", `${at}/lab`);
   const page = await openPage(t, lab.url);
-  await page.locator(".item.chosen.done").waitFor({ timeout: 300_000 });
+  await page.locator(".item.chosen.done").waitFor({ timeout: STEP });
   await drawn(page, "sensor", "plan", "profile", "images");
 
   await t.test("first view", async () => {

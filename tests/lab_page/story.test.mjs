@@ -3,17 +3,17 @@
 import assert from "node:assert/strict";
 import { readdirSync } from "node:fs";
 import test from "node:test";
-import { arrivedAt, block, drag, drawing, drawn, folder, headline, openPage, panel, startLab } from "./lab.mjs";
+import { arrivedAt, block, drag, drawing, drawn, folder, headline, openPage, panel, startLab, STEP } from "./lab.mjs";
 
 const RECEIVED = block("data/hidden/received-1");
 
-test("a block with a rolling shutter: seen, added, taken back, and nothing is lost", { timeout: 600_000 }, async (t) => {
+test("a block with a rolling shutter: seen, added, taken back, and nothing is lost", { timeout: 5 * STEP }, async (t) => {
   const at = `${folder(t)}/lab`;
   let lab = await startLab(t, RECEIVED, "-o", at);
   const page = await openPage(t, lab.url);
 
   await t.test("open", async () => {
-    await page.locator(".item.chosen.done").waitFor({ timeout: 120_000 });
+    await page.locator(".item.chosen.done").waitFor({ timeout: STEP });
     await drawn(page, "sensor", "plan", "profile", "images");
     assert.equal(new URL(page.url()).searchParams.get("token"), null, "the token is out of the address");
     await page.picture("story-1-open");
@@ -36,7 +36,7 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
 
   const first = page.locator(".candidate").first();
   await t.test("hover: the predicted picture, before any adjustment", async () => {
-    await first.waitFor({ timeout: 60_000 });
+    await first.waitFor({ timeout: STEP });
     assert.equal(await first.getAttribute("data-effect"), "rolling-shutter", "the strongest is on top");
     const now = await drawing(page, "sensor").innerHTML();
     await first.hover();
@@ -71,7 +71,7 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
     assert.ok(wrong["check points"] > 10, `a wrong effect does not mend the points: ${wrong["check points"]} mm`);
     await page.keyboard.press("m");
     await page.getByRole("button", { name: "Remove" }).click();
-    await page.waitForFunction(() => document.querySelectorAll(".item.done").length >= 4, null, { timeout: 120_000 });
+    await page.waitForFunction(() => document.querySelectorAll(".item.done").length >= 4, null, { timeout: STEP });
     await page.locator('.item.chosen.done').waitFor();
     const out = await headline(page);
     assert.ok(Math.abs(out["check points"] - base["check points"]) < 0.2, `${out["check points"]} mm again, as ${base["check points"]}`);
@@ -101,12 +101,12 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
   assert.deepEqual(expected, [], "nothing went wrong in the page");
 });
 
-test("do all: the steps of improve, one by one", { timeout: 600_000 }, async (t) => {
+test("do all: the steps of improve, one by one", { timeout: 5 * STEP }, async (t) => {
   const lab = await startLab(t, RECEIVED, "-o", `${folder(t)}/lab`);
   const page = await openPage(t, lab.url);
-  await page.locator(".item.chosen.done").waitFor({ timeout: 120_000 });
+  await page.locator(".item.chosen.done").waitFor({ timeout: STEP });
   await page.getByRole("button", { name: "Do all" }).click();
-  await page.waitForFunction(() => document.querySelectorAll(".item.done").length >= 3 && !document.querySelector(".item.running, .item.waiting"), null, { timeout: 300_000 });
+  await page.waitForFunction(() => document.querySelectorAll(".item.done").length >= 3 && !document.querySelector(".item.running, .item.waiting"), null, { timeout: STEP });
   await arrivedAt(page, /focal-t/);
   assert.ok((await headline(page))["check points"] < 4);
   await page.picture("do-all");

@@ -4,11 +4,11 @@ import assert from "node:assert/strict";
 import { cpSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import test from "node:test";
-import { block, drag, drawing, drawn, folder, openPage, panel, pictures, startLab } from "./lab.mjs";
+import { block, drag, drawing, drawn, folder, openPage, panel, pictures, startLab, STEP } from "./lab.mjs";
 
 const VIEWS = ["sensor", "plan", "height", "flights", "profile", "images", "image", "histogram", "checks", "space"];
 
-test("every view has a figure with units at its axes", { timeout: 600_000 }, async (t) => {
+test("every view has a figure with units at its axes", { timeout: 5 * STEP }, async (t) => {
   const at = folder(t);
   const named = join(at, "block");
   // An image with markup in its name, in every file that names it.
@@ -26,9 +26,9 @@ test("every view has a figure with units at its axes", { timeout: 600_000 }, asy
       const page = await openPage(t, lab.url, { width, height, colorScheme });
       let dialogs = 0;
       page.on("dialog", (dialog) => { dialogs += 1; return dialog.dismiss(); });
-      await page.locator(".item.chosen.done").waitFor({ timeout: 120_000 });
+      await page.locator(".item.chosen.done").waitFor({ timeout: STEP });
       await drawn(page, "sensor", "plan", "profile", "images");
-      await page.locator(".candidate").first().waitFor({ timeout: 60_000 });
+      await page.locator(".candidate").first().waitFor({ timeout: STEP });
       const name = (view) => `view-${view}-${width}-${colorScheme}`;
       await page.picture(name("start"));
       const wide = await page.evaluate(() => document.documentElement.scrollWidth);
@@ -75,13 +75,13 @@ test("every view has a figure with units at its axes", { timeout: 600_000 }, asy
   }
 });
 
-test("another step is compared at one scale, beside the chosen one and in its place", { timeout: 300_000 }, async (t) => {
+test("another step is compared at one scale, beside the chosen one and in its place", { timeout: 5 * STEP }, async (t) => {
   const lab = await startLab(t, block("data/hidden/received-1"), "-o", `${folder(t)}/lab`);
   const page = await openPage(t, lab.url);
-  await page.locator(".candidate .add").first().waitFor({ timeout: 120_000 });
+  await page.locator(".candidate .add").first().waitFor({ timeout: STEP });
   await page.locator(".candidate .add").first().click();
   await page.locator(".item.chosen.done").nth(0).waitFor();
-  await page.waitForFunction(() => document.querySelectorAll(".item.done").length === 2 && document.querySelector(".item.chosen").textContent.includes("rolling"), null, { timeout: 120_000 });
+  await page.waitForFunction(() => document.querySelectorAll(".item.done").length === 2 && document.querySelector(".item.chosen").textContent.includes("rolling"), null, { timeout: STEP });
   await drawn(page, "sensor");
   const scale = () => drawing(page, "sensor").getAttribute("data-scale");
   const after = await scale();
