@@ -60,6 +60,7 @@ export async function openPage(t, url, { width = 1600, height = 1000, colorSchem
   const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"] });
   t.after(() => browser.close());
   const page = await browser.newPage({ viewport: { width, height }, colorScheme });
+  page.setDefaultTimeout(STEP / 3);
   page.faults = [];
   page.on("pageerror", (error) => page.faults.push(error.stack));
   page.on("console", (message) => message.type() === "error" && page.faults.push(message.text()));
