@@ -89,7 +89,7 @@ function row(one) {
   return h(one.set_aside ? "tr.aside" : "tr", { title: one.reason },
     h("td", {}, button(one.image_name, () => showImage(one.image), { kind: "plain", title: "Show this image" })),
     h("td", {}, one.point), h("td", {}, one.kind),
-    ...[[one.x, 1], [one.y, 1], [one.rx, 3], [one.ry, 3], [one.normalised, 1]].map(([value, decimals]) => h("td.number", {}, fixed(value, decimals))),
+    ...(one.set_aside ? [h("td.reason", { colspan: "5" }, one.reason)] : [[one.x, 1], [one.y, 1], [one.rx, 3], [one.ry, 3], [one.normalised, 1]].map(([value, decimals]) => h("td.number", {}, fixed(value, decimals)))),
     h("td", {}, one.set_aside
       ? button("Take back", () => change({ kind: "take_back", measurements: which }), { title: one.reason })
       : button("Set aside", () => change({ kind: "set_aside", measurements: which }), { title: "A step without this measurement" })));

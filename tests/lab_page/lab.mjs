@@ -91,7 +91,9 @@ export const headline = (page) => page.$$eval("#headline .numbers > div", (boxes
 
 /** Drags over a figure, from and to as parts of its first plotting area. */
 export async function drag(page, view, [x0, y0], [x1, y1], { hold = false, steps = 8 } = {}) {
-  const box = await panel(page, view).locator(".side:last-child rect.plot[data-view]").first().boundingBox();
+  const plot = panel(page, view).locator(".side:last-child rect.plot[data-view]").first();
+  await plot.scrollIntoViewIfNeeded();
+  const box = await plot.boundingBox();
   const at = (x, y) => [box.x + x * box.width, box.y + y * box.height];
   await page.mouse.move(...at(x0, y0));
   await page.mouse.down();

@@ -58,7 +58,8 @@ test("every view has a figure with units at its axes", { timeout: 5 * STEP }, as
     await page.locator(".part").first().waitFor();
     await page.picture("view-model");
     await page.keyboard.press("w");
-    await drag(page, "images", [0.001, 0.1], [0.004, 0.9]);
+    await drag(page, "images", [0, 0.1], [0.012, 0.9]);
+    await page.locator("#selection .mark").waitFor();
     await page.keyboard.press("r");
     await page.locator(".drawer tbody tr").first().waitFor();
     assert.ok((await page.locator(".drawer").textContent()).includes(evil), "the name is shown as text");
