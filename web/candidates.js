@@ -84,7 +84,7 @@ function left() {
 const ask = later(120, (effect) => set({ predicted: effect }));
 
 /** Shows the predicted picture of an effect after a moment's hover; null goes back at once. */
-export function preview(effect) {
+function preview(effect) {
   ask.cancel();
   if (!effect || state.connection !== "open") return set({ predicted: null });
   if (!quiet) ask(effect);

@@ -1,6 +1,6 @@
 // The figures in the middle: which are shown, how many side by side, and one that has all the room.
 
-import { fill, h } from "./dom.js";
+import { fill } from "./dom.js";
 import { chosen, on, set, state } from "./state.js";
 import { Panel } from "./panel.js";
 import { SpacePanel } from "./space_panel.js";
@@ -48,5 +48,3 @@ export const enlarge = (view) => set({ large: state.large === view ? null : view
 
 /** The panels that are on the page, for export. */
 export const visiblePanels = () => shown().map(panelOf);
-
-export const nothingShown = (text) => h("p.nothing", {}, text);
