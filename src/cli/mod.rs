@@ -18,7 +18,6 @@ mod output;
 mod report;
 mod reproduce;
 mod simulate;
-mod structure_rows;
 mod summary_text;
 mod text;
 
