@@ -17,13 +17,12 @@
 //!     "change": { "kind": "add", "effect": "rolling-shutter" }, "words": "+ rolling-shutter",
 //!     "figures": { "tie_rms_px": 0.241, "heldout_px": 0.331, "check_rms_m": 0.00438, "check_height_rms_m": 0.0033,
 //!                  "sigma0": 0.888, "unknowns": 1234, "observations": 4567, "outliers": 38 },
-//!     "effects": ["rolling-shutter"], "free": ["f", "ppx"], "tie_dc_to_pp": false, "datum": "all", "loss": "none", "tie_weights": "unit",
-//!     "sigma_factors": { "image": 0.5, "control": 1.0, "control_z": 1.0, "gnss": 1.0, "gnss_z": 1.0 },
 //!     "delta_words": "check points 17.1 → 4.4 mm, tie points 0.274 → 0.241 px", "verdict": "missing", "agree": true,
 //!     "error": null } ] }
 //! ```
 //!
-//! `state` is `waiting`, `running`, `done`, `failed` (with `error`) or `cancelled`; of any but `done` the keys from `figures` to `agree` are null.
+//! `state` is `waiting`, `running`, `done`, `failed` (with `error`) or `cancelled`; of any but `done` the keys from `figures` to `agree` are null,
+//! except that a `running` one has `figures` and `delta_words` as soon as both solvers are done: what is left is tested after that.
 //! What failed or was cancelled is in the tree until the server ends, without a folder. `verdict` is `missing` where a candidate is significant,
 //! `unexplained` where structure is left and no candidate is, else `adequate`. `agree` says whether the two solvers do (null where one ran).
 //!
@@ -60,7 +59,8 @@
 //! | `ledger` | the figures of every step from the root to the node | |
 //!
 //! All take `brush=JSON`, `scale=NUMBER` (arrows: figure pixels per unit; as in the `data-scale` of another figure: that is how scales are locked)
-//! and `y=LOW,HIGH` (charts: the range of the vertical axis at least). The root element has `data-scale` where arrows are drawn. Each plotting
+//! `y=LOW,HIGH` (charts: the range of the vertical axis at least) and `width=PX` (of the drawing; text keeps its size). `plan`, `height` and `checks`
+//! take `role=check|control` (default: check points where there are any). The root element has `data-scale` where arrows are drawn. Each plotting
 //! area is a transparent element behind nothing, drawn last:
 //!
 //! ```text
@@ -96,13 +96,13 @@
 //! # `GET /api/nodes/ID/measurements?brush=..&offset=0&limit=100&sort=size|image`
 //!
 //! ```json
-//! { "total": 2400, "n": 120, "rms_px": 0.27, "mean_px": [0.01, -0.02],
+//! { "total": 2400, "n": 120, "rms_px": 0.27, "marks": { "n": 12, "rms_px": 0.4 }, "mean_px": [0.01, -0.02],
 //!   "images": [ { "image": 3, "n": 20, "rms_px": 0.3 } ],
 //!   "rows": [ { "image": 3, "image_name": "a.jpg", "point": "t17", "kind": "tie", "x": 1.0, "y": 2.0, "rx": 0.1, "ry": 0.2, "sigma": 0.3,
 //!               "normalised": 1.1, "set_aside": false } ] }
 //! ```
 //!
-//! Rows with `set_aside: true` are outliers of the node, with the reason in `reason`; they are in no mean. Without a brush `n` is `total`.
+//! `rms_px` is of the tie points alone, `marks` of the marks. Rows with `set_aside: true` are outliers of the node, with the reason in `reason`; they are in no mean. Without a brush `n` is `total`.
 //!
 //! # `GET /api/nodes/ID/model`
 //!
@@ -126,7 +126,7 @@
 //!   { "name": "control", "columns": ["x", "y", "z", "dx", "dy", "dz"], "rows": 10, "ids": ["G1"] } ] }
 //! ```
 //!
-//! `a` is the viewing direction, `u` points up in the image; `d` is computed minus surveyed (m), NaN where it is not compared.
+//! With `?brush=..` the ties have a fifth column `brushed`: how many measurements of the point are. `a` is the viewing direction, `u` points up in the image; `d` is computed minus surveyed (m), NaN where it is not compared.
 //!
 //! # `GET /api/nodes/ID/candidates`
 //!
