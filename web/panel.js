@@ -29,9 +29,11 @@ export class Panel {
   make() {
     const figure = new Figure(this.view, (drawing) => {
       mark(figure);
-      if (figure !== this.figure || figure.path !== figure.wanted) return;
-      holdScale(this.view, this.asked, drawing);
-      figure.alias(figureQuery(this.askedOf, this.view, this.asked));
+      if (figure.path !== figure.wanted) return;
+      const { node, options } = figure.asked;
+      const longer = holdScale(this.view, options, drawing);
+      figure.alias(figureQuery(node, this.view, options));
+      if (longer) this.refresh();
     });
     brushable(figure, (event) => this.clicked(event, figure));
     return figure;
@@ -95,20 +97,24 @@ export class Panel {
     const options = this.options();
     if (this.imageChoice) this.imageChoice.value = String(state.image);
     const predicted = peek ? null : state.predicted;
-    this.asked = { ...options, predicted, earlier: peek };
-    this.askedOf = peek ? earlier.id : node.id;
-    this.figure.show(figureQuery(this.askedOf, this.view, this.asked), { fade: this.node !== null && this.node !== node.id });
+    this.ask(this.figure, peek ? earlier.id : node.id, { ...options, predicted, earlier: peek }, { fade: this.node !== null && this.node !== node.id });
     this.node = node.id;
     this.pair.classList.toggle("two", beside);
     this.element.classList.toggle("predicted", Boolean(predicted));
     this.element.classList.toggle("peek", peek);
-    if (beside) this.earlier.show(figureQuery(earlier.id, this.view, { ...options, earlier: true }));
+    if (beside) this.ask(this.earlier, earlier.id, { ...options, earlier: true });
     this.caption[0].textContent = beside ? `Before: ${earlier.words}` : "";
     this.caption[1].textContent = beside ? (predicted ? `Predicted with ${predicted}` : node.words) : "";
     this.element.querySelector("header").dataset.note = peek ? `before: ${earlier.words}` : predicted ? `predicted with ${predicted}` : "";
   }
 
-  /** Text of the drawing as the server gave it. */
+  /** Draws the figure of a step, remembering what was asked so that its scale can be held. */
+  ask(figure, node, options, how) {
+    figure.asked = { node, options };
+    figure.show(figureQuery(node, this.view, options), how);
+  }
+
+  /** Path of what is drawn. */
   path() {
     return this.figure.path;
   }
