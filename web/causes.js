@@ -47,21 +47,23 @@ async function measure() {
 function draw(body) {
   const seedInput = h("input", { type: "number", min: "0", step: "1", value: String(seed), "aria-label": "Seed", onchange: () => { seed = Number(seedInput.value); } });
   const truth = h("section.part");
-  fill(body, h("p.quiet", {}, `The block ${causes.preset} is measured anew with the causes that are ticked.`), causes.causes.map(cause),
-    h("div.row", {}, h("label", {}, "Seed ", seedInput), h("span.space"), button("Measure anew", measure, { kind: "main", title: "A new block as a new first step" })), truth);
+  fill(body, h("p.quiet", {}, `The block ${causes.preset} is measured anew with the causes that are ticked.`), 
+    h("div.row", {}, h("label", {}, "Seed ", seedInput), h("span.space"), button("Measure anew", measure, { kind: "main", title: "A new block as a new first step" })), truth,
+    [true, false].map((ticked) => causes.causes.filter((one) => chosenCauses.has(one.id) === ticked).map(cause)).flat());
   if (chosen()?.state === "done") compare(truth);
 }
 
 function cause(one) {
   const on = chosenCauses.has(one.id);
   const sliders = h("div.sliders", { hidden: !on }, one.parameters.map((p) => slider(one.id, p)));
+  const about = h("p.quiet", { hidden: !on }, one.about);
   const box = h("input", { type: "checkbox", checked: on, onchange: () => {
     if (box.checked) chosenCauses.set(one.id, Object.fromEntries(one.parameters.filter((p) => Number.isFinite(p.default)).map((p) => [p.name, p.default])));
     else chosenCauses.delete(one.id);
-    sliders.hidden = !box.checked;
+    about.hidden = sliders.hidden = !box.checked;
     fill(sliders, one.parameters.map((p) => slider(one.id, p)));
   } });
-  return h("div.cause", {}, h("label.row", { title: one.about }, box, h("b", {}, one.id)), h("p.quiet", {}, one.about), sliders);
+  return h("div.cause", {}, h("label.row", { title: one.about }, box, h("b", {}, one.id)), about, sliders);
 }
 
 function slider(id, p) {
