@@ -35,7 +35,10 @@ async function request(path, options = {}) {
     set({ connection: "gone" });
     throw new RequestError("The server does not answer.", 0);
   }
-  if (response.ok) return response;
+  if (response.ok) {
+    set({ connection: "open" });
+    return response;
+  }
   if (response.status === 401) set({ connection: "refused" });
   const answer = await response.json().catch(() => null);
   throw new RequestError(answer?.error ?? `The server answered ${response.status} to ${path}.`, response.status);
