@@ -1,12 +1,8 @@
-//! Builds the C++ side: the solver library with CMake, the bridge with cxx. Embeds the page of the laboratory.
+//! Builds the C++ side: the solver library with CMake, the bridge with cxx.
 
 fn main() {
-    for path in ["cpp", "src/adjust/ceres/bridge.rs", "web"] {
+    for path in ["cpp", "src/adjust/ceres/bridge.rs"] {
         println!("cargo::rerun-if-changed={path}");
-    }
-    if let Err(error) = embed_page() {
-        println!("cargo::error=web: {error}");
-        return;
     }
     if let Err(missing) = find_packages() {
         println!("cargo::error={missing}");
@@ -31,36 +27,6 @@ fn main() {
     for library in ["ceres", "glog", "cholmod"] {
         println!("cargo::rustc-link-lib=dylib={library}");
     }
-}
-
-/// Endings of what belongs to the page of the laboratory.
-const PAGE: [&str; 6] = ["html", "js", "css", "svg", "png", "txt"];
-
-/// A table of the page's files, by their path below `web`, for `src/lab/assets.rs`.
-fn embed_page() -> std::io::Result<()> {
-    let root = std::path::PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").unwrap_or_default()).join("web");
-    let mut folders = vec![root.clone()];
-    let mut files = Vec::new();
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder)? {
-            let path = entry?.path();
-            let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-            if path.is_dir() {
-                folders.push(path);
-            } else if PAGE.contains(&ending) {
-                files.push(path);
-            }
-        }
-    }
-    files.sort();
-    let row = |path: &std::path::PathBuf| {
-        let name = path.strip_prefix(&root).unwrap_or(path).to_string_lossy().replace('\\', "/");
-        format!("    ({name:?}, include_bytes!({:?})),\n", path.display().to_string())
-    };
-    let rows: String = files.iter().map(row).collect();
-    let table = format!("/// Every file of the page.\nstatic ASSETS: &[(&str, &[u8])] = &[\n{rows}];\n");
-    let out = std::path::PathBuf::from(std::env::var("OUT_DIR").unwrap_or_default());
-    std::fs::write(out.join("assets.rs"), table)
 }
 
 /// CMake's own message on a missing Ceres is a page long; this one says what to install.

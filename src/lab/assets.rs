@@ -1,6 +1,56 @@
 //! The page, embedded in the program: a table of what there is. No path that a user names is ever looked up on the disk.
 
-include!(concat!(env!("OUT_DIR"), "/assets.rs"));
+/// Declares the table: the files of `web`, by their path below it.
+macro_rules! page {
+    ($($name:literal)*) => {
+        /// Every file of the page.
+        static ASSETS: &[(&str, &[u8])] = &[$(($name, include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/web/", $name)))),*];
+    };
+}
+
+page! {
+    "api.js"
+    "bar.js"
+    "base.css"
+    "brush.js"
+    "candidates.js"
+    "causes.js"
+    "dom.js"
+    "export.js"
+    "figure.js"
+    "figures.css"
+    "headline.js"
+    "help.js"
+    "icon.svg"
+    "index.html"
+    "keyboard.js"
+    "lanes.js"
+    "layout.css"
+    "main.js"
+    "model.js"
+    "numbers.js"
+    "orbit.js"
+    "panel.js"
+    "panels.js"
+    "parts.css"
+    "plots.js"
+    "print.css"
+    "progress.js"
+    "scales.js"
+    "selection.js"
+    "side.css"
+    "side.js"
+    "space.js"
+    "space_data.js"
+    "space_panel.js"
+    "state.js"
+    "steps.js"
+    "tree.js"
+    "vendor/three.LICENSE.txt"
+    "vendor/three.core.min.js"
+    "vendor/three.module.min.js"
+    "views.js"
+}
 
 /// A file of the page.
 #[derive(Debug, Clone, Copy)]
@@ -47,6 +97,25 @@ mod tests {
             "/%2e%2e/Cargo.toml",
         ] {
             assert!(asset(path).is_none(), "{path}");
+        }
+    }
+
+    #[test]
+    fn every_file_of_the_page_is_embedded() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("web");
+        let mut folders = vec![root.clone()];
+        while let Some(folder) = folders.pop() {
+            for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+                let name = path.strip_prefix(&root).unwrap().to_string_lossy().into_owned();
+                if path.is_dir() {
+                    folders.push(path);
+                } else if !name.ends_with(".md") {
+                    assert!(
+                        asset(&format!("/{name}")).is_some() || name == "index.html",
+                        "web/{name} is not in the table"
+                    );
+                }
+            }
         }
     }
 

@@ -7,7 +7,7 @@ use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet};
 use super::super::style::series_colour;
 use super::super::svg::Stroke;
-use super::width_or;
+use super::{height_at, width_or};
 
 /// Values of one kind.
 #[derive(Debug, Clone, Default)]
@@ -44,6 +44,7 @@ const PALE: &str = "#B5B5B5";
 /// Draws a histogram.
 pub fn histogram(histogram: &Histogram) -> String {
     let width = width_or(histogram.width, WIDTH);
+    let height = height_at(histogram.width, HEIGHT);
     let mut sheet = Sheet::new(&histogram.title, width);
     let all = || histogram.samples.iter().flat_map(|s| &s.values).copied();
     sheet.left_out(all().filter(|v| !drawable(*v)).count(), "not finite");
@@ -77,7 +78,7 @@ pub fn histogram(histogram: &Histogram) -> String {
     let most = counts.iter().flatten().copied().max().unwrap_or(0) as f64;
     let top = sheet.y + 6.0;
     let edges = [first * step, (first + n as f64) * step];
-    let scales = Scale::fit(&x, Some(edges), 0.0, width).zip(Scale::fit(&y, Some([0.0, most]), top + HEIGHT, top));
+    let scales = Scale::fit(&x, Some(edges), 0.0, width).zip(Scale::fit(&y, Some([0.0, most]), top + height, top));
     let Some((xs, ys)) = scales else {
         return sheet.finish_empty();
     };
@@ -102,7 +103,7 @@ pub fn histogram(histogram: &Histogram) -> String {
             }
         }
     }
-    sheet.y = top + HEIGHT + margin.bottom;
+    sheet.y = top + height + margin.bottom;
     sheet.note(format!("Width of a bin: {} {}", significant(step, 1), x.unit));
     sheet.finish()
 }

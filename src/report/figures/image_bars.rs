@@ -6,7 +6,7 @@ use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet, whisker};
 use super::super::style::{INK, VERMILLION, series_colour};
 use super::super::svg::{Font, Stroke};
-use super::{flight_name, width_or};
+use super::{flight_name, height_at, width_or};
 use std::collections::BTreeSet;
 
 /// The value of one image.
@@ -56,6 +56,7 @@ const PALE: &str = "#BDBDBD";
 /// Draws one bar per image.
 pub fn image_bars(chart: &ImageBars) -> String {
     let page = width_or(chart.width, WIDTH);
+    let height = height_at(chart.width, HEIGHT);
     let mut sheet = Sheet::new(&chart.title, page);
     let bars: Vec<(usize, &ImageBar)> = chart.bars.iter().enumerate().filter(|(_, b)| drawable(b.value)).collect();
     sheet.left_out(chart.bars.len() - bars.len(), "not finite");
@@ -75,7 +76,7 @@ pub fn image_bars(chart: &ImageBars) -> String {
         ends(b).unwrap_or([b.value, b.part.unwrap_or(b.value)]).map(|v| v + if b.significant { 0.06 * v } else { 0.0 })
     };
     let values = extent(bars.iter().flat_map(|(_, b)| room(b)));
-    let Some(ys) = Scale::fit(&y, values, top + HEIGHT, top) else {
+    let Some(ys) = Scale::fit(&y, values, top + height, top) else {
         return sheet.finish_empty();
     };
     let whole = Scale::linear(0.5, n + 0.5, 0.0, page);
@@ -110,7 +111,7 @@ pub fn image_bars(chart: &ImageBars) -> String {
             sheet.svg.text([x, (tip + dy).clamp(top + 10.0, bottom - 1.0)], "*", Font::new(13.0).bold().middle());
         }
     }
-    sheet.y = top + HEIGHT + margin.bottom;
+    sheet.y = top + height + margin.bottom;
     sheet.finish()
 }
 

@@ -1,6 +1,7 @@
 //! The falling curve: what each added effect did to data that the fit did not see.
 
 use super::super::axes::Axis;
+use super::NARROW;
 use super::lines::{LineChart, Panel, Series, line_chart};
 
 /// One model that was tried.
@@ -26,9 +27,6 @@ pub struct Ledger {
     /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
     pub width: Option<f64>,
 }
-
-/// Width below which one panel alone is drawn, pixels.
-const ROOM_FOR_ALL: f64 = 400.0;
 
 /// Draws three panels over the same steps: held-out measurements, check points, sigma0. Every axis begins at zero, so that a fall
 /// looks as large as it is.
@@ -57,7 +55,7 @@ pub fn ledger(ledger: &Ledger) -> String {
     }
     panels.push(panel("Standard deviation of unit weight, sigma0", "", each(&|s| Some(s.sigma0))));
     // Where there is room for one, it is what judges from outside: the check points.
-    if ledger.width.is_some_and(|width| width < ROOM_FOR_ALL) {
+    if ledger.width.is_some_and(|width| width < NARROW) {
         panels.truncate(if check_points { 2 } else { 1 });
         panels = panels.pop().into_iter().collect();
         panels.iter_mut().for_each(|panel| panel.x = Axis::named("", numbers()));

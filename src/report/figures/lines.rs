@@ -6,7 +6,7 @@ use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet, no_data, whisker};
 use super::super::style::{GREY, Marker, series_colour, series_marker};
 use super::super::svg::{Font, Stroke};
-use super::width_or;
+use super::{height_at, width_or};
 
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -111,8 +111,6 @@ pub struct BinnedProfile {
 }
 
 const PANEL_HEIGHT: f64 = 250.0;
-/// Least height of a panel, pixels.
-const LOWEST: f64 = 110.0;
 /// What lies behind other series.
 const PALE: &str = "#B5B5B5";
 
@@ -147,8 +145,7 @@ pub fn line_chart(chart: &LineChart) -> String {
     let slot = (sheet.width - 14.0) / columns as f64;
     // A single panel may be tall, three in a stack should fit a screen.
     let height = PANEL_HEIGHT * if columns > 1 { 1.0 } else { [1.4, 1.0, 0.75][chart.panels.len().min(3) - 1] };
-    // A narrow picture is no tower.
-    let height = if chart.width.is_some() { height.min((0.6 * sheet.width).max(LOWEST)) } else { height };
+    let height = height_at(chart.width, height);
     let frames: Vec<Option<PlotFrame>> = chart.panels.iter().map(|p| fit(p, slot, height)).collect();
     let margins: Vec<Margin> = chart
         .panels
