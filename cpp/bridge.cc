@@ -149,4 +149,15 @@ ReduceResult reduce(const View& view) {
   return result;
 }
 
+CovarianceResult covariance_at(const View& view) {
+  CovarianceResult result = {};
+  Guard(result.report, [&] {
+    const Covariance covariance = CovarianceAt(Translate(view));
+    result.shared_unknowns = Copy<uint64_t>(covariance.shared_unknowns);
+    result.shared = Copy<double>(covariance.shared);
+    result.theta_variances = Copy<double>(covariance.theta_variances);
+  });
+  return result;
+}
+
 }  // namespace misclosure::bridge

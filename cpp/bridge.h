@@ -18,11 +18,13 @@ struct SolveOptions;
 struct SolveResult;
 struct EvaluateResult;
 struct ReduceResult;
+struct CovarianceResult;
 struct Watch;
 
 SolveResult solve(const View& view, const SolveOptions& options, Watch& watch);
 EvaluateResult evaluate(const View& view);
 ReduceResult reduce(const View& view);
+CovarianceResult covariance_at(const View& view);
 
 }  // namespace misclosure::bridge
 

@@ -179,4 +179,13 @@ ReducedSystem Reduce(const ProblemView& view) {
   return Normal(view, adjustment, false).Dense();
 }
 
+Covariance CovarianceAt(const ProblemView& view) {
+  Quiet();
+  Check(view);
+  const Adjustment adjustment(view);
+  Normal normal(view, adjustment, true);
+  normal.Factorise();
+  return normal.Invert(false);
+}
+
 }  // namespace misclosure

@@ -174,6 +174,8 @@ struct ReducedSystem {
 Solution Solve(const ProblemView& view, const SolveOptions& options, const Progress& progress);
 Evaluation Evaluate(const ProblemView& view);
 ReducedSystem Reduce(const ProblemView& view);
+// Of the shared unknowns at the start values, robust weights applied: what Solve gives when it ends there. Throws as it does.
+Covariance CovarianceAt(const ProblemView& view);
 
 // Throws std::invalid_argument with the name of the array that is wrong.
 void Check(const ProblemView& view);

@@ -177,12 +177,18 @@ pub struct NullDirection {
     pub components: Vec<(String, f64)>,
 }
 
+/// Parameters of a direction that a message names: more are no hint, and half a block can take part.
+const NAMED_PARAMETERS: usize = 8;
+
 impl std::fmt::Display for NullDirection {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        for (k, (name, component)) in self.components.iter().enumerate() {
+        for (k, (name, component)) in self.components.iter().take(NAMED_PARAMETERS).enumerate() {
             write!(f, "{}{name} ({component:+.2})", if k == 0 { "" } else { ", " })?;
         }
-        Ok(())
+        match self.components.len().saturating_sub(NAMED_PARAMETERS) {
+            0 => Ok(()),
+            more => write!(f, " and {more} more"),
+        }
     }
 }
 
@@ -267,4 +273,6 @@ pub trait Solver: Sync {
     fn evaluate(&self, problem: &Problem, state: &State) -> Result<Evaluation, AdjustError>;
     /// Reduced normal equations at `state`.
     fn reduced_system(&self, problem: &Problem, state: &State) -> Result<ReducedSystem, AdjustError>;
+    /// Covariance of camera and effect parameters ([`CovarianceOf::Shared`]) as a solve gives it that ends at `state`.
+    fn covariance_at(&self, problem: &Problem, state: &State) -> Result<Covariance, AdjustError>;
 }

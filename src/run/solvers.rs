@@ -143,7 +143,7 @@ fn cancelled(outcome: &Result<Solution, AdjustError>) -> Option<AdjustError> {
 mod tests {
     use super::*;
     use crate::adjust::native::Native;
-    use crate::adjust::{Evaluation, ReducedSystem};
+    use crate::adjust::{Covariance, Evaluation, ReducedSystem};
     use crate::model::Model;
     use crate::scenario::{Scenario, add_noise, simulate};
     use std::collections::BTreeMap;
@@ -164,6 +164,10 @@ mod tests {
         Early,
         /// Does not converge.
         Lost,
+        /// Stops a hundred-thousandth of the focal length's sigma away, where the standard deviations are others by a thousandth.
+        Jumps,
+        /// The same, and says so of every other place.
+        Wrong,
     }
 
     impl Faulty {
@@ -194,6 +198,11 @@ mod tests {
                         let reason = "lost".into();
                         return Err(AdjustError::NotConverged { solver: "faulty", iterations: 200, reason });
                     }
+                    Fault::Jumps | Fault::Wrong => {
+                        let covariance = solution.covariance.as_mut().expect("a covariance");
+                        solution.state.interiors[0][0] += 1e-5 * covariance.shared[(0, 0)].sqrt();
+                        covariance.shared *= OTHER;
+                    }
                 }
             }
             Ok(solution)
@@ -206,7 +215,18 @@ mod tests {
         fn reduced_system(&self, problem: &Problem, state: &State) -> Result<ReducedSystem, AdjustError> {
             Native.reduced_system(problem, state)
         }
+
+        fn covariance_at(&self, problem: &Problem, state: &State) -> Result<Covariance, AdjustError> {
+            let mut covariance = Native.covariance_at(problem, state)?;
+            if matches!(self.fault, Fault::Wrong) {
+                covariance.shared *= OTHER;
+            }
+            Ok(covariance)
+        }
     }
+
+    /// Factor on variances that makes standard deviations differ by a thousandth.
+    const OTHER: f64 = 1.002;
 
     fn problem() -> Problem {
         let few = BTreeMap::from([("points".to_string(), 600.0), ("check".to_string(), 10.0)]);
@@ -227,6 +247,14 @@ mod tests {
         assert_eq!((solved.solutions.len(), solved.failures.len()), (2, 0));
         let agreement = with(&Native, &Native).unwrap().agreement.unwrap();
         assert!(agreement.agree && !agreement.polished, "{agreement:?}");
+    }
+
+    #[test]
+    fn standard_deviations_that_differ_are_compared_at_one_place() {
+        let agreement = with(&Native, &Faulty::new(Fault::Jumps, usize::MAX)).unwrap().agreement.unwrap();
+        assert!(agreement.agree && agreement.covariance_max_rel < 1e-9, "{agreement:?}");
+        let agreement = with(&Native, &Faulty::new(Fault::Wrong, usize::MAX)).unwrap().agreement.unwrap();
+        assert!(!agreement.agree && (agreement.covariance_max_rel / 1e-3 - 1.0).abs() < 0.01, "{agreement:?}");
     }
 
     #[test]

@@ -129,6 +129,13 @@ pub mod ffi {
         gradient: Vec<f64>,
     }
 
+    struct CovarianceResult {
+        report: Report,
+        shared_unknowns: Vec<u64>,
+        shared: Vec<f64>,
+        theta_variances: Vec<f64>,
+    }
+
     extern "Rust" {
         type Watch<'a, 'b>;
         unsafe fn iteration<'a, 'b>(
@@ -157,6 +164,7 @@ pub mod ffi {
         ) -> Result<SolveResult>;
         fn evaluate(view: &View<'_>) -> Result<EvaluateResult>;
         fn reduce(view: &View<'_>) -> Result<ReduceResult>;
+        fn covariance_at(view: &View<'_>) -> Result<CovarianceResult>;
     }
 }
 

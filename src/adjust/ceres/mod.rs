@@ -77,13 +77,20 @@ fn state(result: &ffi::SolveResult) -> State {
 }
 
 fn covariance(result: &ffi::SolveResult) -> Covariance {
-    let count = result.shared_unknowns.len();
     Covariance {
-        shared_unknowns: indices(&result.shared_unknowns),
-        shared: DMatrix::from_column_slice(count, count, &result.shared),
         poses: result.pose_covariances.chunks_exact(36).map(SMatrix::from_row_slice).collect(),
         points: result.point_covariances.chunks_exact(9).map(Matrix3::from_row_slice).collect(),
-        theta_variances: result.theta_variances.clone(),
+        ..shared_covariance(&result.shared_unknowns, &result.shared, &result.theta_variances)
+    }
+}
+
+fn shared_covariance(unknowns: &[u64], shared: &[f64], theta_variances: &[f64]) -> Covariance {
+    Covariance {
+        shared_unknowns: indices(unknowns),
+        shared: DMatrix::from_column_slice(unknowns.len(), unknowns.len(), shared),
+        poses: Vec::new(),
+        points: Vec::new(),
+        theta_variances: theta_variances.to_vec(),
     }
 }
 
@@ -178,6 +185,15 @@ impl Solver for Ceres {
             matrix: DMatrix::from_row_slice(count, count, &result.matrix),
             gradient: result.gradient,
         })
+    }
+
+    fn covariance_at(&self, problem: &Problem, state: &State) -> Result<Covariance, AdjustError> {
+        let arrays = Arrays::new(problem, state)?;
+        let result = ffi::covariance_at(&arrays.view()).map_err(bridge_error)?;
+        match failure(problem, &result.report, 0) {
+            Some(error) => Err(error),
+            None => Ok(shared_covariance(&result.shared_unknowns, &result.shared, &result.theta_variances)),
+        }
     }
 }
 

@@ -10,6 +10,26 @@ use rayon::prelude::*;
 /// Up to this many reduced unknowns their whole inverse is formed: 8 x 8000^2 bytes = 0.5 GB.
 pub const INVERSE_UNKNOWNS: usize = 8000;
 
+/// Covariance of camera and effect parameters, at a solution.
+pub fn shared(at: &Prepared<'_>, factor: &Factor) -> Covariance {
+    let Prepared { problem, structure, .. } = at;
+    let first = problem.layout().theta(0);
+    let scaled = factor.border_covariance();
+    let scale = &structure.border_scale;
+    let shared = DMatrix::from_fn(scale.len(), scale.len(), |i, j| scaled[(i, j)] * scale[i] * scale[j]);
+    let mut theta_variances = vec![0.0; problem.theta.len()];
+    for (i, unknown) in structure.border.iter().enumerate().filter(|(_, unknown)| **unknown >= first) {
+        theta_variances[unknown - first] = shared[(i, i)];
+    }
+    Covariance {
+        shared_unknowns: structure.border.clone(),
+        shared,
+        poses: Vec::new(),
+        points: Vec::new(),
+        theta_variances,
+    }
+}
+
 /// Covariance of what is asked for, at a solution. Errors: `Everything` of a block too large for the whole inverse.
 pub fn covariance(at: &Prepared<'_>, factor: &Factor, of: CovarianceOf) -> Result<Option<Covariance>, AdjustError> {
     let Prepared { problem, structure, .. } = at;
@@ -18,20 +38,7 @@ pub fn covariance(at: &Prepared<'_>, factor: &Factor, of: CovarianceOf) -> Resul
     if of == CovarianceOf::Nothing {
         return Ok(None);
     }
-    let scaled = factor.border_covariance();
-    let scale = &structure.border_scale;
-    let shared = DMatrix::from_fn(m, m, |i, j| scaled[(i, j)] * scale[i] * scale[j]);
-    let mut theta_variances = vec![0.0; problem.theta.len()];
-    for (i, unknown) in structure.border.iter().enumerate().filter(|(_, unknown)| **unknown >= layout.theta(0)) {
-        theta_variances[unknown - layout.theta(0)] = shared[(i, i)];
-    }
-    let mut covariance = Covariance {
-        shared_unknowns: structure.border.clone(),
-        shared,
-        poses: Vec::new(),
-        points: Vec::new(),
-        theta_variances,
-    };
+    let mut covariance = shared(at, factor);
     if of == CovarianceOf::Shared {
         return Ok(Some(covariance));
     }

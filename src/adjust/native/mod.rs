@@ -20,7 +20,7 @@ mod system;
 mod turn;
 pub mod vectors;
 
-use super::{AdjustError, Evaluation, LinearSolver, Options, Progress, ReducedSystem, Solution, Solver};
+use super::{AdjustError, Covariance, Evaluation, LinearSolver, Options, Progress, ReducedSystem, Solution, Solver};
 use crate::measure::{self, Frame, MeasureError};
 use crate::problem::{Loss, Problem, State};
 pub use rank::EFFECT_DOMAIN;
@@ -87,6 +87,16 @@ impl Solver for Native {
         let at = Prepared { problem: &plain, structure: &structure, state, frames: &frames };
         let system = linearise::linearise(&at, 0.0, Curvature::Weights)?;
         Ok(evaluation::reduced(&structure, &system))
+    }
+
+    fn covariance_at(&self, problem: &Problem, state: &State) -> Result<Covariance, AdjustError> {
+        let structure = structure(problem)?;
+        let frames = frames(problem, &structure, state)?;
+        let at = Prepared { problem, structure: &structure, state, frames: &frames };
+        let system = linearise::linearise(&at, 0.0, Curvature::Weights)?;
+        let pattern = Pattern::new(&structure, LinearSolver::Auto);
+        let factor = rank::factor_of_full_rank(problem, &structure, &system, pattern.as_ref())?;
+        Ok(covariance::shared(&at, &factor))
     }
 }
 
