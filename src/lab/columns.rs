@@ -272,7 +272,7 @@ impl Columns {
             Quantity::Row => f64::from(self.y[k]),
             Quantity::Column => f64::from(self.x[k]),
             Quantity::Radius => {
-                let [dx, dy] = self.from_middle(k);
+                let [dx, dy] = self.offset_from_middle(k);
                 dx.hypot(dy)
             }
             Quantity::Depth => {
@@ -295,7 +295,7 @@ impl Columns {
         all.any(|value| (value - first).abs() > 1e-9 * first.abs().max(1.0))
     }
 
-    fn from_middle(&self, k: usize) -> [f64; 2] {
+    fn offset_from_middle(&self, k: usize) -> [f64; 2] {
         let middle = self.images[self.image[k] as usize].middle;
         [f64::from(self.x[k]) - middle[0], f64::from(self.y[k]) - middle[1]]
     }
@@ -306,7 +306,7 @@ impl Columns {
         let dot = |u: [f64; 2]| r[0] * u[0] + r[1] * u[1];
         let turned = |[x, y]: [f64; 2]| [-y, x];
         let radial = || {
-            let [x, y] = self.from_middle(k);
+            let [x, y] = self.offset_from_middle(k);
             let length = x.hypot(y);
             [x / length, y / length]
         };
