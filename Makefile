@@ -2,7 +2,7 @@
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
 
-.PHONY: help setup build demo test test-sanitize test-hidden test-cases test-fresh test-blunders fuzz bench clean
+.PHONY: help setup build demo test test-sanitize test-hidden test-cases test-fresh test-blunders test-lab fuzz bench clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -41,6 +41,10 @@ test-fresh: setup ## judge blocks drawn at random: SEEDS=1..40 (make test: four 
 
 test-blunders: setup ## blunders of every size at the worst places, on every preset (make test: a handful)
 	MISCLOSURE_BLUNDERS=all cargo test --release --test blunders -- --nocapture
+
+test-lab: build ## the laboratory's page in a Chromium, which it installs
+	scripts/setup-lab.sh
+	tests/lab_page/run.sh
 
 fuzz: setup ## libFuzzer on every reader and on simulate -> adjust, SECONDS=60 each (make test: some seconds of the same)
 	command -v cargo-fuzz >/dev/null || cargo install --locked cargo-fuzz

@@ -36,6 +36,7 @@ def main(folder, out):
         f"{len(model.images)} images, {len(model.points3D)} points: errors agree to {worst:.1e} px, "
         f"{len(rows)} verification points are met to {missed:.1e} px"
     )
+    Path(out).mkdir(parents=True, exist_ok=True)
     model.write(out)
     ok = len(model.points3D) > 0 and len(rows) > 0 and worst < LIMIT_PX and missed < LIMIT_PX
     return 0 if ok else 1

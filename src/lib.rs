@@ -59,8 +59,9 @@
 //! | [`evaluate`] | surveyed points against any block | math, camera, block |
 //! | [`run`] | one adjustment from end to end, and its folder | all of the above but scenario and inject |
 //! | [`diagnose`] | which effect is missing | block, effects, model, problem, measure, adjust, evaluate, run |
-//! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, study |
-//! | [`study`] | the repetition of the study that this began with | all but diagnose |
+//! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, study, lab |
+//! | [`study`] | the repetition of the study that this began with | all but diagnose, lab |
+//! | `lab` | the laboratory, a page of this machine (feature `lab`) | all but study |
 //!
 //! A test holds the sources against this table.
 
@@ -95,6 +96,9 @@ pub mod diagnose;
 pub mod report;
 
 pub mod study;
+
+#[cfg(feature = "lab")]
+pub mod lab;
 
 mod cli;
 

@@ -14,7 +14,7 @@ enum May {
 }
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
-const TABLE: [(&str, May); 18] = [
+const TABLE: [(&str, May); 19] = [
     ("math", May::Only(&[])),
     ("camera", May::Only(&["math"])),
     ("block", May::Only(&["math", "camera"])),
@@ -36,8 +36,9 @@ const TABLE: [(&str, May); 18] = [
         "diagnose",
         May::Only(&["math", "camera", "block", "effects", "model", "problem", "measure", "adjust", "evaluate", "run"]),
     ),
-    ("report", May::AllBut(&["io", "scenario", "inject", "study", "cli"])),
-    ("study", May::AllBut(&["diagnose", "cli"])),
+    ("report", May::AllBut(&["io", "scenario", "inject", "study", "lab", "cli"])),
+    ("study", May::AllBut(&["diagnose", "lab", "cli"])),
+    ("lab", May::AllBut(&["study", "cli"])),
     ("cli", May::AllBut(&[])),
 ];
 

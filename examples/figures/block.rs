@@ -16,6 +16,7 @@ pub fn draw(page: &mut Page, noise: &mut Noise) {
             images.push(Station {
                 position_m: [across + noise.normal(0.8), 200.0 * along, height + noise.normal(0.4)],
                 flight,
+                ..Station::default()
             });
         }
     }
@@ -28,6 +29,7 @@ pub fn draw(page: &mut Page, noise: &mut Noise) {
         images,
         control_m: (0..10).map(|i| [if i % 2 == 0 { -22.0 } else { 22.0 }, 10.0 + 20.0 * i as f64, 2.0]).collect(),
         check_m: check.clone(),
+        ..FlightPlan::default()
     };
     page.figure("flights", flights_plan_profile(&plan), "The block runs north: Y lies along the page.");
 
@@ -43,8 +45,12 @@ pub fn draw(page: &mut Page, noise: &mut Noise) {
         })
         .collect();
     let arrows = check.iter().zip(&residuals).map(|(p, d)| ([p[0], p[1]], [d[0], d[1]])).collect();
-    let horizontal =
-        PlanArrows { title: "Check points: residuals in planimetry".into(), arrows, unit: "mm".into(), scale: None };
+    let horizontal = PlanArrows {
+        title: "Check points: residuals in planimetry".into(),
+        arrows,
+        unit: "mm".into(),
+        ..PlanArrows::default()
+    };
     page.figure("check-plan", residuals_plan_arrows(&horizontal), "Computed minus surveyed.");
     let mut signed = PlanSigned {
         title: "Check points: residuals in height".into(),
@@ -72,11 +78,15 @@ pub fn draw(page: &mut Page, noise: &mut Noise) {
     let one = Histogram {
         title: "Height residuals at check points".into(),
         x: Axis::new("computed − surveyed", "mm"),
-        samples: vec![Sample { label: "height".into(), values: column(2) }],
-        bins: 0,
+        samples: vec![Sample { label: "height".into(), values: column(2), ..Sample::default() }],
+        ..Histogram::default()
     };
     page.figure("histogram", histogram(&one), "");
-    let samples = ["X", "Y", "Z"].iter().enumerate().map(|(k, l)| Sample { label: l.to_string(), values: column(k) });
+    let samples = ["X", "Y", "Z"].iter().enumerate().map(|(k, l)| Sample {
+        label: l.to_string(),
+        values: column(k),
+        ..Sample::default()
+    });
     page.figure(
         "histograms",
         histogram(&Histogram { title: "Residuals at check points".into(), samples: samples.collect(), ..one }),

@@ -16,7 +16,7 @@ pub fn draw(page: &mut Page) {
     ];
     page.figure(
         "odd-lines",
-        line_chart(&LineChart { title: "Single values and none".into(), panels, columns: 2, note: String::new() }),
+        line_chart(&LineChart { title: "Single values and none".into(), panels, columns: 2, ..LineChart::default() }),
         "",
     );
     let names = [
@@ -31,7 +31,7 @@ pub fn draw(page: &mut Page) {
     let steps = names.map(|n| LedgerStep { name: n.into(), heldout_px: 0.4, check_mm: None, sigma0: 1.2 }).to_vec();
     page.figure(
         "odd-ledger",
-        ledger(&Ledger { title: "A ledger with long names and no check points".into(), steps }),
+        ledger(&Ledger { title: "A ledger with long names and no check points".into(), steps, ..Ledger::default() }),
         "",
     );
 }

@@ -40,7 +40,7 @@ fn lines(page: &mut Page, noise: &mut Noise) {
                 ],
             ),
         ],
-        note: String::new(),
+        ..LineChart::default()
     };
     page.figure("s1", line_chart(&s1), "");
     let lengths: [f64; 5] = [200.0, 500.0, 1000.0, 2000.0, 5000.0];
@@ -102,7 +102,11 @@ fn steps(page: &mut Page) {
     ];
     let steps =
         steps.map(|(name, h, c, s)| LedgerStep { name: name.into(), heldout_px: h, check_mm: Some(c), sigma0: s });
-    page.figure("ledger", ledger(&Ledger { title: "What each added effect did".into(), steps: steps.to_vec() }), "");
+    page.figure(
+        "ledger",
+        ledger(&Ledger { title: "What each added effect did".into(), steps: steps.to_vec(), ..Ledger::default() }),
+        "",
+    );
 }
 
 fn profile_and_images(page: &mut Page, noise: &mut Noise) {
@@ -117,6 +121,7 @@ fn profile_and_images(page: &mut Page, noise: &mut Noise) {
         cloud,
         bins: vec![("x".into(), bins(0.0)), ("y".into(), bins(2.0))],
         bars: "± 2 sigma of the mean".into(),
+        ..BinnedProfile::default()
     };
     page.figure("profile", profile(&binned), "");
 
@@ -124,7 +129,13 @@ fn profile_and_images(page: &mut Page, noise: &mut Noise) {
     for (flight, (_, n)) in FLIGHTS.iter().enumerate() {
         for i in 0..*n {
             let value = 0.12 * ((bars.len() as f64) / 9.0).sin() + noise.normal(0.03) + if i == 4 { 0.2 } else { 0.0 };
-            bars.push(ImageBar { value, whisker: Some(0.07), flight, significant: value.abs() > 0.14 });
+            bars.push(ImageBar {
+                value,
+                whisker: Some(0.07),
+                flight,
+                significant: value.abs() > 0.14,
+                ..ImageBar::default()
+            });
         }
     }
     let chart = ImageBars {
@@ -135,6 +146,7 @@ fn profile_and_images(page: &mut Page, noise: &mut Noise) {
         bars,
         whisker_means: "± 2 sigma".into(),
         star_means: "significant at 0.001, all images together".into(),
+        ..ImageBars::default()
     };
     page.figure("images", image_bars(&chart), "");
     let many = (0..2000).map(|i| ImageBar {
@@ -142,6 +154,7 @@ fn profile_and_images(page: &mut Page, noise: &mut Noise) {
         whisker: Some(0.4),
         flight: i / 250,
         significant: i % 457 == 0,
+        ..ImageBar::default()
     });
     page.figure(
         "images-many",

@@ -7,6 +7,8 @@ pub mod native;
 use crate::problem::{Problem, State};
 use nalgebra::{DMatrix, Matrix3, SMatrix};
 use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Linear algebra of the reduced camera system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -48,6 +50,30 @@ pub struct Options {
     pub linear_solver: LinearSolver,
     /// Covariance.
     pub covariance: CovarianceOf,
+    /// Ends the solve at the next iteration, from another thread.
+    pub stop: Stop,
+}
+
+/// A wish to end a solve with [`AdjustError::Cancelled`]; clones are the same wish.
+#[derive(Debug, Clone, Default)]
+pub struct Stop(Arc<AtomicBool>);
+
+impl Stop {
+    /// Wishes it.
+    pub fn raise(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Is it wished?
+    pub fn is_raised(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+impl PartialEq for Stop {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || self.is_raised() == other.is_raised()
+    }
 }
 
 /// A parameter is wrong by `sqrt(change)` of its sigma at most when chi-square stops changing by `change`: 1e-8 leaves 1e-4 sigma,
@@ -65,6 +91,7 @@ impl Default for Options {
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             linear_solver: LinearSolver::Auto,
             covariance: CovarianceOf::Everything,
+            stop: Stop::default(),
         }
     }
 }

@@ -4,14 +4,14 @@ use super::diagnosis_text::text;
 use super::model_options::{ModelOptions, Treatment};
 use super::output::Output;
 use super::summary_text::{failure, warning};
-use super::{Answer, Console, structure_rows};
+use super::{Answer, Console};
 use crate::adjust::Options;
+use crate::diagnose::fit::{HandedOn, adjust_handed_on};
 use crate::diagnose::improve::Settings;
-use crate::diagnose::models::with_search_held;
+use crate::diagnose::pictures::Shown;
 use crate::diagnose::run::{Diagnosed, diagnose};
 use crate::io::block::read_block;
-use crate::model::Model;
-use crate::report::run::write_page;
+use crate::report;
 use crate::run::summary::Summary;
 use crate::run::{self, folder, residual_rows};
 use std::ops::ControlFlow;
@@ -107,25 +107,18 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
         tell: &tell,
     };
     let mut diagnosed = diagnose(block, &model, &settings)?;
-    let mut final_model = match keep {
+    let final_model = match keep {
         Keep::Base => diagnosed.improvement.base.model.clone(),
         Keep::Improved => diagnosed.improvement.fit.model.clone(),
     };
     tell("adjusting the final model with both solvers");
     let solvers = arguments.model.solvers();
     // The models on the way decide nothing any more: the ledger keeps what the native solver found.
-    let adjust =
-        |model: &Model| run::adjust(&diagnosed.block, model, &solvers, &options, &mut |_, _| ControlFlow::Continue(()));
-    let run = match adjust(&final_model) {
-        Ok(run) => run,
-        // From the block's approximations a place may not be found again: then it stays where the diagnosis found it.
-        Err(error) => {
-            let Some(held) = with_search_held(&final_model) else { return Err(error.into()) };
-            console.message(&format!("{error}\nso the places that were searched are held where they were found"));
-            final_model = held;
-            adjust(&final_model)?
-        }
-    };
+    let HandedOn { model: final_model, run, held } =
+        adjust_handed_on(&diagnosed.block, final_model, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))?;
+    if let Some(held) = held {
+        console.message(&held);
+    }
     let ledger = &mut diagnosed.diagnosis.ledger;
     let row = match keep {
         Keep::Base => ledger.first_mut(),
@@ -145,15 +138,14 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     }
     diagnosed.diagnosis.weigh(run.point_sigma_m(), arguments.tolerance_mm.map(|mm| 1e-3 * mm));
     outliers.extend(diagnosed.outliers.rows(block));
-    let Diagnosed { block, diagnosis, .. } = &diagnosed;
-    let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
+    let Diagnosed { block, diagnosis, improvement, before, after, .. } = &diagnosed;
     output.write(&folder::FILES, folder::SUMMARY, |dir| {
-        folder::write(dir, block, &final_model, &run, &rows)?;
-        folder::write_outliers(dir, outliers)?;
-        folder::write_source(dir, &arguments.block)?;
-        folder::write_diagnosis(dir, diagnosis, structure_rows::rows(&diagnosed)?)?;
-        write_page(dir)
+        let before = (!diagnosis.recommended.is_empty()).then_some(before);
+        let shown = Shown { block, fit: &improvement.fit, added: &diagnosis.recommended, before, after };
+        let (source, model) = (arguments.block.as_path(), &final_model);
+        report::run::Diagnosed { source, block, model, run: &run, outliers, diagnosis, shown }.write(dir)
     })?;
+    let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
     let warning = warning(&Summary::of(block, &run, &rows));
     let next = match keep {
         Keep::Base if !diagnosis.recommended.is_empty() => {

@@ -13,12 +13,13 @@ mod exit;
 mod export;
 mod import;
 mod inject;
+#[cfg(feature = "lab")]
+mod lab;
 pub mod model_options;
 mod output;
 mod report;
 mod reproduce;
 mod simulate;
-mod structure_rows;
 mod summary_text;
 mod text;
 
@@ -69,6 +70,8 @@ enum Command {
     Reproduce(reproduce::Arguments),
     Import(import::Arguments),
     Export(export::Arguments),
+    #[cfg(feature = "lab")]
+    Lab(lab::Arguments),
 }
 
 /// What a command found.
@@ -111,7 +114,7 @@ fn execute(arguments: Arguments) -> Exit {
         .num_threads(threads)
         .build_global()
         .map_err(anyhow::Error::from)
-        .and_then(|()| command.run(&console, threads));
+        .and_then(|()| command.run(&console, threads, global.json));
     let failure = match outcome {
         Err(error) => Some(error),
         Ok(answer) => match print(&answer, global.json) {
@@ -127,7 +130,10 @@ fn execute(arguments: Arguments) -> Exit {
 }
 
 impl Command {
-    fn run(self, console: &Console, threads: usize) -> anyhow::Result<Answer> {
+    fn run(self, console: &Console, threads: usize, as_json: bool) -> anyhow::Result<Answer> {
+        // Of the laboratory alone: it prints its address and goes on.
+        #[cfg(not(feature = "lab"))]
+        let _ = as_json;
         match self {
             Command::Simulate(arguments) => simulate::run(&arguments, console),
             Command::Inject(arguments) => inject::run(&arguments),
@@ -140,6 +146,8 @@ impl Command {
             Command::Reproduce(arguments) => reproduce::run(&arguments, console, threads),
             Command::Import(arguments) => import::run(&arguments, console),
             Command::Export(arguments) => export::run(&arguments, console),
+            #[cfg(feature = "lab")]
+            Command::Lab(arguments) => lab::run(&arguments, console, threads, as_json),
         }
     }
 }

@@ -4,6 +4,7 @@
 //! - [`select`]: which effects belong to the model, rules over what the tests say.
 //! - [`improve`]: carries out what the rules ask for, refits, and keeps the ledger; [`run`] a whole diagnosis.
 //! - [`structure`]: what is left in the residuals, whatever its cause; [`outliers`]: data snooping.
+//! - [`look`]: one model as it stands, without the loop.
 //! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
 
 pub mod candidate;
@@ -17,9 +18,11 @@ pub mod impact;
 pub mod improve;
 pub mod left;
 pub mod linearised;
+pub mod look;
 pub mod models;
 mod neighbours;
 pub mod outliers;
+pub mod pictures;
 pub mod run;
 pub mod scan;
 pub mod select;

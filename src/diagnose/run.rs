@@ -38,20 +38,8 @@ pub struct Diagnosed {
 /// Diagnoses `block` under `model`.
 pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
     let tell = settings.tell;
-    tell("adjusting the base model and searching outliers");
-    let mut search = Snooping::new(whole, model);
-    let base = match settle(whole, &mut search, model, None, Strictness::Loose, settings) {
-        Err(error) if undetermined_centre(&error, model) => {
-            tell("the block does not determine the centre of distortion: tied to the principal point (as --tie dc=pp)");
-            let tied = Model { tie_dc_to_pp: true, ..model.clone() };
-            search = Snooping::new(whole, &tied);
-            settle(whole, &mut search, &tied, None, Strictness::Loose, settings)?
-        }
-        base => base?,
-    };
+    let (mut search, base) = base(whole, model, settings)?;
     let mut block = search.block(whole);
-    tell("estimating the weights");
-    let base = weighed(&block, base, settings)?;
     let mut improvement = Improvement::new(&block, base, settings)?;
     let mut first = None;
     let mut strictness = Strictness::Loose;
@@ -95,6 +83,28 @@ pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result
     let first = first.as_ref().unwrap_or(&linearised);
     let found = diagnosis(&block, &improvement, first, &linearised, &rest, &after, outliers.rejected.len(), settings);
     Ok(Diagnosed { block, outliers, improvement, before, after, diagnosis: found })
+}
+
+/// The base of a diagnosis: `model` fitted without outliers and with believable weights.
+///
+/// # Errors
+/// A fit that fails.
+pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<(Snooping, Fit), DiagnoseError> {
+    let tell = settings.tell;
+    tell("adjusting the base model and searching outliers");
+    let mut search = Snooping::new(whole, model);
+    let fitted = match settle(whole, &mut search, model, None, Strictness::Loose, settings) {
+        Err(error) if undetermined_centre(&error, model) => {
+            tell("the block does not determine the centre of distortion: tied to the principal point (as --tie dc=pp)");
+            let tied = Model { tie_dc_to_pp: true, ..model.clone() };
+            search = Snooping::new(whole, &tied);
+            settle(whole, &mut search, &tied, None, Strictness::Loose, settings)?
+        }
+        fitted => fitted?,
+    };
+    tell("estimating the weights");
+    let fitted = weighed(&search.block(whole), fitted, settings)?;
+    Ok((search, fitted))
 }
 
 /// Fits and sets outliers aside until nothing changes.

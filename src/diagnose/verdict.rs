@@ -354,6 +354,7 @@ fn left(
     left
 }
 
+/// A row of the ledger.
 fn ledger_row((number, step): (usize, &Step)) -> LedgerRow {
     let added = match &step.change {
         Change::Base => None,

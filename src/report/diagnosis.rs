@@ -115,7 +115,7 @@ pub(super) fn ledger_section(page: &mut Page, diagnosis: &Diagnosis) {
     });
     let steps: Vec<LedgerStep> = steps.collect();
     if steps.len() > 1 {
-        let curves = Ledger { title: "What each step did".into(), steps };
+        let curves = Ledger { title: "What each step did".into(), steps, width: None };
         page.figure("ledger", ledger(&curves), "Left-out measurements are predicted by the model, not fitted.");
     }
 }
@@ -150,7 +150,7 @@ fn image_scales(page: &mut Page, run: &RunFolder) {
             .filter_map(|row| {
                 let flight = flights.iter().position(|name| *name == row.flight)?;
                 let whisker = row.sigma_px.map(|sigma| 2.0 * sigma);
-                Some(ImageBar { value: row.scale_px?, whisker, flight, significant: false })
+                Some(ImageBar { value: row.scale_px?, whisker, flight, ..ImageBar::default() })
             })
             .collect();
         let chart = ImageBars {
@@ -189,6 +189,8 @@ fn profiles(page: &mut Page, run: &RunFolder, against: &str, unit: &str) {
         cloud: Vec::new(),
         bins,
         bars: "± 2 sigma of the mean".into(),
+        dimmed: 0,
+        width: None,
     };
     let name = |text: &str| -> String {
         text.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect()

@@ -130,6 +130,7 @@ fn profiles(found: &FoundEntry, rows: &[&FoundRow]) -> LineChart {
         panels: components.iter().map(panel).collect(),
         columns: 1,
         note: if single { String::new() } else { "Bars: ± 2 sigma of the mean.".into() },
+        width: None,
     }
 }
 

@@ -29,6 +29,7 @@ pub mod figures;
 pub mod html;
 pub mod letter;
 pub mod numbers;
+pub mod pictures;
 pub mod run;
 pub mod run_tables;
 pub mod style;

@@ -1,27 +1,26 @@
 //! The page of a run: what was adjusted, how well it fits, and, after a diagnosis, what was missing.
 
 use super::figures::{
-    Arrow, ArrowSet, Axis, FlightPlan, Histogram, ImageBar, ImageBars, PlanArrows, PlanSigned, Sample, Station,
-    VectorField, flights_plan_profile, histogram, image_bars, residuals_plan_arrows, residuals_plan_signed,
-    vector_field,
+    flights_plan_profile, histogram, image_bars, residuals_plan_arrows, residuals_plan_signed, vector_field,
 };
 use super::html::Page;
 use super::numbers::{fixed, or_dash, px, significant};
+use super::pictures::MARKED_P;
 use super::run_tables::{
     Conclusion, camera_table, compared, effects_table, residuals_table, solvers_table, solvers_verdict,
 };
 use super::tables::Table;
-use super::{diagnosis, letter};
+use super::{diagnosis, letter, pictures};
+use crate::block::Block;
+use crate::diagnose::pictures::Shown;
 use crate::diagnose::verdict::Diagnosis;
-use crate::run::folder::{self, CheckRow, SensorRow};
-use crate::run::rms_by;
+use crate::model::Model;
+use crate::run::folder::{self, CheckRow, OutlierRow};
 use crate::run::summary::Summary;
+use crate::run::{Run, residual_rows, rms_by};
 use anyhow::Result;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-
-/// Cells below this p-value are marked. A cell is one of hundreds: 1e-5 marks no cell of a clean block in most pictures.
-const MARKED_P: f64 = 1e-5;
 
 /// A distribution of fewer values is no picture.
 const FEWEST_FOR_HISTOGRAM: usize = 50;
@@ -35,6 +34,40 @@ pub type RunFolder = folder::RunFolder<Diagnosis>;
 /// A file that is missing, cannot be read or cannot be written.
 pub fn write_page(dir: &Path) -> Result<()> {
     page(&RunFolder::read(dir)?).write(dir)
+}
+
+/// The folder of a run that was diagnosed, to be written.
+pub struct Diagnosed<'a> {
+    /// Folder of the block that was read.
+    pub source: &'a Path,
+    /// The block without what is set aside.
+    pub block: &'a Block,
+    /// The model that is handed on.
+    pub model: &'a Model,
+    /// Its adjustment.
+    pub run: &'a Run,
+    /// What is set aside.
+    pub outliers: Vec<OutlierRow>,
+    /// What was found.
+    pub diagnosis: &'a Diagnosis,
+    /// Its pictures.
+    pub shown: Shown<'a>,
+}
+
+impl Diagnosed<'_> {
+    /// Writes everything that the folder of a run has into `dir`.
+    ///
+    /// # Errors
+    /// A model that cannot be projected; a file that cannot be written.
+    pub fn write(self, dir: &Path) -> Result<()> {
+        let Self { source, block, model, run, outliers, diagnosis, shown } = self;
+        let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
+        folder::write(dir, block, model, run, &rows)?;
+        folder::write_outliers(dir, outliers)?;
+        folder::write_source(dir, source)?;
+        folder::write_diagnosis(dir, diagnosis, shown.rows()?)?;
+        write_page(dir)
+    }
 }
 
 /// The page.
@@ -137,22 +170,8 @@ pub(super) fn sensor_figures(page: &mut Page, run: &RunFolder) {
         page.paragraph("There are no tie points.");
     }
     for (c, camera) in cameras.into_iter().enumerate() {
-        let field = |stage: &str, title: &str| {
-            let rows: Vec<&SensorRow> =
-                run.sensor.iter().filter(|row| row.camera == camera && row.stage == stage).collect();
-            let first = rows.first()?;
-            let mut field = VectorField::single(
-                &format!("{title}, camera {camera}"),
-                [first.width_px, first.height_px],
-                Vec::new(),
-                "px",
-            );
-            let arrows: Vec<Arrow> = rows.iter().map(|row| ([row.x, row.y], [row.dx, row.dy])).collect();
-            let tested = rows.iter().any(|row| row.p_value.is_some());
-            let marked = rows.iter().filter(|_| tested).map(|row| row.p_value.is_some_and(|p| p < MARKED_P));
-            field.sets = vec![ArrowSet { arrows, significant: marked.collect(), ..ArrowSet::default() }];
-            Some(field)
-        };
+        let field =
+            |stage: &str, title: &str| pictures::sensor(run, camera, stage, &format!("{title}, camera {camera}"));
         let marks = format!(
             "Mean residual of the tie points in cells; cells marked as significant have p below {MARKED_P:e} each."
         );
@@ -179,54 +198,19 @@ pub(super) fn sensor_figures(page: &mut Page, run: &RunFolder) {
 
 fn image_section(page: &mut Page, run: &RunFolder) {
     page.section("Residuals of images");
-    let flights = run.flights();
     let index: BTreeMap<&str, usize> = run.images.iter().enumerate().map(|(i, row)| (row.image.as_str(), i)).collect();
     let ties = || run.residuals.iter().filter(|row| row.kind == "tie");
     let residuals = ties().filter_map(|row| Some((*index.get(row.image.as_str())?, [row.rx, row.ry])));
     let rms = rms_by(run.images.len(), residuals);
-    let bars = run.images.iter().zip(rms).filter_map(|(image, rms)| {
-        let flight = flights.iter().position(|name| *name == image.flight)?;
-        Some(ImageBar { value: rms?, flight, ..ImageBar::default() })
-    });
-    let chart = ImageBars {
-        title: "RMS of the tie points of each image, per coordinate".into(),
-        order: "image in the order of the block".into(),
-        y: Axis::new("RMS", "px").from_zero(),
-        flights: flights.clone(),
-        bars: bars.collect(),
-        ..ImageBars::default()
-    };
+    let chart = pictures::image_rms(run, &rms);
     page.figure("image-rms", image_bars(&chart), "An image that stands out has outliers, or an error of its own.");
-    let samples = vec![
-        Sample { label: "x".into(), values: ties().map(|row| row.rx).collect() },
-        Sample { label: "y".into(), values: ties().map(|row| row.ry).collect() },
-    ];
-    let chart = Histogram {
-        title: "Residuals of the tie points".into(),
-        x: Axis::new("observed − computed", "px"),
-        samples,
-        bins: 0,
-    };
+    let chart = pictures::residual_histogram(ties().map(|row| row.rx).collect(), ties().map(|row| row.ry).collect());
     page.figure("residual-histogram", histogram(&chart), "");
 }
 
 fn block_section(page: &mut Page, run: &RunFolder) {
     page.section("Flights and points");
-    let flights = run.flights();
-    let of_role = |role: &str| -> Vec<[f64; 3]> {
-        run.checks.iter().filter(|row| row.role == role).map(|row| [row.x, row.y, row.z]).collect()
-    };
-    let stations = run.images.iter().filter_map(|image| {
-        let flight = flights.iter().position(|name| *name == image.flight)?;
-        Some(Station { position_m: [image.x, image.y, image.z], flight })
-    });
-    let plan = FlightPlan {
-        title: "Projection centres, control and check points".into(),
-        images: stations.collect(),
-        control_m: of_role("control"),
-        check_m: of_role("check"),
-        flights: flights.clone(),
-    };
+    let plan = pictures::flights(run);
     page.figure("flights", flights_plan_profile(&plan), "Above in plan, below from the side.");
 }
 
@@ -245,33 +229,14 @@ fn checks_section(page: &mut Page, run: &RunFolder) {
             continue;
         }
         page.subsection(name);
-        let plan = PlanArrows {
-            title: format!("{name}: residuals in planimetry"),
-            arrows: rows.iter().map(|row| ([row.x, row.y], [1e3 * row.dx, 1e3 * row.dy])).collect(),
-            unit: "mm".into(),
-            scale: None,
-        };
+        let plan = pictures::plan(name, rows.iter().copied());
         page.figure(&format!("{role}-plan"), residuals_plan_arrows(&plan), "Computed minus surveyed.");
-        let heights = PlanSigned {
-            title: format!("{name}: residuals in height"),
-            values: rows.iter().map(|row| ([row.x, row.y], 1e3 * row.dz)).collect(),
-            unit: "mm".into(),
-            ..PlanSigned::default()
-        };
+        let heights = pictures::heights(name, rows.iter().copied());
         page.figure(&format!("{role}-height"), residuals_plan_signed(&heights), "Computed minus surveyed.");
-        let sample = |label: &str, value: fn(&CheckRow) -> f64| Sample {
-            label: label.into(),
-            values: rows.iter().map(|row| 1e3 * value(row)).collect(),
-        };
         if rows.len() < FEWEST_FOR_HISTOGRAM {
             continue;
         }
-        let chart = Histogram {
-            title: format!("{name}: distribution of the residuals"),
-            x: Axis::new("computed − surveyed", "mm"),
-            samples: vec![sample("X", |row| row.dx), sample("Y", |row| row.dy), sample("Z", |row| row.dz)],
-            bins: 0,
-        };
+        let chart = pictures::check_histogram(name, &rows);
         page.figure(&format!("{role}-histogram"), histogram(&chart), "");
     }
 }

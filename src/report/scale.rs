@@ -66,6 +66,22 @@ impl Scale {
         [self.from.min(self.to), self.from.max(self.to)]
     }
 
+    /// Pixels of the two ends of the range, in the order of [`Self::domain`].
+    pub fn pixels(&self) -> [f64; 2] {
+        [self.from, self.to]
+    }
+
+    /// Values at both ends.
+    pub fn domain(&self) -> [f64; 2] {
+        let value = |v: f64| if self.log { 10f64.powf(v) } else { v };
+        [value(self.lo), value(self.hi)]
+    }
+
+    /// Is it logarithmic?
+    pub fn is_log(&self) -> bool {
+        self.log
+    }
+
     /// Whether zero lies strictly inside.
     pub fn crosses_zero(&self) -> bool {
         !self.log && self.lo < 0.0 && self.hi > 0.0

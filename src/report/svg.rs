@@ -1,5 +1,6 @@
 //! The few SVG elements that the figures are made of. No ids and no clip paths, so that figures can share one page.
 
+use super::scale::Scale;
 use super::style::{INK, Marker};
 use std::fmt::Write;
 
@@ -100,6 +101,10 @@ impl<'a> Font<'a> {
 #[derive(Debug, Default)]
 pub(super) struct Svg {
     body: String,
+    /// Plotting areas, which lie above everything else and are transparent.
+    areas: String,
+    /// Pixels per unit of what is drawn as arrows.
+    scale: Option<f64>,
 }
 
 impl Svg {
@@ -143,6 +148,19 @@ impl Svg {
             .map_or(String::new(), |s| format!(" stroke=\"{}\" stroke-width=\"{}\"", s.colour, coordinate(s.width)));
         self.put(format_args!(
             "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{fill}\"{line}/>",
+            coordinate(x),
+            coordinate(y),
+            coordinate(size[0].abs()),
+            coordinate(size[1].abs())
+        ));
+    }
+
+    /// A filled rectangle that stands for an image of the block.
+    pub fn bar(&mut self, at: [f64; 2], size: [f64; 2], fill: &str, image: Option<usize>) {
+        let (x, y) = (at[0] + size[0].min(0.0), at[1] + size[1].min(0.0));
+        let image = image.map_or(String::new(), |image| format!(" data-image=\"{image}\""));
+        self.put(format_args!(
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{fill}\"{image}/>",
             coordinate(x),
             coordinate(y),
             coordinate(size[0].abs()),
@@ -203,15 +221,46 @@ impl Svg {
         ));
     }
 
+    /// Says of a plotting area which values lie at its edges, for whoever points into it.
+    pub fn area(&mut self, x: (&Scale, &str), y: (&Scale, &str)) {
+        let side = |name: &str, (scale, label): (&Scale, &str)| {
+            let ([from, to], [low, high]) = (scale.pixels(), scale.domain());
+            format!(
+                "data-{name}=\"{low} {high}\" data-p{name}=\"{} {}\" data-{name}log=\"{}\" data-{name}name=\"{}\"",
+                coordinate(from),
+                coordinate(to),
+                u8::from(scale.is_log()),
+                escape(label)
+            )
+        };
+        let ([left, right], [top, bottom]) = (x.0.ends(), y.0.ends());
+        let _ = writeln!(
+            self.areas,
+            "<rect class=\"plot\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" {} {}/>",
+            coordinate(left),
+            coordinate(top),
+            coordinate(right - left),
+            coordinate(bottom - top),
+            side("x", x),
+            side("y", y)
+        );
+    }
+
+    /// Says how many pixels a unit of the arrows has.
+    pub fn scaled(&mut self, scale: Option<f64>) {
+        self.scale = scale;
+    }
+
     /// The finished document of the given size.
     pub fn finish(self, title: &str, width: f64, height: f64) -> String {
         let (w, h) = (coordinate(width), coordinate(height));
         let title = escape(title);
+        let scale = self.scale.map_or(String::new(), |scale| format!(" data-scale=\"{scale}\""));
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
-             font-family=\"sans-serif\" role=\"img\" aria-label=\"{title}\">\n\
-             <title>{title}</title>\n<rect width=\"{w}\" height=\"{h}\" fill=\"#FFFFFF\"/>\n{}</svg>\n",
-            self.body
+             font-family=\"sans-serif\"{scale} role=\"img\" aria-label=\"{title}\">\n\
+             <title>{title}</title>\n<rect width=\"{w}\" height=\"{h}\" fill=\"#FFFFFF\"/>\n{}{}</svg>\n",
+            self.body, self.areas
         )
     }
 

@@ -105,7 +105,8 @@ impl Solver for Ceres {
         options: &Options,
         progress: &mut Progress<'_>,
     ) -> Result<Solution, AdjustError> {
-        let Options { max_iterations, chi_square_change, threads, linear_solver, covariance: wanted } = *options;
+        let Options { max_iterations, chi_square_change, threads, linear_solver, covariance: wanted, ref stop } =
+            *options;
         let points = problem.layout().point(0, 0);
         let reduced = problem.free()[..points].iter().filter(|free| **free).count();
         if wanted == CovarianceOf::Everything && reduced > LARGEST_DENSE_INVERSE {
@@ -133,7 +134,11 @@ impl Solver for Ceres {
             },
         };
         let arrays = Arrays::new(problem, &problem.start)?;
-        let mut watch = bridge::Watch::new(progress);
+        let mut progress = |iteration: &Iteration| match stop.is_raised() {
+            true => ControlFlow::Break(()),
+            false => progress(iteration),
+        };
+        let mut watch = bridge::Watch::new(&mut progress);
         let result = bridge::solve(&arrays.view(), &own, &mut watch).map_err(bridge_error)?;
         if let Some(payload) = watch.panic {
             let text = payload.downcast_ref::<&str>().map(ToString::to_string);

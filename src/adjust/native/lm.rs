@@ -81,7 +81,7 @@ pub fn minimise(
             gradient_max: gradient_max(&system),
             seconds: started.elapsed().as_secs_f64(),
         };
-        if progress(&report).is_break() {
+        if progress(&report).is_break() || options.stop.is_raised() {
             return Err(AdjustError::Cancelled { solver });
         }
         let small = options.chi_square_change.max(CHI_SQUARE_ROUNDING * chi_square);

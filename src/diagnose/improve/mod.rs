@@ -94,6 +94,7 @@ pub struct Confirmation {
 }
 
 /// A model on its way: its fit, and what is known of how it came about.
+#[derive(Clone)]
 pub struct Improvement {
     /// Ledger.
     pub steps: Vec<Step>,
@@ -116,16 +117,26 @@ pub struct Improvement {
 impl Improvement {
     /// Begins with a fit of the base model.
     pub fn new(block: &Block, base: Fit, settings: &Settings<'_>) -> Result<Self, DiagnoseError> {
-        let heldout_px = held_out_px(&base, settings.options.threads)?;
         let own = base.model.effects.len();
+        Self::with(block, base, Added { own, ..Added::default() }, settings)
+    }
+
+    /// Begins with a fit in which the effects and groups of `parts` were taken in before.
+    ///
+    /// # Errors
+    /// A fit that predicts nothing.
+    pub fn with(block: &Block, base: Fit, parts: Added, settings: &Settings<'_>) -> Result<Self, DiagnoseError> {
+        let heldout_px = held_out_px(&base, settings.options.threads)?;
+        let taken = base.model.effects.iter().skip(parts.own).map(|term| term.effect.descriptor().id.to_string());
+        let added = taken.chain(parts.freed.keys().cloned()).collect();
         let mut improvement = Self {
             steps: Vec::new(),
             confirmations: Vec::new(),
             fit: base.clone(),
             base,
             heldout_px,
-            added: Vec::new(),
-            parts: Added { own, ..Added::default() },
+            added,
+            parts,
             refused: BTreeSet::new(),
             left_before: BTreeSet::new(),
         };
@@ -146,7 +157,7 @@ impl Improvement {
             let situation = linearised.situation(settings, &self.refused);
             match next(&situation) {
                 Some(Event::Added { set }) if self.added.len() < MOST_EFFECTS => {
-                    self.take_in(block, &linearised, &situation, set, settings)?;
+                    self.take_in(block, &linearised, &situation, set, false, settings)?;
                     self.weigh(block, settings)?;
                     first.get_or_insert(linearised);
                 }
@@ -154,6 +165,40 @@ impl Improvement {
                 _ => return Ok(linearised),
             }
         }
+    }
+
+    /// Takes in what somebody asks for, whatever the rules say of it.
+    ///
+    /// # Errors
+    /// Why it cannot be taken in, in words; a refit that fails.
+    pub fn add(
+        &mut self,
+        block: &Block,
+        linearised: &Linearised,
+        id: &str,
+        settings: &Settings<'_>,
+    ) -> Result<Result<(), String>, DiagnoseError> {
+        let situation = linearised.situation(settings, &BTreeSet::new());
+        let judged = situation.judge_all(&situation.beside());
+        let Some(judged) = judged.iter().find(|judged| linearised.sets[judged.set].id == id) else {
+            let untested = linearised.untested.iter().find(|candidate| candidate.id == id);
+            return Ok(Err(match untested {
+                Some(candidate) => format!("{id} needs {}", candidate.needs.join(", ")),
+                None if situation.has(id) => format!("{id} is in the model already"),
+                None => format!("{id}: this block absorbs it, nothing of it could be estimated"),
+            }));
+        };
+        self.take_in(block, linearised, &situation, judged.set, true, settings)?;
+        let refused = self.confirmations.last().filter(|confirmation| !confirmation.kept);
+        Ok(refused.map_or(Ok(()), |refused| Err(format!("{id}: {}", refused.reason))))
+    }
+
+    /// Takes out an effect or a group that was taken in.
+    ///
+    /// # Errors
+    /// A refit that fails.
+    pub fn remove(&mut self, block: &Block, id: &str, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
+        self.take_out(block, id, "as asked for", settings)
     }
 
     /// Takes out an effect that a structure could itself be. Was there one?
@@ -175,12 +220,14 @@ impl Improvement {
         &self.refused
     }
 
+    /// Refits with a set; it stays where it takes something of v'Pv away, or where it was `asked_for`.
     fn take_in(
         &mut self,
         block: &Block,
         linearised: &Linearised,
         situation: &Situation<'_>,
         set: usize,
+        asked_for: bool,
         settings: &Settings<'_>,
     ) -> Result<(), DiagnoseError> {
         let id = linearised.sets[set].id.clone();
@@ -212,7 +259,7 @@ impl Improvement {
             Ok((heldout_px, fit, parts)) => {
                 confirmation.drop = self.fit.chi_square() - fit.chi_square();
                 confirmation.after_px = heldout_px;
-                confirmation.kept = confirmation.drop > 0.0;
+                confirmation.kept = asked_for || confirmation.drop > 0.0;
                 if confirmation.kept {
                     (self.fit, self.heldout_px, self.parts) = (fit, heldout_px, parts);
                     self.added.push(id.clone());

@@ -5,17 +5,19 @@ use super::super::frame::PlotFrame;
 use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet};
 use super::super::style::{INK, Marker, VERMILLION, series_colour, series_marker};
-use super::flight_name;
 use super::plan::{Plan, WIDTH};
+use super::{flight_name, width_or};
 use std::collections::BTreeSet;
 
 /// One image.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Station {
     /// Projection centre X, Y, Z, metres.
     pub position_m: [f64; 3],
     /// Index into [`FlightPlan::flights`].
     pub flight: usize,
+    /// What others stand out from: pale.
+    pub dimmed: bool,
 }
 
 /// The flights of a block.
@@ -31,12 +33,15 @@ pub struct FlightPlan {
     pub control_m: Vec<[f64; 3]>,
     /// Check points, metres.
     pub check_m: Vec<[f64; 3]>,
+    /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
+    pub width: Option<f64>,
 }
 
 /// Draws the projection centres, coloured by flight, and the control and check points: from above, and from the side
 /// that shows the block's length.
 pub fn flights_plan_profile(plan: &FlightPlan) -> String {
-    let mut sheet = Sheet::new(&plan.title, WIDTH);
+    let width = width_or(plan.width, WIDTH);
+    let mut sheet = Sheet::new(&plan.title, width);
     let whole = |p: &[f64; 3]| p.iter().all(|v| drawable(*v));
     let images: Vec<&Station> = plan.images.iter().filter(|s| whole(&s.position_m)).collect();
     let control: Vec<[f64; 3]> = plan.control_m.iter().copied().filter(whole).collect();
@@ -65,7 +70,7 @@ pub fn flights_plan_profile(plan: &FlightPlan) -> String {
 
     let all = images.iter().map(|s| s.position_m).chain(control.iter().copied()).chain(check.iter().copied());
     let top = sheet.y + 4.0;
-    let Some(map) = Plan::fit(all.clone().map(|p| [p[0], p[1]]), top, 14.0) else {
+    let Some(map) = Plan::fit(all.clone().map(|p| [p[0], p[1]]), width, top, 14.0) else {
         return sheet.finish_empty();
     };
     sheet.y = map.draw(&mut sheet.svg);
@@ -104,7 +109,8 @@ fn draw_points(
     let dots: Vec<[f64; 2]> = check.iter().map(|p| px(*p)).collect();
     sheet.svg.dots(&dots, 1.6, "#A0A0A0");
     for s in images {
-        sheet.svg.marker(px(s.position_m), series_marker(s.flight), 3.6, series_colour(s.flight));
+        let colour = if s.dimmed { "#BDBDBD" } else { series_colour(s.flight) };
+        sheet.svg.marker(px(s.position_m), series_marker(s.flight), 3.6, colour);
     }
     for p in control {
         sheet.svg.marker(px(*p), CONTROL, 6.5, VERMILLION);

@@ -7,6 +7,7 @@ use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet};
 use super::super::style::series_colour;
 use super::super::svg::Stroke;
+use super::{height_at, width_or};
 
 /// Values of one kind.
 #[derive(Debug, Clone, Default)]
@@ -15,6 +16,8 @@ pub struct Sample {
     pub label: String,
     /// The values.
     pub values: Vec<f64>,
+    /// What others stand out from: pale.
+    pub dimmed: bool,
 }
 
 /// One or several samples in the same bins. One is drawn filled, several as outlines.
@@ -28,14 +31,21 @@ pub struct Histogram {
     pub samples: Vec<Sample>,
     /// About how many bins; 0 counts as 40. Their width is a round number.
     pub bins: usize,
+    /// Shown range of the counts at least; `None` takes it from the data.
+    pub counts: Option<[f64; 2]>,
+    /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
+    pub width: Option<f64>,
 }
 
 const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 280.0;
+const PALE: &str = "#B5B5B5";
 
 /// Draws a histogram.
 pub fn histogram(histogram: &Histogram) -> String {
-    let mut sheet = Sheet::new(&histogram.title, WIDTH);
+    let width = width_or(histogram.width, WIDTH);
+    let height = height_at(histogram.width, HEIGHT);
+    let mut sheet = Sheet::new(&histogram.title, width);
     let all = || histogram.samples.iter().flat_map(|s| &s.values).copied();
     sheet.left_out(all().filter(|v| !drawable(*v)).count(), "not finite");
     let Some([lo, hi]) = extent(all()) else {
@@ -57,23 +67,23 @@ pub fn histogram(histogram: &Histogram) -> String {
     let mut entries = Vec::new();
     for (i, s) in histogram.samples.iter().enumerate().filter(|(_, s)| several || !s.label.is_empty()) {
         let used = s.values.iter().filter(|v| drawable(**v)).count();
-        let colour = series_colour(i).to_string();
+        let colour = colour(s, i).to_string();
         let key = if several { Key::Line { colour, dashed: i % 2 == 1, marker: None } } else { Key::Patch { colour } };
         entries.push((key, format!("{} (n = {used})", s.label)));
     }
     sheet.legend(&entries);
 
     let x = Axis { log: false, names: Vec::new(), ..histogram.x.clone() };
-    let y = Axis::new("count per bin", "").from_zero().whole();
+    let y = Axis { range: histogram.counts, ..Axis::new("count per bin", "").from_zero().whole() };
     let most = counts.iter().flatten().copied().max().unwrap_or(0) as f64;
     let top = sheet.y + 6.0;
     let edges = [first * step, (first + n as f64) * step];
-    let scales = Scale::fit(&x, Some(edges), 0.0, WIDTH).zip(Scale::fit(&y, Some([0.0, most]), top + HEIGHT, top));
+    let scales = Scale::fit(&x, Some(edges), 0.0, width).zip(Scale::fit(&y, Some([0.0, most]), top + height, top));
     let Some((xs, ys)) = scales else {
         return sheet.finish_empty();
     };
-    let margin = PlotFrame { x: xs, y: ys }.margin(&x, &y, WIDTH);
-    let frame = PlotFrame { x: xs.on(margin.left + 6.0, WIDTH - 18.0), y: ys };
+    let margin = PlotFrame { x: xs, y: ys }.margin(&x, &y, width);
+    let frame = PlotFrame { x: xs.on(margin.left + 6.0, width - 18.0), y: ys };
     frame.draw(&mut sheet.svg, &x, &y);
     for (i, counts) in counts.iter().enumerate() {
         let edge = |k: usize| (first + k as f64) * step;
@@ -83,7 +93,8 @@ pub fn histogram(histogram: &Histogram) -> String {
                 outline.extend([frame.px([edge(k), *c as f64]), frame.px([edge(k + 1), *c as f64])]);
             }
             outline.push(frame.px([edge(n), 0.0]));
-            sheet.svg.polyline(&outline, Stroke::new(series_colour(i), 1.8).dashed(i % 2 == 1));
+            let colour = colour(&histogram.samples[i], i);
+            sheet.svg.polyline(&outline, Stroke::new(colour, 1.8).dashed(i % 2 == 1));
         } else {
             for (k, c) in counts.iter().enumerate().filter(|(_, c)| **c > 0) {
                 let (a, b) = (frame.px([edge(k), 0.0]), frame.px([edge(k + 1), *c as f64]));
@@ -92,9 +103,13 @@ pub fn histogram(histogram: &Histogram) -> String {
             }
         }
     }
-    sheet.y = top + HEIGHT + margin.bottom;
+    sheet.y = top + height + margin.bottom;
     sheet.note(format!("Width of a bin: {} {}", significant(step, 1), x.unit));
     sheet.finish()
+}
+
+fn colour(sample: &Sample, i: usize) -> &'static str {
+    if sample.dimmed { PALE } else { series_colour(i) }
 }
 
 fn count(values: &[f64], step: f64, first: f64, n: usize) -> Vec<usize> {

@@ -4,9 +4,9 @@ use super::super::axes::{Axis, drawable, extent};
 use super::super::frame::PlotFrame;
 use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet, whisker};
-use super::super::style::{INK, series_colour};
+use super::super::style::{INK, VERMILLION, series_colour};
 use super::super::svg::{Font, Stroke};
-use super::flight_name;
+use super::{flight_name, height_at, width_or};
 use std::collections::BTreeSet;
 
 /// The value of one image.
@@ -20,6 +20,12 @@ pub struct ImageBar {
     pub flight: usize,
     /// Whether it is significant; a star stands at such bars.
     pub significant: bool,
+    /// What others stand out from: pale.
+    pub dimmed: bool,
+    /// A value of a part of the image, drawn over the bar; `None` draws none.
+    pub part: Option<f64>,
+    /// The image's number in its block, for whoever points at the bar; `None` where nobody does.
+    pub image: Option<usize>,
 }
 
 /// Values of images.
@@ -39,6 +45,8 @@ pub struct ImageBars {
     pub whisker_means: String,
     /// What the star means, such as "p < 0.001".
     pub star_means: String,
+    /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
+    pub width: Option<f64>,
 }
 
 const WIDTH: f64 = 960.0;
@@ -47,7 +55,9 @@ const PALE: &str = "#BDBDBD";
 
 /// Draws one bar per image.
 pub fn image_bars(chart: &ImageBars) -> String {
-    let mut sheet = Sheet::new(&chart.title, WIDTH);
+    let page = width_or(chart.width, WIDTH);
+    let height = height_at(chart.width, HEIGHT);
+    let mut sheet = Sheet::new(&chart.title, page);
     let bars: Vec<(usize, &ImageBar)> = chart.bars.iter().enumerate().filter(|(_, b)| drawable(b.value)).collect();
     sheet.left_out(chart.bars.len() - bars.len(), "not finite");
     let broken = bars.iter().filter(|(_, b)| b.whisker.is_some() && ends(b).is_none()).count();
@@ -62,14 +72,16 @@ pub fn image_bars(chart: &ImageBars) -> String {
     let n = chart.bars.len() as f64;
     let top = sheet.y + 6.0;
     // A little more than the bars, so that stars stand clear of the frame.
-    let room = |b: &ImageBar| ends(b).unwrap_or([b.value; 2]).map(|v| v + if b.significant { 0.06 * v } else { 0.0 });
+    let room = |b: &ImageBar| {
+        ends(b).unwrap_or([b.value, b.part.unwrap_or(b.value)]).map(|v| v + if b.significant { 0.06 * v } else { 0.0 })
+    };
     let values = extent(bars.iter().flat_map(|(_, b)| room(b)));
-    let Some(ys) = Scale::fit(&y, values, top + HEIGHT, top) else {
+    let Some(ys) = Scale::fit(&y, values, top + height, top) else {
         return sheet.finish_empty();
     };
-    let whole = Scale::linear(0.5, n + 0.5, 0.0, WIDTH);
-    let margin = PlotFrame { x: whole, y: ys }.margin(&x, &y, WIDTH);
-    let frame = PlotFrame { x: whole.on(margin.left + 6.0, WIDTH - 18.0), y: ys };
+    let whole = Scale::linear(0.5, n + 0.5, 0.0, page);
+    let margin = PlotFrame { x: whole, y: ys }.margin(&x, &y, page);
+    let frame = PlotFrame { x: whole.on(margin.left + 6.0, page - 18.0), y: ys };
     frame.draw(&mut sheet.svg, &x, &y);
     frame.zero_line(&mut sheet.svg);
 
@@ -83,7 +95,12 @@ pub fn image_bars(chart: &ImageBars) -> String {
         if let Some([a, b]) = limits.filter(|_| slot < 5.0) {
             sheet.svg.line([x, a], [x, b], Stroke::new(PALE, (0.8 * slot).min(1.0)));
         }
-        sheet.svg.rect([x - width / 2.0, zero], [width, y - zero], series_colour(bar.flight), None);
+        let colour = if bar.dimmed { PALE } else { series_colour(bar.flight) };
+        sheet.svg.bar([x - width / 2.0, zero], [width, y - zero], colour, bar.image);
+        if let Some(part) = bar.part.filter(|part| drawable(*part)) {
+            let inner = 0.6 * width;
+            sheet.svg.rect([x - inner / 2.0, zero], [inner, frame.y.px(part) - zero], VERMILLION, None);
+        }
         if let Some(limits) = limits.filter(|_| slot >= 5.0) {
             whisker(&mut sheet.svg, x, limits, INK);
         }
@@ -94,7 +111,7 @@ pub fn image_bars(chart: &ImageBars) -> String {
             sheet.svg.text([x, (tip + dy).clamp(top + 10.0, bottom - 1.0)], "*", Font::new(13.0).bold().middle());
         }
     }
-    sheet.y = top + HEIGHT + margin.bottom;
+    sheet.y = top + height + margin.bottom;
     sheet.finish()
 }
 

@@ -1,6 +1,7 @@
 //! The falling curve: what each added effect did to data that the fit did not see.
 
 use super::super::axes::Axis;
+use super::NARROW;
 use super::lines::{LineChart, Panel, Series, line_chart};
 
 /// One model that was tried.
@@ -23,6 +24,8 @@ pub struct Ledger {
     pub title: String,
     /// Models tried.
     pub steps: Vec<LedgerStep>,
+    /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
+    pub width: Option<f64>,
 }
 
 /// Draws three panels over the same steps: held-out measurements, check points, sigma0. Every axis begins at zero, so that a fall
@@ -41,6 +44,7 @@ pub fn ledger(ledger: &Ledger) -> String {
     };
     let mut panels = vec![panel("Held-out measurements, RMS (px)", "px", each(&|s| Some(s.heldout_px)))];
     let check = each(&|s| s.check_mm);
+    let check_points = !check.is_empty();
     let note = if check.is_empty() {
         "The block has no check points."
     } else {
@@ -50,8 +54,16 @@ pub fn ledger(ledger: &Ledger) -> String {
         panels.push(panel("Check points, 3D RMS (mm)", "mm", check));
     }
     panels.push(panel("Standard deviation of unit weight, sigma0", "", each(&|s| Some(s.sigma0))));
+    // Where there is room for one, it is what judges from outside: the check points.
+    if ledger.width.is_some_and(|width| width < NARROW) {
+        panels.truncate(if check_points { 2 } else { 1 });
+        panels = panels.pop().into_iter().collect();
+        panels.iter_mut().for_each(|panel| panel.x = Axis::named("", numbers()));
+        let (title, width) = (String::new(), ledger.width);
+        return line_chart(&LineChart { title, panels, columns: 1, note: String::new(), width });
+    }
     if let Some(last) = panels.last_mut() {
         last.x = Axis::named("", names());
     }
-    line_chart(&LineChart { title: ledger.title.clone(), panels, columns: 1, note: note.into() })
+    line_chart(&LineChart { title: ledger.title.clone(), panels, columns: 1, note: note.into(), width: ledger.width })
 }

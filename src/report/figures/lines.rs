@@ -6,6 +6,7 @@ use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet, no_data, whisker};
 use super::super::style::{GREY, Marker, series_colour, series_marker};
 use super::super::svg::{Font, Stroke};
+use super::{height_at, width_or};
 
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -34,6 +35,8 @@ pub struct Series {
     pub sigma: Vec<f64>,
     /// Lines, markers or both.
     pub style: LineStyle,
+    /// What others stand out from: pale.
+    pub dimmed: bool,
 }
 
 impl Series {
@@ -45,6 +48,11 @@ impl Series {
     /// The same series in another style.
     pub fn style(self, style: LineStyle) -> Self {
         Self { style, ..self }
+    }
+
+    /// The same series, dimmed.
+    pub fn dimmed(self, dimmed: bool) -> Self {
+        Self { dimmed, ..self }
     }
 
     /// The same series with error bars.
@@ -77,6 +85,8 @@ pub struct LineChart {
     pub columns: usize,
     /// Remark below the plot; may be empty.
     pub note: String,
+    /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
+    pub width: Option<f64>,
 }
 
 /// Mean and sigma in bins, over the single values they come from.
@@ -92,11 +102,17 @@ pub struct BinnedProfile {
     pub cloud: Vec<[f64; 2]>,
     /// Named rows of bins, each `[x, mean, sigma of the mean]`.
     pub bins: Vec<(String, Vec<[f64; 3]>)>,
+    /// The first so many rows are dimmed: the others stand out from them.
+    pub dimmed: usize,
     /// What the error bars mean, such as "± 2 sigma of the mean".
     pub bars: String,
+    /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
+    pub width: Option<f64>,
 }
 
 const PANEL_HEIGHT: f64 = 250.0;
+/// What lies behind other series.
+const PALE: &str = "#B5B5B5";
 
 /// Draws mean and error bar in bins (time, temperature, row, radius, height, ...).
 pub fn profile(profile: &BinnedProfile) -> String {
@@ -104,19 +120,20 @@ pub fn profile(profile: &BinnedProfile) -> String {
     if !profile.cloud.is_empty() {
         series.push(Series::new("single values", profile.cloud.clone()).style(LineStyle::Cloud));
     }
-    for (label, bins) in &profile.bins {
+    for (k, (label, bins)) in profile.bins.iter().enumerate() {
         let points = bins.iter().map(|b| [b[0], b[1]]).collect();
-        series.push(Series::new(label.clone(), points).sigma(bins.iter().map(|b| b[2]).collect()));
+        let bars = bins.iter().map(|b| b[2]).collect();
+        series.push(Series::new(label.clone(), points).sigma(bars).dimmed(k < profile.dimmed));
     }
     let panel = Panel { x: profile.x.clone(), y: profile.y.clone(), series, ..Panel::default() };
     let note = if profile.bars.is_empty() { String::new() } else { format!("Bars: {}.", profile.bars) };
-    line_chart(&LineChart { title: profile.title.clone(), panels: vec![panel], columns: 1, note })
+    line_chart(&LineChart { title: profile.title.clone(), panels: vec![panel], columns: 1, note, width: profile.width })
 }
 
 /// Draws series in panels.
 pub fn line_chart(chart: &LineChart) -> String {
     let columns = chart.columns.clamp(1, chart.panels.len().max(1));
-    let mut sheet = Sheet::new(&chart.title, [820.0, 920.0, 1080.0][columns.min(3) - 1]);
+    let mut sheet = Sheet::new(&chart.title, width_or(chart.width, [820.0, 920.0, 1080.0][columns.min(3) - 1]));
     let labels = labels(chart);
     sheet.legend(&legend(chart, &labels));
     for panel in &chart.panels {
@@ -128,6 +145,7 @@ pub fn line_chart(chart: &LineChart) -> String {
     let slot = (sheet.width - 14.0) / columns as f64;
     // A single panel may be tall, three in a stack should fit a screen.
     let height = PANEL_HEIGHT * if columns > 1 { 1.0 } else { [1.4, 1.0, 0.75][chart.panels.len().min(3) - 1] };
+    let height = height_at(chart.width, height);
     let frames: Vec<Option<PlotFrame>> = chart.panels.iter().map(|p| fit(p, slot, height)).collect();
     let margins: Vec<Margin> = chart
         .panels
@@ -182,8 +200,10 @@ fn legend(chart: &LineChart, labels: &[&str]) -> Vec<(Key, String)> {
     let all = || chart.panels.iter().flat_map(|p| &p.series);
     let mut entries = Vec::new();
     for (i, label) in labels.iter().enumerate().filter(|(_, l)| !l.is_empty()) {
-        let style = all().find(|s| s.label == **label).map(|s| s.style).unwrap_or_default();
-        let (colour, marker) = (series_colour(i).to_string(), series_marker(i));
+        let first = all().find(|s| s.label == **label);
+        let style = first.map(|s| s.style).unwrap_or_default();
+        let colour = if first.is_some_and(|s| s.dimmed) { PALE } else { series_colour(i) };
+        let (colour, marker) = (colour.to_string(), series_marker(i));
         let key = match style {
             LineStyle::Markers => Key::Point { colour, marker },
             LineStyle::LineAndMarkers => Key::Line { colour, dashed: false, marker: Some(marker) },
@@ -237,12 +257,12 @@ fn count_left_out(sheet: &mut Sheet, panel: &Panel) {
 }
 
 fn draw(sheet: &mut Sheet, frame: PlotFrame, panel: &Panel, series: &Series, i: usize) {
-    let (colour, marker) = (series_colour(i), series_marker(i));
+    let (colour, marker) = (if series.dimmed { PALE } else { series_colour(i) }, series_marker(i));
     let style = series.style;
     let pixels = |p: &[f64; 2]| frame.px(*p);
     if style == LineStyle::Cloud {
         let dots: Vec<_> = series.points.iter().filter(|p| shown(panel, p)).map(pixels).collect();
-        return sheet.svg.dots(&dots, 1.8, "#B5B5B5");
+        return sheet.svg.dots(&dots, 1.8, PALE);
     }
     if style != LineStyle::Markers {
         for run in series.points.split(|p| !shown(panel, p)) {

@@ -49,6 +49,26 @@ fn flight_name(names: &[String], flight: usize) -> String {
     names.get(flight).cloned().unwrap_or_else(|| format!("flight {}", flight.saturating_add(1)))
 }
 
+/// Width of a picture that was asked for, or that of a page.
+fn width_or(wanted: Option<f64>, usual: f64) -> f64 {
+    wanted.filter(|width| width.is_finite()).map_or(usual, |width| width.clamp(NARROWEST, WIDEST))
+}
+
+/// Height of a plotting area that is `usual` on a page: a picture of a width that was asked for is no tower.
+fn height_at(wanted: Option<f64>, usual: f64) -> f64 {
+    let share = |width: f64| if width < NARROW { 0.6 } else { 0.36 };
+    wanted.filter(|width| width.is_finite()).map_or(usual, |width| usual.min((share(width) * width).max(LOWEST)))
+}
+
+/// Width below which a picture has one panel, with little beside it.
+const NARROW: f64 = 400.0;
+/// Least height of a plotting area.
+const LOWEST: f64 = 110.0;
+
+/// Widths between which axes have room and numbers stay near.
+const NARROWEST: f64 = 240.0;
+const WIDEST: f64 = 2400.0;
+
 /// Legend entry of a scale arrow: a round length near 60 pixels at `scale` pixels per unit.
 fn scale_entry(scale: f64, unit: &str) -> (Key, String) {
     let value = round_below(75.0 / scale);

@@ -29,9 +29,9 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// A plan of these points at the height `top` on the page, with `border` pixels around them for arrows. `None`
+    /// A plan of these points, `page` pixels wide, at the height `top` on the page, with `border` pixels around them for arrows. `None`
     /// where no point can be drawn.
-    pub fn fit(points: impl Iterator<Item = [f64; 2]> + Clone, top: f64, border: f64) -> Option<Self> {
+    pub fn fit(points: impl Iterator<Item = [f64; 2]> + Clone, page: f64, top: f64, border: f64) -> Option<Self> {
         let x = extent(points.clone().map(|p| p[0]))?;
         let y = extent(points.map(|p| p[1]))?;
         let turned = y[1] - y[0] > x[1] - x[0];
@@ -45,7 +45,7 @@ impl Plan {
         let mut stretch = 1.0;
         // Twice, since the width of the labels depends on the frame.
         for _ in 0..2 {
-            let room = WIDTH - left - 20.0;
+            let room = page - left - 20.0;
             let mut per_m = (room - 2.0 * border) / size;
             let wanted = (b[1] - b[0]) * per_m;
             per_m *= ((MAX_HEIGHT - 2.0 * border) / wanted.max(1e-9)).min(1.0);

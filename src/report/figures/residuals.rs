@@ -3,11 +3,11 @@
 use super::super::axes::drawable;
 use super::super::numbers::significant;
 use super::super::sheet::{Key, Sheet};
-use super::super::style::{BLUE, VERMILLION};
+use super::super::style::{BLUE, GREY, VERMILLION};
 use super::super::svg::{Stroke, arrow};
 use super::plan::{Plan, WIDTH};
-use super::scale_entry;
 use super::vector_field::Arrow;
+use super::{scale_entry, width_or};
 
 /// Arrows more than this are thinned out, with a note: they would hide each other.
 const MOST_ARROWS: usize = 900;
@@ -25,6 +25,10 @@ pub struct PlanArrows {
     pub unit: String,
     /// Figure pixels per unit; `None` fits the longest arrow. Pictures to be compared share one.
     pub scale: Option<f64>,
+    /// Per arrow, whether it stands out, the others dimmed; empty where none does.
+    pub standing_out: Vec<bool>,
+    /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
+    pub width: Option<f64>,
 }
 
 /// How a signed value is drawn.
@@ -51,6 +55,8 @@ pub struct PlanSigned {
     /// Figure pixels per unit; `None` fits the largest value. With dots, pixels of radius for a value of 1, growing with
     /// the square root. Pictures to be compared share one.
     pub scale: Option<f64>,
+    /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
+    pub width: Option<f64>,
 }
 
 impl PlanArrows {
@@ -82,36 +88,45 @@ fn chosen(given: Option<f64>, natural: Option<f64>) -> Option<f64> {
 
 /// Draws horizontal residuals as arrows in plan.
 pub fn residuals_plan_arrows(plan: &PlanArrows) -> String {
-    let mut sheet = Sheet::new(&plan.title, WIDTH);
-    let good: Vec<&Arrow> = plan.arrows.iter().filter(|(p, d)| p.iter().chain(d).all(|v| drawable(*v))).collect();
+    let width = width_or(plan.width, WIDTH);
+    let mut sheet = Sheet::new(&plan.title, width);
+    let whole = |(p, d): &Arrow| p.iter().chain(d).all(|v| drawable(*v));
+    let kept: Vec<usize> = (0..plan.arrows.len()).filter(|k| whole(&plan.arrows[*k])).collect();
+    let good: Vec<&Arrow> = kept.iter().map(|k| &plan.arrows[*k]).collect();
     sheet.left_out(plan.arrows.len() - good.len(), "not finite");
     let scale = chosen(plan.scale, plan.natural_scale());
+    sheet.svg.scaled(scale);
     sheet.legend(&scale.map(|s| scale_entry(s, &plan.unit)).into_iter().collect::<Vec<_>>());
-    let Some(map) = Plan::fit(good.iter().map(|a| a.0), sheet.y + 4.0, LONGEST) else {
+    let Some(map) = Plan::fit(good.iter().map(|a| a.0), width, sheet.y + 4.0, LONGEST) else {
         return sheet.finish_empty();
     };
     sheet.y = map.draw(&mut sheet.svg);
     let places: Vec<[f64; 2]> = good.iter().map(|a| a.0).collect();
     let drawn = map.thinned(&places, MOST_ARROWS);
-    let mut d = String::new();
-    for (at, by) in drawn.iter().map(|k| good[*k]) {
-        let (from, by) = (map.px(*at), map.direction(*by, scale.unwrap_or(0.0)));
-        d += &arrow(from, [from[0] + by[0], from[1] + by[1]]);
+    let out = |k: usize| plan.standing_out.get(kept[k]).copied();
+    for (wanted, colour, width) in [(Some(false), GREY, 0.8), (None, BLUE, 1.2), (Some(true), VERMILLION, 1.6)] {
+        let mut d = String::new();
+        for (at, by) in drawn.iter().filter(|k| out(**k) == wanted).map(|k| good[*k]) {
+            let (from, by) = (map.px(*at), map.direction(*by, scale.unwrap_or(0.0)));
+            d += &arrow(from, [from[0] + by[0], from[1] + by[1]]);
+        }
+        sheet.svg.path(&d, Stroke::new(colour, width));
     }
-    sheet.svg.path(&d, Stroke::new(BLUE, 1.2));
     remarks(&mut sheet, &map, [drawn.len(), good.len()], scale);
     sheet.finish()
 }
 
 /// Draws signed values in plan: red and up for positive, blue and down for negative.
 pub fn residuals_plan_signed(plan: &PlanSigned) -> String {
-    let mut sheet = Sheet::new(&plan.title, WIDTH);
+    let width = width_or(plan.width, WIDTH);
+    let mut sheet = Sheet::new(&plan.title, width);
     let good: Vec<&([f64; 2], f64)> =
         plan.values.iter().filter(|(p, v)| p.iter().all(|v| drawable(*v)) && drawable(*v)).collect();
     sheet.left_out(plan.values.len() - good.len(), "not finite");
     let scale = chosen(plan.scale, plan.natural_scale());
+    sheet.svg.scaled(scale);
     sheet.legend(&signed_legend(plan, scale));
-    let Some(map) = Plan::fit(good.iter().map(|a| a.0), sheet.y + 4.0, LONGEST) else {
+    let Some(map) = Plan::fit(good.iter().map(|a| a.0), width, sheet.y + 4.0, LONGEST) else {
         return sheet.finish_empty();
     };
     sheet.y = map.draw(&mut sheet.svg);

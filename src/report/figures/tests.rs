@@ -24,9 +24,14 @@ fn all(values: &[f64], title: &str) -> Vec<(&'static str, String)> {
         values: values.iter().enumerate().map(|(i, v)| (place(i), *v)).collect(),
         unit: "mm".into(),
         style,
-        scale: None,
+        ..PlanSigned::default()
     };
-    let flagged = ArrowSet { label: title.clone(), arrows: arrows.clone(), significant: vec![true, false] };
+    let flagged = ArrowSet {
+        label: title.clone(),
+        arrows: arrows.clone(),
+        significant: vec![true, false],
+        ..ArrowSet::default()
+    };
     let field = VectorField {
         sets: vec![flagged, ArrowSet { label: "other".into(), arrows: arrows.clone(), ..ArrowSet::default() }],
         marks: vec![(title.clone(), [10.0, 20.0])],
@@ -35,7 +40,7 @@ fn all(values: &[f64], title: &str) -> Vec<(&'static str, String)> {
     let stations: Vec<Station> = values
         .iter()
         .enumerate()
-        .map(|(i, v)| Station { position_m: [place(i)[1], place(i)[0], *v], flight: i })
+        .map(|(i, v)| Station { position_m: [place(i)[1], place(i)[0], *v], flight: i, ..Station::default() })
         .collect();
     let flights = FlightPlan {
         title: title.clone(),
@@ -43,6 +48,7 @@ fn all(values: &[f64], title: &str) -> Vec<(&'static str, String)> {
         images: stations,
         control_m: values.iter().map(|v| [*v, 0.0, 1.0]).collect(),
         check_m: Vec::new(),
+        width: None,
     };
     let map = |colours, limit| HeatMap {
         title: title.clone(),
@@ -54,8 +60,13 @@ fn all(values: &[f64], title: &str) -> Vec<(&'static str, String)> {
         limit,
         ..HeatMap::default()
     };
-    let bar =
-        |(i, v): (usize, &f64)| ImageBar { value: *v, whisker: Some(v.abs()), flight: i, significant: i % 2 == 0 };
+    let bar = |(i, v): (usize, &f64)| ImageBar {
+        value: *v,
+        whisker: Some(v.abs()),
+        flight: i,
+        significant: i % 2 == 0,
+        ..ImageBar::default()
+    };
     let bars = ImageBars {
         title: title.clone(),
         bars: values.iter().enumerate().map(bar).collect(),
@@ -64,7 +75,7 @@ fn all(values: &[f64], title: &str) -> Vec<(&'static str, String)> {
         ..ImageBars::default()
     };
     let step = |v: &f64| LedgerStep { name: title.clone(), heldout_px: *v, check_mm: Some(*v), sigma0: *v };
-    let sample = |label: &str| Sample { label: label.into(), values: values.to_vec() };
+    let sample = |label: &str| Sample { label: label.into(), values: values.to_vec(), ..Sample::default() };
     let binned = BinnedProfile {
         title: title.clone(),
         x: Axis::new("row", "px"),
@@ -72,9 +83,17 @@ fn all(values: &[f64], title: &str) -> Vec<(&'static str, String)> {
         cloud: points.clone(),
         bins: vec![(title.clone(), values.iter().map(|v| [n, *v, 0.1]).collect())],
         bars: "± sigma".into(),
+        dimmed: 0,
+        width: None,
     };
-    let chart = |log| LineChart { title: title.clone(), panels: vec![panel(log); 3], columns: 2, note: title.clone() };
-    let hist = |samples| Histogram { title: title.clone(), x: y(), samples, bins: 0 };
+    let chart = |log| LineChart {
+        title: title.clone(),
+        panels: vec![panel(log); 3],
+        columns: 2,
+        note: title.clone(),
+        width: None,
+    };
+    let hist = |samples| Histogram { title: title.clone(), x: y(), samples, ..Histogram::default() };
     let names: Vec<String> = values.iter().map(|_| title.clone()).collect();
     let matrix = CorrelationMatrix {
         title: title.clone(),
@@ -86,7 +105,12 @@ fn all(values: &[f64], title: &str) -> Vec<(&'static str, String)> {
         ("vector_field", vector_field(&field)),
         (
             "plan_arrows",
-            residuals_plan_arrows(&PlanArrows { title: title.clone(), arrows, unit: "mm".into(), scale: None }),
+            residuals_plan_arrows(&PlanArrows {
+                title: title.clone(),
+                arrows,
+                unit: "mm".into(),
+                ..PlanArrows::default()
+            }),
         ),
         ("plan_strokes", residuals_plan_signed(&signed(SignedStyle::Strokes))),
         ("plan_dots", residuals_plan_signed(&signed(SignedStyle::Dots))),
@@ -94,7 +118,7 @@ fn all(values: &[f64], title: &str) -> Vec<(&'static str, String)> {
         ("lines", line_chart(&chart(false))),
         ("log_lines", line_chart(&chart(true))),
         ("profile", profile(&binned)),
-        ("ledger", ledger(&Ledger { title: title.clone(), steps: values.iter().map(step).collect() })),
+        ("ledger", ledger(&Ledger { title: title.clone(), steps: values.iter().map(step).collect(), width: None })),
         ("histogram", histogram(&hist(vec![sample(&title)]))),
         ("histograms", histogram(&hist(vec![sample("a"), sample("b")]))),
         ("image_bars", image_bars(&bars)),
@@ -162,10 +186,10 @@ fn what_is_not_finite_is_left_out_with_a_visible_remark() {
 fn wild_counts_do_not_panic() {
     let bar = ImageBar { value: 1.0, flight: usize::MAX, ..ImageBar::default() };
     assert_well_formed(&image_bars(&ImageBars { bars: vec![bar], ..ImageBars::default() }));
-    let images = vec![Station { position_m: [0.0; 3], flight: usize::MAX }];
+    let images = vec![Station { flight: usize::MAX, ..Station::default() }];
     assert_well_formed(&flights_plan_profile(&FlightPlan { images, ..FlightPlan::default() }));
     assert_well_formed(&heat_map(&HeatMap { columns: usize::MAX, values: vec![1.0], ..HeatMap::default() }));
-    let samples = vec![Sample { label: "s".into(), values: vec![1.0, 2.0] }];
+    let samples = vec![Sample { label: "s".into(), values: vec![1.0, 2.0], ..Sample::default() }];
     assert_well_formed(&histogram(&Histogram { bins: usize::MAX, samples, ..Histogram::default() }));
     let panels = vec![Panel::default()];
     assert_well_formed(&line_chart(&LineChart { columns: usize::MAX, panels, ..LineChart::default() }));
@@ -212,8 +236,13 @@ fn a_crowd_of_points_is_thinned_and_the_figure_says_so() {
 fn a_plan_is_turned_but_never_mirrored() {
     let shaft = |points: [[f64; 2]; 2], d: [f64; 2]| {
         let arrows = points.iter().map(|p| (*p, d)).collect();
-        let svg =
-            residuals_plan_arrows(&PlanArrows { arrows, scale: Some(10.0), unit: "mm".into(), title: "t".into() });
+        let svg = residuals_plan_arrows(&PlanArrows {
+            arrows,
+            scale: Some(10.0),
+            unit: "mm".into(),
+            title: "t".into(),
+            ..PlanArrows::default()
+        });
         let path = svg.split("<path d=\"M").find(|p| p.contains("#0072B2")).expect("the arrows").to_string();
         let v: Vec<f64> = path.split(['L', ' ', 'M']).take(4).map(|v| v.parse().expect("a coordinate")).collect();
         [v[2] - v[0], v[3] - v[1]]
@@ -223,4 +252,65 @@ fn a_plan_is_turned_but_never_mirrored() {
     assert!(close(shaft(wide, [1.0, 0.0]), [10.0, 0.0]) && close(shaft(wide, [0.0, 1.0]), [0.0, -10.0]));
     // Turned clockwise: Y to the right, X down.
     assert!(close(shaft(tall, [0.0, 1.0]), [10.0, 0.0]) && close(shaft(tall, [1.0, 0.0]), [0.0, 10.0]));
+}
+
+/// The value of an attribute of the first plotting area.
+fn of_area<'a>(svg: &'a str, attribute: &str) -> &'a str {
+    let area = svg.split("<rect class=\"plot\"").nth(1).and_then(|rest| rest.split("/>").next()).expect("an area");
+    let value = area.split(&format!(" {attribute}=\"")).nth(1).expect("the attribute");
+    value.split('"').next().expect("its end")
+}
+
+#[test]
+fn plotting_areas_say_which_values_lie_at_their_edges() {
+    let field = VectorField {
+        scale: Some(10.0),
+        ..VectorField::single("t", [100.0, 50.0], vec![([50.0, 25.0], [1.0, 1.0])], "px")
+    };
+    let svg = vector_field(&field);
+    assert!(svg.contains(" data-scale=\"10\""));
+    let numbers = |attribute: &str| -> Vec<f64> {
+        of_area(&svg, attribute).split(' ').map(|v| v.parse().expect("a number")).collect()
+    };
+    // The arrow begins in the middle of the sensor, and so does its pixel.
+    let ([x, px], [y, py]) = ([numbers("data-x"), numbers("data-px")], [numbers("data-y"), numbers("data-py")]);
+    let at = |value: f64, domain: &[f64], pixels: &[f64]| {
+        pixels[0] + (value - domain[0]) / (domain[1] - domain[0]) * (pixels[1] - pixels[0])
+    };
+    let shaft = svg.split("<path d=\"M").find(|p| p.contains("#0072B2")).expect("the arrow");
+    let from: Vec<f64> = shaft.split(['L', ' ', 'M']).take(2).map(|v| v.parse().expect("a coordinate")).collect();
+    assert!((at(50.0, &x, &px) - from[0]).abs() < 0.02 && (at(25.0, &y, &py) - from[1]).abs() < 0.02, "{svg}");
+    assert_eq!((of_area(&svg, "data-xname"), of_area(&svg, "data-xlog")), ("x", "0"));
+    let series = vec![Series::new("s", vec![[1.0, 0.1], [2.0, 100.0]])];
+    let panel = Panel { y: Axis::new("v", "").log(), series, ..Panel::default() };
+    let log = line_chart(&LineChart { panels: vec![panel], ..LineChart::default() });
+    assert_eq!(of_area(&log, "data-ylog"), "1");
+}
+
+#[test]
+fn what_stands_out_stands_before_what_is_dimmed() {
+    let arrows = vec![([50.0, 50.0], [1.0, 0.0])];
+    let set =
+        |label: &str, dimmed| ArrowSet { label: label.into(), arrows: arrows.clone(), dimmed, ..ArrowSet::default() };
+    let mut field = VectorField::single("t", [100.0, 100.0], Vec::new(), "px");
+    field.sets = vec![set("all", true), set("brushed", false)];
+    let svg = vector_field(&field);
+    let places: Vec<usize> = ["#B5B5B5", "#D55E00"].iter().map(|colour| svg.rfind(colour).expect("a colour")).collect();
+    assert!(places[0] < places[1] && !svg.contains("#0072B2"), "{svg}");
+}
+
+#[test]
+fn a_width_is_kept_and_text_keeps_its_size() {
+    let samples = vec![Sample { label: "s".into(), values: vec![1.0, 2.0], ..Sample::default() }];
+    let wide = Histogram { samples, ..Histogram::default() };
+    let narrow = histogram(&Histogram { width: Some(400.0), ..wide.clone() });
+    assert!(narrow.contains("width=\"400\"") && histogram(&wide).contains("width=\"760\""));
+    assert!(narrow.contains("font-size=\"12\"") || narrow.contains("font-size=\"12.5\""));
+    assert!(histogram(&Histogram { width: Some(f64::NAN), ..wide }).contains("width=\"760\""));
+    let step = |v: f64| LedgerStep { name: "s".into(), heldout_px: v, check_mm: Some(v), sigma0: v };
+    let steps = vec![step(2.0), step(1.0)];
+    let small = ledger(&Ledger { title: "t".into(), steps: steps.clone(), width: Some(250.0) });
+    assert!(small.contains("Check points, 3D RMS (mm)") && !small.contains("sigma0"), "one panel: {small}");
+    let large = ledger(&Ledger { title: "t".into(), steps, width: Some(820.0) });
+    assert!(large.contains("sigma0"));
 }

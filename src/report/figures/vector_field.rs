@@ -6,7 +6,7 @@ use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet};
 use super::super::style::{BLUE, GREY, INK, VERMILLION, series_colour, series_marker};
 use super::super::svg::{Stroke, arrow};
-use super::scale_entry;
+use super::{scale_entry, width_or};
 
 /// Place and displacement, `([x, y], [dx, dy])`. Over the sensor x points right and y down, place in px.
 pub type Arrow = ([f64; 2], [f64; 2]);
@@ -20,6 +20,10 @@ pub struct ArrowSet {
     pub arrows: Vec<Arrow>,
     /// Per arrow, whether it is significant; empty where that was not tested.
     pub significant: Vec<bool>,
+    /// What others stand out from: pale and thin.
+    pub dimmed: bool,
+    /// A colour of its own, undashed unless it is not the first.
+    pub colour: Option<&'static str>,
 }
 
 /// A vector map over the sensor. The first of several sets is drawn solid, the others dashed above it.
@@ -40,6 +44,8 @@ pub struct VectorField {
     /// Figure pixels per unit of displacement; `None` fits the longest arrow. Pictures to be compared share one: the
     /// smaller of their [`VectorField::natural_scale`].
     pub scale: Option<f64>,
+    /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
+    pub width: Option<f64>,
 }
 
 const WIDTH: f64 = 660.0;
@@ -47,6 +53,8 @@ const MAX_HEIGHT: f64 = 600.0;
 /// Least room around the sensor, as a part of the longer side.
 const BORDER: f64 = 0.02;
 const LEFT: f64 = 80.0;
+/// What others stand out from.
+const PALE: &str = "#B5B5B5";
 
 impl VectorField {
     /// A field of one set of arrows.
@@ -66,8 +74,13 @@ impl VectorField {
     pub fn natural_scale(&self) -> Option<f64> {
         let n = self.sets.iter().map(|s| s.arrows.len()).max().unwrap_or(0).max(1) as f64;
         let longest = self.drawn().map(|(_, d)| d[0].hypot(d[1])).fold(0.0, f64::max);
-        let area = WIDTH * WIDTH * (self.height_px / self.width_px).clamp(0.2, 1.0);
+        let width = self.page();
+        let area = width * width * (self.height_px / self.width_px).clamp(0.2, 1.0);
         (longest > 1e-140).then(|| (1.4 * (area / n).sqrt()).clamp(22.0, 90.0) / longest)
+    }
+
+    fn page(&self) -> f64 {
+        width_or(self.width, WIDTH)
     }
 
     fn drawn(&self) -> impl Iterator<Item = &Arrow> {
@@ -81,7 +94,7 @@ fn complete((at, d): &Arrow) -> bool {
 
 /// Draws a vector map over the sensor.
 pub fn vector_field(field: &VectorField) -> String {
-    let mut sheet = Sheet::new(&field.title, WIDTH);
+    let mut sheet = Sheet::new(&field.title, field.page());
     let total: usize = field.sets.iter().map(|s| s.arrows.len()).sum();
     sheet.left_out(total - field.drawn().count(), "not finite");
     let sensor = [field.width_px, field.height_px];
@@ -89,6 +102,7 @@ pub fn vector_field(field: &VectorField) -> String {
         return sheet.finish_empty();
     }
     let scale = field.scale.filter(|s| drawable(*s) && *s > 0.0).or_else(|| field.natural_scale());
+    sheet.svg.scaled(scale);
     sheet.legend(&legend(field, scale));
     if scale.is_none() {
         sheet.note("All displacements are zero.");
@@ -98,7 +112,7 @@ pub fn vector_field(field: &VectorField) -> String {
     let border = border(field, sensor, scale);
     let [w, h] = sensor.map(|s| s + 2.0 * border);
     let left = LEFT;
-    let width = (WIDTH - left - 20.0).min(MAX_HEIGHT * w / h);
+    let width = (field.page() - left - 20.0).min(MAX_HEIGHT * w / h);
     let (top, height) = (sheet.y + 4.0, width * h / w);
     let frame = PlotFrame {
         x: Scale::linear(-border, sensor[0] + border, left, left + width),
@@ -114,17 +128,23 @@ pub fn vector_field(field: &VectorField) -> String {
         for wanted in [false, true] {
             let mut d = String::new();
             for (k, (at, by)) in set.arrows.iter().enumerate().filter(|(_, a)| complete(a)) {
-                if *set.significant.get(k).unwrap_or(&true) == wanted {
+                if (*set.significant.get(k).unwrap_or(&true) && !set.dimmed) == wanted {
                     let from = frame.px(*at);
                     let s = scale.unwrap_or(0.0);
                     d += &arrow(from, [from[0] + s * by[0], from[1] + s * by[1]]);
                 }
             }
-            let (colour, dashed) = if wanted { style(field, i) } else { (GREY, false) };
+            let (colour, dashed) = match (wanted, set.dimmed) {
+                (_, true) => (PALE, false),
+                (true, _) => style(field, i),
+                // What stands out keeps its colour, thin.
+                (false, _) if field.sets.iter().any(|set| set.dimmed) => (style(field, i).0, false),
+                (false, _) => (GREY, false),
+            };
             // The first of several sets is broad, so that it shows below the next one.
             let width = if !wanted {
                 0.8
-            } else if i == 0 && field.sets.len() > 1 {
+            } else if i == 0 && drawn_out(field) > 1 && set.colour.is_none() {
                 3.0
             } else {
                 1.5
@@ -142,7 +162,7 @@ pub fn vector_field(field: &VectorField) -> String {
 /// Room around the sensor that the arrows leaving it need, px of the sensor.
 fn border(field: &VectorField, sensor: [f64; 2], scale: Option<f64>) -> f64 {
     let long = sensor[0].max(sensor[1]);
-    let page = (WIDTH - LEFT - 20.0).min(MAX_HEIGHT) * 0.85; // about the length of the longer side on the page
+    let page = (field.page() - LEFT - 20.0).min(MAX_HEIGHT) * 0.85; // about the length of the longer side on the page
     let s = scale.unwrap_or(0.0) * long / page;
     let beyond = |(at, d): &Arrow| {
         let tip = [at[0] + s * d[0], at[1] + s * d[1]];
@@ -151,9 +171,20 @@ fn border(field: &VectorField, sensor: [f64; 2], scale: Option<f64>) -> f64 {
     field.drawn().map(beyond).fold(0.0, f64::max).min(0.3 * long) + BORDER * long
 }
 
+/// Number of sets that are not dimmed.
+fn drawn_out(field: &VectorField) -> usize {
+    field.sets.iter().filter(|set| !set.dimmed).count()
+}
+
 /// Colour of the i-th set, and whether it is dashed.
 fn style(field: &VectorField, i: usize) -> (&'static str, bool) {
-    match (field.sets.len(), i) {
+    if let Some(colour) = field.sets[i].colour {
+        return (colour, i > 0 && !field.sets[i - 1].dimmed);
+    }
+    match (drawn_out(field), i) {
+        _ if field.sets[i].dimmed => (PALE, false),
+        // What stands out from something dimmed.
+        (1, 1..) => (VERMILLION, false),
         (1, _) => (BLUE, false),
         (_, 0) => (VERMILLION, false),
         (_, 1) => (BLUE, true),
@@ -165,16 +196,18 @@ fn legend(field: &VectorField, scale: Option<f64>) -> Vec<(Key, String)> {
     let mut entries = Vec::new();
     for (i, set) in field.sets.iter().enumerate() {
         let (colour, dashed) = style(field, i);
-        let tested = !set.significant.is_empty();
+        let tested = !set.significant.is_empty() && !set.dimmed;
         let text = [set.label.as_str(), if tested { "significant" } else { "" }];
         let text: Vec<&str> = text.into_iter().filter(|t| !t.is_empty()).collect();
         if !text.is_empty() {
             entries.push((Key::Arrow { colour: colour.into(), dashed, length: 26.0 }, text.join(", ")));
         }
     }
-    if field.sets.iter().any(|s| s.significant.contains(&false)) {
-        entries
-            .push((Key::Arrow { colour: GREY.into(), dashed: false, length: 26.0 }, "not significant (thin)".into()));
+    if let Some(i) = field.sets.iter().position(|s| !s.dimmed && s.significant.contains(&false)) {
+        let dimmed = field.sets.iter().any(|s| s.dimmed);
+        let colour = if dimmed { style(field, i).0 } else { GREY };
+        let key = Key::Arrow { colour: colour.into(), dashed: false, length: 26.0 };
+        entries.push((key, "not significant (thin)".into()));
     }
     for (k, (name, _)) in field.marks.iter().enumerate() {
         entries.push((Key::Point { colour: INK.into(), marker: series_marker(k + 5) }, name.clone()));

@@ -6,14 +6,14 @@
 
 use super::read::rows;
 use super::rows::{PointRow, ResidualLine, Row};
-use super::{ImageRow, RunFolder, SOURCE};
+use super::{RunFolder, SOURCE};
 use crate::block::{Block, Measurement, PointId, Pose, TiePoint};
 use crate::camera::fraser::project;
 use crate::camera::{Interior, PARAMETERS};
 use crate::effects::Stage;
 use crate::io::table::write_json;
 use crate::io::{Error, read_text};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -77,8 +77,7 @@ impl Adjusted {
                 camera.interior[k] = value(name).ok_or_else(|| stranger(dir, "camera", &camera.id))?;
             }
         }
-        let poses: HashMap<String, Pose> =
-            rows::<PoseRow>(&dir.join(ImageRow::FILE), ImageRow::COLUMNS)?.into_iter().map(PoseRow::pose).collect();
+        let poses: HashMap<String, Pose> = folder.images.iter().map(|row| (row.image.clone(), row.pose())).collect();
         for image in &mut block.images {
             image.pose = *poses.get(&image.name).ok_or_else(|| stranger(dir, "image", &image.name))?;
         }
@@ -121,26 +120,6 @@ impl Adjusted {
             (measurement.x, measurement.y) = (measurement.x - x, measurement.y - y);
         }
         (block, kept)
-    }
-}
-
-/// The pose in a row of `images.csv`.
-#[derive(Deserialize)]
-struct PoseRow {
-    image: String,
-    x: f64,
-    y: f64,
-    z: f64,
-    qw: f64,
-    qx: f64,
-    qy: f64,
-    qz: f64,
-}
-
-impl PoseRow {
-    fn pose(self) -> (String, Pose) {
-        let rotation = UnitQuaternion::new_normalize(Quaternion::new(self.qw, self.qx, self.qy, self.qz));
-        (self.image, Pose { rotation, centre: Vector3::new(self.x, self.y, self.z) })
     }
 }
 

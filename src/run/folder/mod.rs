@@ -10,7 +10,7 @@ mod write;
 
 pub use crate::io::write_atomically;
 pub use adjusted::{Adjusted, read_source, write_source};
-pub use read::{RunFolder, read_outliers};
+pub use read::{RunFolder, read_outliers, read_points};
 use rows::Row;
 pub use rows::{
     CheckRow, FoundRow, ImageRow, ImageScaleRow, OutlierRow, PointRow, ProfileRow, ResidualLine, SensorRow,

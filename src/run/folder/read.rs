@@ -1,6 +1,8 @@
 //! A run folder, read back.
 
-use super::rows::{CheckRow, FoundRow, ImageRow, ImageScaleRow, OutlierRow, ProfileRow, ResidualLine, Row, SensorRow};
+use super::rows::{
+    CheckRow, FoundRow, ImageRow, ImageScaleRow, OutlierRow, PointRow, ProfileRow, ResidualLine, Row, SensorRow,
+};
 use super::{DIAGNOSIS, MODEL, SUMMARY};
 use crate::io::{Error, Place};
 use crate::run::summary::{FORMAT, Summary};
@@ -82,6 +84,14 @@ pub fn read_outliers(dir: &Path) -> Result<Option<(PathBuf, Vec<OutlierRow>)>, E
     }
     let rows = rows(&path, OutlierRow::COLUMNS)?;
     Ok(Some((path, rows)))
+}
+
+/// The adjusted tie points of a folder.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn read_points(dir: &Path) -> Result<Vec<PointRow>, Error> {
+    rows(&dir.join(PointRow::FILE), PointRow::COLUMNS)
 }
 
 fn text(path: &Path) -> Result<String, Error> {

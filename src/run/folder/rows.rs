@@ -1,6 +1,8 @@
 //! The tables of a run folder: each is declared once, and the declaration is what writes and what reads it.
 
+use crate::block::Pose;
 use crate::io::table::TableWriter;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
 /// A row of a table of the folder.
@@ -72,13 +74,27 @@ pub struct ImageRow {
     pub y: f64,
     /// See `x`.
     pub z: f64,
+    /// Rotation, world to camera, as a quaternion.
+    pub qw: f64,
+    /// See `qw`.
+    pub qx: f64,
+    /// See `qw`.
+    pub qy: f64,
+    /// See `qw`.
+    pub qz: f64,
 }
 
 impl ImageRow {
     /// Name of the file.
     pub(super) const FILE: &'static str = "images.csv";
     /// Columns that are read.
-    pub(super) const COLUMNS: &'static [&'static str] = &["image", "flight", "x", "y", "z"];
+    pub(super) const COLUMNS: &'static [&'static str] = &["image", "flight", "x", "y", "z", "qw", "qx", "qy", "qz"];
+
+    /// The adjusted exterior orientation.
+    pub fn pose(&self) -> Pose {
+        let rotation = UnitQuaternion::new_normalize(Quaternion::new(self.qw, self.qx, self.qy, self.qz));
+        Pose { rotation, centre: Vector3::new(self.x, self.y, self.z) }
+    }
 }
 
 table! { "points.csv",

@@ -43,14 +43,18 @@ pub fn section(page: &mut Page, results: &Results, simulation: &Simulation) -> R
     let surveyed = |role: Role| {
         block.surveyed.iter().filter(|point| point.role == role).map(|point| place(point.position)).collect()
     };
-    let station =
-        |image: &crate::block::Image| Station { position_m: place(image.pose.centre), flight: image.flight.index() };
+    let station = |image: &crate::block::Image| Station {
+        position_m: place(image.pose.centre),
+        flight: image.flight.index(),
+        ..Station::default()
+    };
     let plan = FlightPlan {
         title: "Flights, plan and profile".into(),
         flights: block.flights.clone(),
         images: block.images.iter().map(station).collect(),
         control_m: surveyed(Role::Control),
         check_m: surveyed(Role::Check),
+        width: None,
     };
     page.figure("flights", flights_plan_profile(&plan), "Figure 1: the flights. Control and check points on the dike.");
 

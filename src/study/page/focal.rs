@@ -36,7 +36,7 @@ pub fn section(page: &mut Page, results: &Results) -> Result<()> {
             ),
         ],
         columns: 3,
-        note: String::new(),
+        ..LineChart::default()
     };
     page.figure(
         "s1",

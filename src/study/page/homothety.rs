@@ -70,7 +70,7 @@ pub fn section(page: &mut Page, results: &Results) -> Result<()> {
                 published::S2_LARGEST_PX
             ),
         );
-        let set = |label: &str, field| ArrowSet { label: label.into(), arrows: arrows(field), significant: Vec::new() };
+        let set = |label: &str, field| ArrowSet { label: label.into(), arrows: arrows(field), ..ArrowSet::default() };
         let both = VectorField {
             title: "Homothetic error and change of the camera".into(),
             sets: vec![set("error", &pictures.injected), set("change of the camera", &pictures.camera_change)],

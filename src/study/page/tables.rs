@@ -113,7 +113,8 @@ pub fn residual_figures(page: &mut Page, id: &str, title: &str, rows: &[[f64; 5]
     let millimetres = |value: f64| 1e3 * value;
     let arrows = rows.iter().map(|[x, y, dx, dy, _]| ([*x, *y], [millimetres(*dx), millimetres(*dy)])).collect();
     let values = rows.iter().map(|[x, y, _, _, dz]| ([*x, *y], millimetres(*dz))).collect();
-    let mut plan = PlanArrows { title: format!("{title}: in plan"), arrows, unit: "mm".into(), scale: None };
+    let mut plan =
+        PlanArrows { title: format!("{title}: in plan"), arrows, unit: "mm".into(), ..PlanArrows::default() };
     let mut height =
         PlanSigned { title: format!("{title}: in height"), values, unit: "mm".into(), ..PlanSigned::default() };
     let scale = [plan.natural_scale(), height.natural_scale()].into_iter().flatten().reduce(f64::min);
@@ -121,6 +122,7 @@ pub fn residual_figures(page: &mut Page, id: &str, title: &str, rows: &[[f64; 5]
     let sample = |label: &str, length: &dyn Fn(&[f64; 5]) -> f64| Sample {
         label: label.into(),
         values: rows.iter().map(|row| millimetres(length(row))).collect(),
+        ..Sample::default()
     };
     let samples = vec![
         sample("planimetry", &|[_, _, dx, dy, _]| dx.hypot(*dy)),
@@ -131,7 +133,7 @@ pub fn residual_figures(page: &mut Page, id: &str, title: &str, rows: &[[f64; 5]
         title: format!("{title}: distribution"),
         x: Axis::new("size of the residual", "mm"),
         samples,
-        bins: 0,
+        ..Histogram::default()
     };
     let caption = |part: char, text: &str| match number {
         Some(number) => format!("Figure {number}{part}: {text}"),

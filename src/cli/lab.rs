@@ -1,0 +1,157 @@
+//! `misclosure lab`: the laboratory, a page of this machine alone.
+
+use super::model_options::{ModelOptions, Treatment};
+use super::output::beside_blocks;
+use super::{Answer, Console, Usage};
+use crate::adjust::Options;
+use crate::block::Block;
+use crate::io::block::read_block;
+use crate::lab::server::Server;
+use crate::lab::simulated::Simulated;
+use crate::lab::state::Setup;
+use crate::lab::tree::Folder;
+use crate::run;
+use crate::scenario::{Scenario, simulate};
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Probability with which an adequate block is told that something is missing.
+const SIGNIFICANCE: f64 = 0.001;
+/// Errors of a simulated block until others are chosen.
+const FIRST_ERRORS: [&str; 1] = ["noise:px=0.3"];
+
+/// Opens the laboratory: see where a model fails, add what is missing, watch the error fall, step back
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  misclosure lab block                       opens a page in the browser; every step is kept in block.lab
+  misclosure lab block --datum control       begins with another model
+  misclosure lab block --no-open --port 8000 prints the address alone
+  misclosure lab --simulate dike             a simulated block whose errors are chosen with sliders
+
+The page is for this machine alone: the address carries a token that every request needs. Each step is the complete
+folder of a run, which `misclosure report` reads. Ending the program loses nothing.")]
+pub struct Arguments {
+    /// Folder of the block
+    #[arg(required_unless_present = "simulate")]
+    block: Option<PathBuf>,
+    /// Folder of the steps [default: the block's name with .lab, beside the block]
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Port on 127.0.0.1 [default: any that is free]
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    port: u16,
+    /// Print the address, open no browser
+    #[arg(long)]
+    no_open: bool,
+    /// A simulated block: dike, corridor, mapping or closerange
+    #[arg(long, value_name = "PRESET", conflicts_with = "block")]
+    simulate: Option<String>,
+    /// Error of the first measurement of a simulated block, as `inject --error` takes it (repeatable) [default: noise:px=0.3]
+    #[arg(long = "error", value_name = "ID[:key=value,...]", requires = "simulate")]
+    errors: Vec<String>,
+    /// Seed of a simulated block
+    #[arg(long, default_value_t = 1, requires = "simulate")]
+    seed: u64,
+    /// Probability with which an adequate block is told that something is missing
+    #[arg(long, default_value_t = SIGNIFICANCE, value_name = "P")]
+    significance: f64,
+    #[command(flatten)]
+    model: ModelOptions,
+}
+
+/// Runs the command, until the program is ended.
+pub fn run(arguments: &Arguments, console: &Console, threads: usize, as_json: bool) -> anyhow::Result<Answer> {
+    if !(arguments.significance > 0.0 && arguments.significance < 0.5) {
+        let text = format!("--significance {}: expected a probability above 0 and below 0.5", arguments.significance);
+        return Err(Usage(text).into());
+    }
+    let (source, read, simulated) = match (&arguments.block, &arguments.simulate) {
+        (Some(block), _) => (block.clone(), read(block, console)?, None),
+        (None, Some(preset)) => {
+            let simulated = simulated(preset, arguments)?;
+            (PathBuf::from(format!("simulate:{preset}")), simulated.truth.clone(), Some(simulated))
+        }
+        (None, None) => return Err(Usage("the folder of a block is missing".into()).into()),
+    };
+    let folder = arguments.output.clone().unwrap_or_else(|| beside(&source, arguments.simulate.as_deref()));
+    beside_blocks(&folder, arguments.block.as_deref())?;
+    let (left, set_aside) = arguments.model.without_outliers(read.clone(), console)?;
+    let model = arguments.model.model(run::default_diagnosis_datum(&left))?;
+    let options = Options { threads, ..Options::default() };
+    arguments.model.judge_start(&left, &model, console)?;
+    let (block, model) = arguments.model.started(read, model, &options, &|what| console.message(what))?;
+    let folder = Folder::open(&folder, &source).map_err(|error| Usage(format!("{error:#}")))?;
+    let setup = Setup {
+        source,
+        block,
+        set_aside,
+        model: crate::model::Model { datum: arguments.model.datum.unwrap_or(model.datum), ..model },
+        plugins: arguments.model.plugin_effects()?,
+        solvers: arguments.model.solvers(),
+        snoop: arguments.model.outliers.unwrap_or(Treatment::Snoop) == Treatment::Snoop,
+        significance: arguments.significance,
+        threads,
+        folder,
+        simulated,
+    };
+    console.message(&format!("lab: every step is kept in {}; end with Ctrl-C", setup.folder.path().display()));
+    let server = Server::new(setup, arguments.port)?;
+    let address = server.address();
+    let mut out = std::io::stdout().lock();
+    match as_json {
+        true => writeln!(out, "{}", json!({ "address": address }))?,
+        false => writeln!(out, "{address}")?,
+    }
+    out.flush()?;
+    drop(out);
+    if !arguments.no_open && !opened(&address) {
+        console.message("lab: no browser was found; open the address yourself");
+    }
+    server.serve()?;
+    Ok(Answer::default())
+}
+
+fn read(block: &Path, console: &Console) -> anyhow::Result<Block> {
+    let loaded = read_block(block)?;
+    if !loaded.set_aside.is_empty() {
+        console.message(&format!("{}: set aside: {}", block.display(), loaded.set_aside));
+    }
+    Ok(loaded.block.about_its_centre())
+}
+
+fn simulated(preset: &str, arguments: &Arguments) -> anyhow::Result<Simulated> {
+    let scenario = Scenario::preset(preset, &BTreeMap::new())?;
+    let truth = simulate(&scenario, arguments.seed)?.block;
+    let errors = match arguments.errors.is_empty() {
+        true => FIRST_ERRORS.map(String::from).to_vec(),
+        false => arguments.errors.clone(),
+    };
+    for error in &errors {
+        crate::inject::parse(error).map_err(|refused| Usage(format!("--error {error}: {refused:#}")))?;
+    }
+    Ok(Simulated { preset: preset.into(), truth, errors, seed: arguments.seed })
+}
+
+/// The folder of a laboratory that nobody named.
+fn beside(block: &Path, preset: Option<&str>) -> PathBuf {
+    if let Some(preset) = preset {
+        return PathBuf::from(format!("{preset}.lab"));
+    }
+    // `.` has a name, too.
+    let block = block.canonicalize().unwrap_or_else(|_| block.to_owned());
+    let mut name = block.file_name().unwrap_or_default().to_owned();
+    name.push(".lab");
+    block.with_file_name(name)
+}
+
+/// Opens the address in a browser; was there one?
+fn opened(address: &str) -> bool {
+    let openers: &[&str] = if cfg!(target_os = "macos") { &["open"] } else { &["xdg-open"] };
+    openers.iter().any(|opener| {
+        let mut command = Command::new(opener);
+        command.arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().is_ok()
+    })
+}

@@ -1,0 +1,32 @@
+//! The laboratory: compare a model with measurements, see where it fails, add what is missing, watch the error fall, and step back.
+//!
+//! A server on this machine alone draws the figures of [`crate::report`] on request and keeps every model that was tried:
+//!
+//! - [`api`]: what the page and the server say to each other, in one place.
+//! - [`change`]: what a step changes; [`step`] carries it out; [`tree`] keeps its result as the folder of a run.
+//! - [`columns`] and [`brush`]: every measurement of a node with what was recorded of it, and which of them are chosen.
+//! - [`figures`], [`candidates`], [`predicted`], [`space`]: what is shown of a node.
+//! - [`simulated`]: a block whose errors one chooses.
+//! - [`server`]: HTTP; [`guard`] says who is answered.
+
+pub mod api;
+pub mod assets;
+pub mod brush;
+pub mod candidates;
+pub mod change;
+pub mod columns;
+pub mod figures;
+pub mod guard;
+pub mod predicted;
+pub mod server;
+pub mod simulated;
+pub mod space;
+pub mod state;
+pub mod step;
+pub mod tree;
+pub mod view;
+
+mod about;
+mod events;
+mod routes;
+mod worker;

@@ -1,0 +1,334 @@
+//! Requests and their answers, as [`super::api`] says.
+
+use super::about::{self, Page};
+use super::assets::asset;
+use super::brush::Brush;
+use super::change::Change;
+use super::columns::{Component, Quantity};
+use super::figures::{Asked, NAMES, draw};
+use super::guard::Refusal;
+use super::server::Shared;
+use super::state::{Absent, Lab};
+use super::{candidates, predicted, simulated, space};
+use axum::extract::{Path, Query, State};
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
+use axum::http::{StatusCode, Uri};
+use axum::response::sse::{Event, KeepAlive, Sse};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+use std::collections::HashMap;
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio_stream::wrappers::BroadcastStream;
+use tokio_stream::{Stream, StreamExt};
+
+type App = State<Arc<Shared>>;
+type Parameters = Query<HashMap<String, String>>;
+type Answer = Result<Response, Refusal>;
+
+/// Rows of a page of measurements at most.
+const MOST_ROWS: usize = 10_000;
+/// Between two signs of life of the stream of events.
+const ALIVE: Duration = Duration::from_secs(10);
+
+/// Every route.
+pub fn all() -> Router<Arc<Shared>> {
+    Router::new()
+        .route("/api/tree", get(tree))
+        .route("/api/block", get(block))
+        .route("/api/events", get(events))
+        .route("/api/steps", post(add))
+        .route("/api/steps/{id}/cancel", post(cancel))
+        .route("/api/nodes/{id}/figures/{name}", get(figure))
+        .route("/api/nodes/{id}/predicted/{effect}", get(prediction))
+        .route("/api/nodes/{id}/predicted/{effect}/figures/{name}", get(predicted_figure))
+        .route("/api/nodes/{id}/{what}", get(node))
+        .route("/api/causes", get(causes))
+        .route("/api/simulate", post(simulate))
+        .route("/api/truth/{id}", get(truth))
+        .fallback(file)
+}
+
+fn bad(text: impl Into<String>) -> Refusal {
+    Refusal::new(StatusCode::BAD_REQUEST, text)
+}
+
+fn unknown(text: impl Into<String>) -> Refusal {
+    Refusal::new(StatusCode::NOT_FOUND, text)
+}
+
+impl From<Absent> for Refusal {
+    fn from(absent: Absent) -> Self {
+        let status = match absent {
+            Absent::NoNode(_) => StatusCode::NOT_FOUND,
+            Absent::NotDone(_) => StatusCode::CONFLICT,
+        };
+        Refusal::new(status, absent.to_string())
+    }
+}
+
+impl From<anyhow::Error> for Refusal {
+    fn from(error: anyhow::Error) -> Self {
+        if let Some(absent) = error.downcast_ref::<Absent>() {
+            return (*absent).into();
+        }
+        let of_disk = error.chain().any(|cause| cause.is::<std::io::Error>() || cause.is::<crate::io::Error>());
+        let status = if of_disk { StatusCode::INTERNAL_SERVER_ERROR } else { StatusCode::BAD_REQUEST };
+        Refusal::new(status, format!("{error:#}"))
+    }
+}
+
+/// Has a thread that may take its time do the work.
+async fn blocking<T: Send + 'static>(
+    shared: Arc<Shared>,
+    work: impl FnOnce(&Lab) -> Result<T, Refusal> + Send + 'static,
+) -> Result<T, Refusal> {
+    let failed =
+        |_| Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "internal error, described where the program runs");
+    tokio::task::spawn_blocking(move || work(&shared.lab)).await.map_err(failed)?
+}
+
+fn number(text: &str) -> Result<u32, Refusal> {
+    text.parse().map_err(|_| unknown(format!("step {text:?}: expected a whole number")))
+}
+
+fn body<T: DeserializeOwned>(text: &str) -> Result<T, Refusal> {
+    serde_json::from_str(text).map_err(|error| bad(format!("the body of the request: {error}")))
+}
+
+async fn file(uri: Uri) -> Answer {
+    let found = asset(uri.path()).ok_or_else(|| unknown(format!("there is nothing at {:?}", uri.path())))?;
+    Ok(([(CONTENT_TYPE, found.content_type)], found.bytes).into_response())
+}
+
+async fn tree(State(shared): App) -> Answer {
+    Ok(Json(about::tree(&shared.lab)).into_response())
+}
+
+async fn block(State(shared): App) -> Answer {
+    blocking(shared, |lab| Ok(Json(about::block(lab)).into_response())).await
+}
+
+async fn events(State(shared): App) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
+    let tree = || Event::default().event("tree").data("{}");
+    let stream = BroadcastStream::new(shared.lab.listen()).map(move |event| {
+        // Whoever was too slow asks for the tree again.
+        let Ok(event) = event else { return Ok(tree()) };
+        Ok(Event::default().event(event.name()).data(json!(event).to_string()))
+    });
+    Sse::new(stream).keep_alive(KeepAlive::new().interval(ALIVE))
+}
+
+/// A step that is asked for.
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Wanted {
+    parent: u32,
+    change: Change,
+}
+
+async fn add(State(shared): App, text: String) -> Answer {
+    let Wanted { parent, change } = body(&text)?;
+    if matches!(change, Change::Base | Change::Simulate { .. }) {
+        return Err(bad(format!("{}: this is no step that could be asked for", change.words())));
+    }
+    if let Change::Add { effect, .. } = &change
+        && !effect.starts_with("free:")
+        && shared.lab.effect(effect).is_none()
+    {
+        return Err(bad(format!("there is no effect {effect:?} in the catalogue")));
+    }
+    let id = shared.lab.post(Some(parent), change)?;
+    Ok((StatusCode::ACCEPTED, Json(json!({ "id": id }))).into_response())
+}
+
+async fn cancel(State(shared): App, Path(id): Path<String>) -> Answer {
+    shared.lab.cancel(number(&id)?)?;
+    Ok(Json(json!({})).into_response())
+}
+
+/// What a query asks of a figure.
+fn asked(query: &HashMap<String, String>) -> Result<Asked, Refusal> {
+    let get = |key: &str| query.get(key).map(String::as_str).filter(|text| !text.is_empty());
+    let real = |key: &str, text: &str| {
+        let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+        number.ok_or_else(|| bad(format!("{key}={text}: expected a number")))
+    };
+    let whole = |key: &str| match get(key) {
+        Some(text) => text.parse().map_err(|_| bad(format!("{key}={text}: expected a whole number from 0"))),
+        None => Ok(0),
+    };
+    let against = match get("against") {
+        Some(text) => Some(
+            serde_json::from_value::<Quantity>(json!(text)).map_err(|error| bad(format!("against={text}: {error}")))?,
+        ),
+        None => None,
+    };
+    let components = get("component").map_or(Vec::new(), |text| text.split(',').collect());
+    let components = components.into_iter().map(|text| {
+        serde_json::from_value::<Component>(json!(text)).map_err(|error| bad(format!("component={text}: {error}")))
+    });
+    let y = match get("y").map(|text| (text, text.split_once(','))) {
+        Some((_, Some((low, high)))) => Some([real("y", low)?, real("y", high)?]),
+        Some((text, None)) => return Err(bad(format!("y={text}: expected two numbers, as -1,1"))),
+        None => None,
+    };
+    let above_zero = |key: &str| -> Result<Option<f64>, Refusal> {
+        let number = get(key).map(|text| real(key, text)).transpose()?;
+        match number.filter(|number| *number <= 0.0) {
+            Some(number) => Err(bad(format!("{key}={number}: expected a number above 0"))),
+            None => Ok(number),
+        }
+    };
+    let role = get("role").map(String::from);
+    if let Some(role) = role.as_ref().filter(|role| !["check", "control"].contains(&role.as_str())) {
+        return Err(bad(format!("role={role}: expected check or control")));
+    }
+    Ok(Asked {
+        brush: get("brush").map(Brush::parse).transpose().map_err(bad)?,
+        scale: above_zero("scale")?,
+        width: above_zero("width")?,
+        y,
+        camera: whole("camera")?,
+        image: whole("image")?,
+        against,
+        components: components.collect::<Result<_, _>>()?,
+        role,
+    })
+}
+
+fn figure_name(name: &str) -> Result<String, Refusal> {
+    let known = name.strip_suffix(".svg").filter(|name| NAMES.contains(name));
+    let expected =
+        || unknown(format!("there is no figure {name:?}; expected NAME.svg, NAME one of {}", NAMES.join(", ")));
+    known.map(String::from).ok_or_else(expected)
+}
+
+fn svg(text: String) -> Response {
+    ([(CONTENT_TYPE, "image/svg+xml")], text).into_response()
+}
+
+async fn figure(State(shared): App, Path((id, name)): Path<(String, String)>, Query(query): Parameters) -> Answer {
+    let (id, name, asked) = (number(&id)?, figure_name(&name)?, asked(&query)?);
+    blocking(shared, move |lab| Ok(svg(draw(lab, id, &name, None, &asked)?))).await
+}
+
+async fn predicted_figure(
+    State(shared): App,
+    Path((id, effect, name)): Path<(String, String, String)>,
+    Query(query): Parameters,
+) -> Answer {
+    let (id, name, asked) = (number(&id)?, figure_name(&name)?, asked(&query)?);
+    blocking(shared, move |lab| Ok(svg(draw(lab, id, &name, Some(&effect), &asked)?))).await
+}
+
+async fn prediction(State(shared): App, Path((id, effect)): Path<(String, String)>) -> Answer {
+    let id = number(&id)?;
+    blocking(shared, move |lab| {
+        let found = predicted::predicted(lab, id, &effect)?;
+        let before = lab.saved(id)?.figures;
+        let after = super::tree::Figures {
+            tie_rms_px: Some(found.tie_rms_px),
+            check_rms_m: found.check_rms_m,
+            ..Default::default()
+        };
+        let words = super::figures::difference(&before, &after);
+        Ok(Json(json!({
+            "effect": effect, "tie_rms_px": found.tie_rms_px, "check_rms_m": found.check_rms_m, "words": words,
+        }))
+        .into_response())
+    })
+    .await
+}
+
+async fn node(State(shared): App, Path((id, what)): Path<(String, String)>, Query(query): Parameters) -> Answer {
+    let id = number(&id)?;
+    let page = Page {
+        brush: asked(&query)?.brush,
+        offset: count(&query, "offset", 0)?,
+        limit: count(&query, "limit", 100)?.min(MOST_ROWS),
+        by_size: query.get("sort").is_none_or(|sort| sort != "image"),
+    };
+    blocking(shared, move |lab| {
+        let json = |value: Value| Json(value).into_response();
+        Ok(match what.as_str() {
+            "measurements" => json(about::measurements(lab, id, &page)?),
+            "model" => json(about::model(lab, id)?),
+            "candidates" => json(candidates::candidates(lab, id)?),
+            "commands" => json(about::commands(lab, id)?),
+            "space" => {
+                let bytes = space::space(lab, id, page.brush.as_ref())?;
+                ([(CONTENT_TYPE, "application/octet-stream")], bytes).into_response()
+            }
+            "report.html" | "model.toml" | "outliers.csv" => of_folder(lab, id, &what)?,
+            other => return Err(unknown(format!("a step has no {other:?}"))),
+        })
+    })
+    .await
+}
+
+fn count(query: &HashMap<String, String>, key: &str, default: usize) -> Result<usize, Refusal> {
+    let read = |text: &String| text.parse().map_err(|_| bad(format!("{key}={text}: expected a whole number from 0")));
+    query.get(key).map_or(Ok(default), read)
+}
+
+/// A file of the folder of a step, one of those that the route names.
+fn of_folder(lab: &Lab, id: u32, name: &str) -> Answer {
+    lab.saved(id)?;
+    let path = lab.setup.folder.step(id).join(name);
+    let bytes = std::fs::read(&path)
+        .map_err(|error| Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, format!("{}: {error}", path.display())))?;
+    Ok(match name {
+        // One file without any script: nothing but its own style applies.
+        "report.html" => {
+            let policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'";
+            let headers = [(CONTENT_TYPE, "text/html; charset=utf-8"), (CONTENT_SECURITY_POLICY, policy)];
+            (headers, bytes).into_response()
+        }
+        _ => {
+            let disposition = format!("attachment; filename=\"step-{id:04}-{name}\"");
+            let headers = [(CONTENT_TYPE, "text/plain; charset=utf-8".to_string()), (CONTENT_DISPOSITION, disposition)];
+            (headers, bytes).into_response()
+        }
+    })
+}
+
+async fn causes(State(shared): App) -> Answer {
+    let simulated = shared.lab.setup.simulated.as_ref();
+    let simulated = simulated.ok_or_else(|| unknown("the laboratory was not opened with --simulate"))?;
+    Ok(Json(simulated::causes(simulated)).into_response())
+}
+
+/// A block that is to be measured anew.
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Measure {
+    errors: Vec<String>,
+    #[serde(default = "first_seed")]
+    seed: u64,
+}
+
+fn first_seed() -> u64 {
+    1
+}
+
+async fn simulate(State(shared): App, text: String) -> Answer {
+    let Measure { errors, seed } = body(&text)?;
+    if shared.lab.setup.simulated.is_none() {
+        return Err(unknown("the laboratory was not opened with --simulate"));
+    }
+    for error in &errors {
+        crate::inject::parse(error).map_err(|refused| bad(format!("{error}: {refused:#}")))?;
+    }
+    let id = shared.lab.post(None, Change::Simulate { errors, seed })?;
+    Ok((StatusCode::ACCEPTED, Json(json!({ "id": id }))).into_response())
+}
+
+async fn truth(State(shared): App, Path(id): Path<String>) -> Answer {
+    let id = number(&id)?;
+    blocking(shared, move |lab| Ok(Json(simulated::truth(lab, id)?).into_response())).await
+}

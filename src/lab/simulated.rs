@@ -1,0 +1,127 @@
+//! A block whose errors one chooses: it is measured anew under them, and the truth stands beside every estimate.
+
+use super::change::Change;
+use super::state::Lab;
+use crate::block::{Block, Role};
+use crate::camera::{PARAMETERS, UNITS};
+use crate::inject::{self, Cause, DefaultValue, Injected, ParameterSpec};
+use crate::io::block::write_block;
+use crate::scenario::{SurveyNoise, add_survey_noise};
+use anyhow::{Context, Result, bail};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::Path;
+
+/// A simulated block.
+pub struct Simulated {
+    /// Its preset, or its file.
+    pub preset: String,
+    /// The truth.
+    pub truth: Block,
+    /// Errors of the first measurement.
+    pub errors: Vec<String>,
+    /// Seed of the first measurement.
+    pub seed: u64,
+}
+
+/// Sliders reach so many times the default.
+const REACH: f64 = 5.0;
+
+impl Simulated {
+    /// The first measurement.
+    pub fn first(&self) -> Change {
+        Change::Simulate { errors: self.errors.clone(), seed: self.seed }
+    }
+
+    /// Measures the block under `errors` and writes it to `folder`, whole or not at all. Survey and receiver err as stated.
+    ///
+    /// # Errors
+    /// An error that there is not, or that the block cannot have.
+    pub fn measure(&self, errors: &[String], seed: u64, folder: &Path) -> Result<()> {
+        let errors = errors.iter().map(|text| inject::parse(text)).collect::<Result<Vec<_>>>()?;
+        let Injected { mut block, .. } = inject::apply(&self.truth, &self.truth, &errors, seed)?;
+        add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: false }, seed);
+        let parent = folder.parent().unwrap_or(Path::new("."));
+        let staged = tempfile::Builder::new().prefix(".step-").tempdir_in(parent)?;
+        write_block(&block, staged.path())?;
+        if folder.exists() {
+            fs::remove_dir_all(folder).with_context(|| format!("{}: cannot remove", folder.display()))?;
+        }
+        fs::rename(staged.path(), folder).with_context(|| format!("{}: cannot write", folder.display()))?;
+        let _ = staged.keep();
+        Ok(())
+    }
+}
+
+/// The causes that a block can be given, with their sliders.
+pub fn causes(simulated: &Simulated) -> Value {
+    let cause = |cause: &&Cause| {
+        let parameters: Vec<Value> = cause.parameters().iter().map(parameter).collect();
+        json!({ "id": cause.id(), "about": cause.summary(), "parameters": parameters })
+    };
+    let causes: Vec<Value> = inject::registry().iter().map(cause).collect();
+    json!({ "preset": simulated.preset, "errors": simulated.errors, "seed": simulated.seed, "causes": causes })
+}
+
+fn parameter(spec: &ParameterSpec) -> Value {
+    let base = json!({ "name": spec.name, "unit": spec.unit, "about": spec.help, "default": null, "min": null, "max": null, "choices": null });
+    let Value::Object(mut all) = base else { return base };
+    match spec.default {
+        DefaultValue::Number(number) => {
+            let reach = REACH * number.abs().max(f64::MIN_POSITIVE);
+            all.insert("default".into(), json!(number));
+            if number != 0.0 {
+                all.insert("min".into(), json!(if number < 0.0 { -reach } else { 0.0 }));
+                all.insert("max".into(), json!(if number < 0.0 { 0.0 } else { reach }));
+            }
+        }
+        DefaultValue::Flag(flag) => {
+            all.insert("default".into(), json!(u8::from(flag)));
+            all.insert("choices".into(), json!(["0", "1"]));
+        }
+        DefaultValue::Choice(word, choices) => {
+            all.insert("default".into(), json!(word));
+            all.insert("choices".into(), json!(choices));
+        }
+        DefaultValue::Optional(_) | DefaultValue::Name(_) | DefaultValue::List(_) => {}
+    }
+    Value::Object(all)
+}
+
+/// A node beside the truth.
+///
+/// # Errors
+/// A node that is not done, or a laboratory without a truth.
+pub fn truth(lab: &Lab, id: u32) -> Result<Value> {
+    let Some(simulated) = &lab.setup.simulated else {
+        bail!("this block was not simulated here: its truth is not known")
+    };
+    let view = lab.view(id)?;
+    let root = lab.saved(lab.root(id)?)?;
+    let errors = match &root.change {
+        Change::Simulate { errors, .. } => errors.clone(),
+        _ => Vec::new(),
+    };
+    let mut rows = Vec::new();
+    for (camera, parameters) in &view.run.summary.cameras.0 {
+        let Some(truth) = simulated.truth.cameras.iter().find(|own| own.id == *camera) else { continue };
+        for (k, name) in PARAMETERS.iter().enumerate() {
+            let Some((_, found)) = parameters.0.iter().find(|(other, _)| other == name) else { continue };
+            rows.push(json!({
+                "what": format!("{name} ({camera})"), "truth": truth.interior[k], "estimate": found.value, "sigma": found.sigma,
+                "unit": UNITS[k],
+            }));
+        }
+    }
+    let effects = view.run.summary.effects.0.iter().flat_map(|(id, parameters)| {
+        parameters.0.iter().map(move |(name, found)| {
+            json!({ "what": format!("{id} {name}"), "truth": null, "estimate": found.value, "sigma": found.sigma, "unit": found.unit })
+        })
+    });
+    rows.extend(effects);
+    let checks = view.run.checks.iter().filter(|row| row.role == "check");
+    let squares: Vec<f64> = checks.map(|row| row.dx * row.dx + row.dy * row.dy + row.dz * row.dz).collect();
+    let rms = (!squares.is_empty()).then(|| 1e3 * (squares.iter().sum::<f64>() / squares.len() as f64).sqrt());
+    let check = simulated.truth.count(Role::Check);
+    Ok(json!({ "rows": rows, "errors": errors, "point_rms_mm": rms, "check_points": check }))
+}

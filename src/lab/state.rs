@@ -1,0 +1,376 @@
+//! The laboratory as it stands: its nodes, what is kept in memory of them, and who is told what happens.
+
+use super::change::Change;
+use super::events::Event;
+use super::simulated::Simulated;
+use super::step::Live;
+use super::tree::{Figures, Folder, Saved};
+use super::view::View;
+use super::worker::Job;
+use crate::adjust::{Options, Solver, Stop};
+use crate::block::Block;
+use crate::diagnose::improve::Settings;
+use crate::effects;
+use crate::io::block::read_block;
+use crate::model::{EffectRef, Model};
+use crate::run::folder::OutlierRow;
+use anyhow::{Context, Result, bail};
+use std::collections::{BTreeMap, HashMap};
+use std::path::PathBuf;
+use std::sync::mpsc::Sender;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use tokio::sync::broadcast;
+
+/// Nodes of which columns are kept in memory.
+const VIEWS: usize = 8;
+/// Nodes of which fit and null model are kept in memory.
+const LIVES: usize = 3;
+/// Events that a slow listener may be behind.
+const EVENTS: usize = 1024;
+
+/// What the laboratory was opened with.
+pub struct Setup {
+    /// Folder of the block.
+    pub source: PathBuf,
+    /// The block, about its centre.
+    pub block: Block,
+    /// Measurements that the run of `--model` set aside.
+    pub set_aside: Vec<OutlierRow>,
+    /// The base model.
+    pub model: Model,
+    /// Effects of plug-ins.
+    pub plugins: Vec<EffectRef>,
+    /// The solvers of every step.
+    pub solvers: Vec<&'static dyn Solver>,
+    /// Are outliers searched at the base?
+    pub snoop: bool,
+    /// Probability with which an adequate block is told that something is missing.
+    pub significance: f64,
+    /// Threads.
+    pub threads: usize,
+    /// Where steps are kept.
+    pub folder: Folder,
+    /// Of a block whose errors one chooses.
+    pub simulated: Option<Simulated>,
+}
+
+/// A block that was measured, and where it stands.
+pub struct Source {
+    /// Its folder.
+    pub path: PathBuf,
+    /// The block, about its centre.
+    pub block: Block,
+}
+
+/// How far a node is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum State {
+    /// In the queue.
+    Waiting,
+    /// Being computed.
+    Running,
+    /// In its folder.
+    Done(Box<Saved>),
+    /// Why it failed.
+    Failed(String),
+    /// Somebody did not want it any more.
+    Cancelled,
+}
+
+/// A node of the tree.
+#[derive(Debug, Clone)]
+pub struct Node {
+    /// The node that it changes; none for a root.
+    pub parent: Option<u32>,
+    /// What it changes.
+    pub change: Change,
+    /// How far it is.
+    pub state: State,
+    /// Its figures as soon as the solvers are done; what is left is tested after that.
+    pub figures: Option<Figures>,
+    /// Ends it.
+    pub stop: Stop,
+}
+
+/// What is kept of the nodes used last.
+struct Kept<T> {
+    most: usize,
+    list: Vec<(u32, Arc<T>)>,
+}
+
+impl<T> Kept<T> {
+    fn new(most: usize) -> Self {
+        Self { most, list: Vec::new() }
+    }
+
+    fn get(&mut self, id: u32) -> Option<Arc<T>> {
+        let at = self.list.iter().position(|(own, _)| *own == id)?;
+        let used = self.list.remove(at);
+        let found = used.1.clone();
+        self.list.push(used);
+        Some(found)
+    }
+
+    fn put(&mut self, id: u32, value: Arc<T>) {
+        self.list.retain(|(own, _)| *own != id);
+        self.list.push((id, value));
+        if self.list.len() > self.most {
+            self.list.remove(0);
+        }
+    }
+}
+
+/// The laboratory.
+pub struct Lab {
+    /// What it was opened with.
+    pub setup: Setup,
+    nodes: Mutex<BTreeMap<u32, Node>>,
+    sources: Mutex<HashMap<u32, Arc<Source>>>,
+    views: Mutex<Kept<View>>,
+    lives: Mutex<Kept<Live>>,
+    jobs: Mutex<Sender<Job>>,
+    events: broadcast::Sender<Event>,
+}
+
+/// Whoever panicked while it held the lock left whole values behind: each is changed by a single assignment.
+pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Lab {
+    /// Reads the steps that are there.
+    ///
+    /// # Errors
+    /// A step that cannot be read.
+    pub fn new(setup: Setup, jobs: Sender<Job>) -> Result<Self> {
+        let node = |saved: Saved| Node {
+            parent: saved.parent,
+            change: saved.change.clone(),
+            figures: Some(saved.figures.clone()),
+            state: State::Done(Box::new(saved)),
+            stop: Stop::default(),
+        };
+        let nodes = setup.folder.steps()?.into_iter().map(|(id, saved)| (id, node(saved))).collect();
+        Ok(Self {
+            setup,
+            nodes: Mutex::new(nodes),
+            sources: Mutex::default(),
+            views: Mutex::new(Kept::new(VIEWS)),
+            lives: Mutex::new(Kept::new(LIVES)),
+            jobs: Mutex::new(jobs),
+            events: broadcast::channel(EVENTS).0,
+        })
+    }
+
+    /// Every node, by number.
+    pub fn nodes(&self) -> BTreeMap<u32, Node> {
+        locked(&self.nodes).clone()
+    }
+
+    /// What a node is, where it is done.
+    ///
+    /// # Errors
+    /// A node that is not there, or not done.
+    pub fn saved(&self, id: u32) -> Result<Saved, Absent> {
+        match locked(&self.nodes).get(&id).map(|node| &node.state) {
+            Some(State::Done(saved)) => Ok((**saved).clone()),
+            Some(_) => Err(Absent::NotDone(id)),
+            None => Err(Absent::NoNode(id)),
+        }
+    }
+
+    /// Changes the state of a node, and tells that the tree changed.
+    pub(super) fn set(&self, id: u32, state: State) {
+        if let Some(node) = locked(&self.nodes).get_mut(&id) {
+            node.state = state;
+        }
+        self.tell(Event::Tree {});
+    }
+
+    /// Takes a node without a folder out of the tree.
+    pub(super) fn forget(&self, id: u32) {
+        let mut nodes = locked(&self.nodes);
+        if nodes.get(&id).is_some_and(|node| !matches!(node.state, State::Done(_))) {
+            nodes.remove(&id);
+        }
+        drop(nodes);
+        self.tell(Event::Tree {});
+    }
+
+    /// Says what the solvers found before what is left was tested.
+    pub(super) fn solved(&self, id: u32, figures: Figures) {
+        if let Some(node) = locked(&self.nodes).get_mut(&id) {
+            node.figures = Some(figures);
+        }
+        self.tell(Event::Tree {});
+    }
+
+    /// Says what a node changes, once that is known.
+    pub(super) fn rename(&self, id: u32, change: Change) {
+        if let Some(node) = locked(&self.nodes).get_mut(&id) {
+            node.change = change;
+        }
+    }
+
+    /// A new node in state `state`.
+    pub(super) fn insert(&self, parent: Option<u32>, change: Change, state: State, stop: Stop) -> u32 {
+        let mut nodes = locked(&self.nodes);
+        let id = nodes.keys().next_back().map_or(1, |last| last + 1);
+        nodes.insert(id, Node { parent, change, state, figures: None, stop });
+        drop(nodes);
+        self.tell(Event::Tree {});
+        id
+    }
+
+    /// Puts a step into the queue; gives its number.
+    ///
+    /// # Errors
+    /// A parent that is not there, or not done.
+    pub fn post(&self, parent: Option<u32>, change: Change) -> Result<u32, Absent> {
+        if let Some(parent) = parent {
+            self.saved(parent)?;
+        }
+        let stop = Stop::default();
+        let id = self.insert(parent, change.clone(), State::Waiting, stop.clone());
+        // The worker lives as long as the laboratory does.
+        let _ = locked(&self.jobs).send(Job { id, parent, change, stop });
+        Ok(id)
+    }
+
+    /// Ends a step at its next iteration.
+    ///
+    /// # Errors
+    /// A node that is not there.
+    pub fn cancel(&self, id: u32) -> Result<(), Absent> {
+        let nodes = locked(&self.nodes);
+        nodes.get(&id).ok_or(Absent::NoNode(id))?.stop.raise();
+        Ok(())
+    }
+
+    /// Tells whoever listens.
+    pub fn tell(&self, event: Event) {
+        // Nobody may listen.
+        let _ = self.events.send(event);
+    }
+
+    /// Listens from now on.
+    pub fn listen(&self) -> broadcast::Receiver<Event> {
+        self.events.subscribe()
+    }
+
+    /// The root of a node.
+    pub fn root(&self, mut id: u32) -> Result<u32, Absent> {
+        let nodes = locked(&self.nodes);
+        while let Some(parent) = nodes.get(&id).ok_or(Absent::NoNode(id))?.parent {
+            id = parent;
+        }
+        Ok(id)
+    }
+
+    /// The nodes from the root to this one.
+    pub fn path(&self, id: u32) -> Result<Vec<u32>, Absent> {
+        let nodes = locked(&self.nodes);
+        let mut path = vec![id];
+        while let Some(parent) = nodes.get(&path[0]).ok_or(Absent::NoNode(path[0]))?.parent {
+            path.insert(0, parent);
+        }
+        Ok(path)
+    }
+
+    /// The block that a node adjusts.
+    ///
+    /// # Errors
+    /// A block that was measured here and cannot be read any more.
+    pub fn source(&self, id: u32) -> Result<Arc<Source>> {
+        let root = self.root(id)?;
+        if let Some(source) = locked(&self.sources).get(&root) {
+            return Ok(source.clone());
+        }
+        let simulated =
+            matches!(locked(&self.nodes).get(&root).map(|node| &node.change), Some(Change::Simulate { .. }));
+        let source = match simulated {
+            true => {
+                let path = self.setup.folder.measured(root);
+                let block = read_block(&path)?.block.about_its_centre();
+                Source { path, block }
+            }
+            false => Source { path: self.setup.source.clone(), block: self.setup.block.clone() },
+        };
+        let source = Arc::new(source);
+        locked(&self.sources).insert(root, source.clone());
+        Ok(source)
+    }
+
+    /// A node as it is shown.
+    ///
+    /// # Errors
+    /// A node that is not done; a folder that cannot be read.
+    pub fn view(&self, id: u32) -> Result<Arc<View>> {
+        if let Some(view) = locked(&self.views).get(id) {
+            return Ok(view);
+        }
+        self.saved(id)?;
+        let view = Arc::new(View::read(&self.setup.folder.step(id), &self.source(id)?.block)?);
+        locked(&self.views).put(id, view.clone());
+        Ok(view)
+    }
+
+    /// A node with its fit and null model.
+    ///
+    /// # Errors
+    /// A node that is not done; a fit that does not come out again.
+    pub fn live(&self, id: u32) -> Result<Arc<Live>> {
+        if let Some(live) = locked(&self.lives).get(id) {
+            return Ok(live);
+        }
+        let saved = self.saved(id)?;
+        let live = Live::restore(self, id, &saved).with_context(|| format!("step {id} cannot be taken up again"))?;
+        let live = Arc::new(live);
+        self.keep(id, live.clone());
+        Ok(live)
+    }
+
+    /// Keeps what a step computed.
+    pub(super) fn keep(&self, id: u32, live: Arc<Live>) {
+        locked(&self.lives).put(id, live);
+    }
+
+    /// Settings of a diagnosis that can be ended.
+    pub fn settings<'a>(&'a self, stop: &Stop, snoop: bool, tell: &'a dyn Fn(&str)) -> Settings<'a> {
+        let options = Options { threads: self.setup.threads, stop: stop.clone(), ..Options::default() };
+        Settings { plugins: &self.setup.plugins, options, significance: self.setup.significance, snoop, tell }
+    }
+
+    /// The effect of an id.
+    pub fn effect(&self, id: &str) -> Option<EffectRef> {
+        let plugged = || self.setup.plugins.iter().find(|effect| effect.descriptor().id == id).cloned();
+        effects::find(id).map(EffectRef::Builtin).or_else(plugged)
+    }
+
+    /// Begins with the base model where nothing is there yet.
+    pub fn begin(&self) -> Result<()> {
+        if locked(&self.nodes).is_empty() {
+            match &self.setup.simulated {
+                Some(simulated) => self.post(None, simulated.first())?,
+                None => self.post(None, Change::Base)?,
+            };
+        }
+        if let Some(simulated) = &self.setup.simulated
+            && simulated.truth.images.is_empty()
+        {
+            bail!("the simulated block has no images");
+        }
+        Ok(())
+    }
+}
+
+/// A node that cannot be shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Absent {
+    /// It is not there.
+    #[error("there is no step {0}")]
+    NoNode(u32),
+    /// It is not done.
+    #[error("step {0} is not done")]
+    NotDone(u32),
+}

@@ -1,0 +1,154 @@
+//! The thread that carries out steps, one at a time, in the order in which they were asked for.
+
+use super::change::Change;
+use super::events::Event;
+use super::state::{Lab, State};
+use super::step::Step;
+use crate::adjust::Stop;
+use crate::diagnose::select::Event as Asked;
+use crate::diagnose::weights;
+use anyhow::{Result, bail};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::mpsc::Receiver;
+
+/// Steps that "do all" makes at most: far more than any block asked for.
+const MOST_STEPS: usize = 20;
+
+/// A step in the queue.
+pub struct Job {
+    /// Its number.
+    pub id: u32,
+    /// What it changes.
+    pub parent: Option<u32>,
+    /// How.
+    pub change: Change,
+    /// Ends it.
+    pub stop: Stop,
+}
+
+/// Works until the queue ends.
+pub fn work(lab: &Lab, jobs: &Receiver<Job>) {
+    while let Ok(job) = jobs.recv() {
+        match job.change {
+            Change::Improve => improve(lab, &job),
+            _ => {
+                carry_out(lab, &job);
+            }
+        }
+    }
+}
+
+/// Carries out one step; did it come to its end?
+fn carry_out(lab: &Lab, job: &Job) -> bool {
+    let Job { id, parent, change, stop } = job;
+    if stop.is_raised() {
+        lab.set(*id, State::Cancelled);
+        return false;
+    }
+    lab.set(*id, State::Running);
+    let step = Step { lab, id: *id, parent: *parent, change, stop };
+    let outcome = catch_unwind(AssertUnwindSafe(|| step.run())).unwrap_or_else(|_| {
+        Err(anyhow::anyhow!("internal error, described where the program runs: please report it with this step"))
+    });
+    end(
+        lab,
+        *id,
+        stop,
+        outcome.map(|(saved, live)| {
+            lab.keep(*id, Arc::new(live));
+            State::Done(Box::new(saved))
+        }),
+    )
+}
+
+fn end(lab: &Lab, id: u32, stop: &Stop, outcome: Result<State>) -> bool {
+    let failed = |state: State, error: String| {
+        lab.set(id, state);
+        lab.tell(Event::Failed { node: id, error });
+        false
+    };
+    match outcome {
+        Ok(state) => {
+            lab.set(id, state);
+            lab.tell(Event::Done { node: id });
+            true
+        }
+        Err(_) if stop.is_raised() => failed(State::Cancelled, "cancelled".into()),
+        Err(error) => {
+            let error = format!("{error:#}");
+            failed(State::Failed(error.clone()), error)
+        }
+    }
+}
+
+/// Carries out what the rules of the diagnosis ask for, a step of its own each, until they ask for nothing.
+fn improve(lab: &Lab, job: &Job) {
+    let Some(mut parent) = job.parent else { return };
+    let mut waiting = Some(job.id);
+    for _ in 0..MOST_STEPS {
+        let asked = catch_unwind(AssertUnwindSafe(|| asked(lab, parent, &job.stop)))
+            .unwrap_or_else(|_| Err(anyhow::anyhow!("internal error, described where the program runs")));
+        let change = match asked {
+            Ok(Some(change)) if !job.stop.is_raised() => change,
+            Ok(_) if waiting.is_none() => return,
+            Ok(_) if job.stop.is_raised() => {
+                end(lab, job.id, &job.stop, Err(anyhow::anyhow!("cancelled")));
+                return;
+            }
+            Ok(_) => {
+                let nothing =
+                    anyhow::anyhow!("the rules ask for nothing: no candidate is significant, and nothing has to leave");
+                end(lab, job.id, &job.stop, Err(nothing));
+                return;
+            }
+            Err(error) => {
+                let id = waiting
+                    .unwrap_or_else(|| lab.insert(Some(parent), Change::Improve, State::Running, job.stop.clone()));
+                end(lab, id, &job.stop, Err(error));
+                return;
+            }
+        };
+        let id = match waiting.take() {
+            Some(id) => {
+                lab.rename(id, change.clone());
+                id
+            }
+            None => lab.insert(Some(parent), change.clone(), State::Waiting, job.stop.clone()),
+        };
+        let optional = change == Change::SearchOutliers;
+        if !carry_out(lab, &Job { id, parent: Some(parent), change, stop: job.stop.clone() }) {
+            // A search that found nothing is no step.
+            if optional && !job.stop.is_raised() && id != job.id {
+                lab.forget(id);
+            }
+            return;
+        }
+        parent = id;
+    }
+}
+
+/// What the rules ask for at a node: weights and outliers first once something was added, then what enters or leaves.
+fn asked(lab: &Lab, parent: u32, stop: &Stop) -> Result<Option<Change>> {
+    let live = lab.live(parent)?;
+    let saved = lab.saved(parent)?;
+    let tell = |_: &str| {};
+    let settings = lab.settings(stop, lab.setup.snoop, &tell);
+    if matches!(saved.change, Change::Add { .. } | Change::SearchOutliers) {
+        let factors = weights::factors(&live.block, live.fit(), &live.improvement.parts, &settings)?;
+        if factors.is_some() {
+            return Ok(Some(Change::EstimateWeights));
+        }
+    }
+    let effect = |set: usize| live.linearised.sets[set].id.clone();
+    match &live.next {
+        Some(Asked::Added { set }) => Ok(Some(Change::Add { effect: effect(*set), values: Default::default() })),
+        Some(Asked::Removed { id, .. }) => Ok(Some(Change::Remove { effect: id.clone() })),
+        // With the effects in the model, outliers that they hid stand out.
+        None if saved.change != Change::SearchOutliers && !live.improvement.added.is_empty() && lab.setup.snoop => {
+            Ok(Some(Change::SearchOutliers))
+        }
+        None => Ok(None),
+    }
+    .and_then(|change| if stop.is_raised() { bail!("cancelled") } else { Ok(change) })
+}

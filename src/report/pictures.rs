@@ -1,0 +1,112 @@
+//! The pictures of a run as data: what the page of a run draws, and whoever shows the same run in another way.
+
+use super::figures::{
+    Arrow, ArrowSet, Axis, FlightPlan, Histogram, ImageBar, ImageBars, PlanArrows, PlanSigned, Sample, Station,
+    VectorField,
+};
+use super::run::RunFolder;
+use crate::run::folder::{CheckRow, SensorRow};
+
+/// Cells below this p-value are marked. A cell is one of hundreds: 1e-5 marks no cell of a clean block in most pictures.
+pub const MARKED_P: f64 = 1e-5;
+
+/// Mean residuals over the sensor of a camera at a stage; `None` without any.
+pub fn sensor(run: &RunFolder, camera: &str, stage: &str, title: &str) -> Option<VectorField> {
+    let rows: Vec<&SensorRow> = run.sensor.iter().filter(|row| row.camera == camera && row.stage == stage).collect();
+    let first = rows.first()?;
+    let size = [first.width_px, first.height_px];
+    let arrows: Vec<Arrow> = rows.iter().map(|row| ([row.x, row.y], [row.dx, row.dy])).collect();
+    let tested = rows.iter().any(|row| row.p_value.is_some());
+    let marked = rows.iter().filter(|_| tested).map(|row| row.p_value.is_some_and(|p| p < MARKED_P));
+    let significant = marked.collect();
+    let mut field = VectorField::single(title, size, Vec::new(), "px");
+    field.sets = vec![ArrowSet { arrows, significant, ..ArrowSet::default() }];
+    Some(field)
+}
+
+/// RMS per image, in the order of the block; `None` where an image has no tie point.
+pub fn image_rms(run: &RunFolder, rms: &[Option<f64>]) -> ImageBars {
+    let flights = run.flights();
+    let bars = run.images.iter().zip(rms).enumerate().filter_map(|(number, (image, rms))| {
+        let flight = flights.iter().position(|name| *name == image.flight)?;
+        Some(ImageBar { value: (*rms)?, flight, image: Some(number), ..ImageBar::default() })
+    });
+    ImageBars {
+        title: "RMS of the tie points of each image, per coordinate".into(),
+        order: "image in the order of the block".into(),
+        y: Axis::new("RMS", "px").from_zero(),
+        bars: bars.collect(),
+        flights,
+        ..ImageBars::default()
+    }
+}
+
+/// Distribution of the residuals in x and in y.
+pub fn residual_histogram(x: Vec<f64>, y: Vec<f64>) -> Histogram {
+    let sample = |label: &str, values| Sample { label: label.into(), values, ..Sample::default() };
+    Histogram {
+        title: "Residuals of the tie points".into(),
+        x: Axis::new("observed − computed", "px"),
+        samples: vec![sample("x", x), sample("y", y)],
+        ..Histogram::default()
+    }
+}
+
+/// Images, control and check points in plan and from the side.
+pub fn flights(run: &RunFolder) -> FlightPlan {
+    let flights = run.flights();
+    let of_role = |role: &str| -> Vec<[f64; 3]> { of(run, role).map(|row| [row.x, row.y, row.z]).collect() };
+    let stations = run.images.iter().filter_map(|image| {
+        let flight = flights.iter().position(|name| *name == image.flight)?;
+        Some(Station { position_m: [image.x, image.y, image.z], flight, ..Station::default() })
+    });
+    FlightPlan {
+        title: "Projection centres, control and check points".into(),
+        images: stations.collect(),
+        control_m: of_role("control"),
+        check_m: of_role("check"),
+        flights,
+        width: None,
+    }
+}
+
+fn of<'a>(run: &'a RunFolder, role: &'a str) -> impl Iterator<Item = &'a CheckRow> + 'a {
+    run.checks.iter().filter(move |row| row.role == role)
+}
+
+/// Errors of points in plan.
+pub fn plan<'a>(name: &str, rows: impl Iterator<Item = &'a CheckRow>) -> PlanArrows {
+    PlanArrows {
+        title: format!("{name}: residuals in planimetry"),
+        arrows: rows.map(|row| ([row.x, row.y], [1e3 * row.dx, 1e3 * row.dy])).collect(),
+        unit: "mm".into(),
+        ..PlanArrows::default()
+    }
+}
+
+/// Errors of points in height.
+pub fn heights<'a>(name: &str, rows: impl Iterator<Item = &'a CheckRow>) -> PlanSigned {
+    PlanSigned {
+        title: format!("{name}: residuals in height"),
+        values: rows.map(|row| ([row.x, row.y], 1e3 * row.dz)).collect(),
+        unit: "mm".into(),
+        ..PlanSigned::default()
+    }
+}
+
+/// Distribution of the errors of points.
+pub fn check_histogram(name: &str, rows: &[&CheckRow]) -> Histogram {
+    let sample = |label: &str, value: fn(&CheckRow) -> f64| Sample {
+        label: label.into(),
+        values: rows.iter().map(|row| 1e3 * value(row)).collect(),
+        ..Sample::default()
+    };
+    Histogram {
+        title: format!("{name}: distribution of the residuals"),
+        x: Axis::new("computed − surveyed", "mm"),
+        samples: vec![sample("X", |row| row.dx), sample("Y", |row| row.dy), sample("Z", |row| row.dz)],
+        // More of them than the square root of the values, and they show noise.
+        bins: ((rows.len() as f64).sqrt().ceil() as usize).clamp(5, 40),
+        ..Histogram::default()
+    }
+}

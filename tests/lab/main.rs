@@ -1,0 +1,8 @@
+//! The laboratory as a program: who is answered, what a step does, and that nothing of the tree is lost.
+#![cfg(feature = "lab")]
+
+mod program;
+mod security;
+mod simulated;
+mod steps;
+mod tree;

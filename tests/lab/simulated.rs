@@ -1,0 +1,39 @@
+//! A simulated block: measured anew under errors that one chooses, beside its truth.
+
+use super::program::Lab;
+use serde_json::json;
+
+#[test]
+fn a_block_is_measured_anew_and_the_truth_stands_beside() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let steps = folder.path().join("lab");
+    let arguments = ["--simulate", "closerange", "-o", steps.to_str().expect("UTF-8"), "--error", "noise:px=0.2"];
+    let lab = Lab::start(&arguments);
+    lab.done(1);
+    let causes = lab.get("causes").json();
+    assert_eq!(causes["preset"], "closerange");
+    let cause = |id: &str| causes["causes"].as_array().expect("causes").iter().find(|c| c["id"] == id).cloned();
+    assert!(cause("radial-high").is_some_and(|cause| !cause["parameters"].as_array().expect("parameters").is_empty()));
+
+    let errors = json!({ "errors": ["noise:px=0.2", "unflatness"], "seed": 3 });
+    let id = lab.post("simulate", &errors).json()["id"].as_u64().expect("a number");
+    let node = lab.done(id);
+    assert!(node["parent"].is_null(), "{node}");
+    let truth = lab.get(&format!("truth/{id}")).json();
+    assert_eq!(truth["errors"], json!(["noise:px=0.2", "unflatness"]));
+    let focal = truth["rows"]
+        .as_array()
+        .expect("rows")
+        .iter()
+        .find(|row| row["what"].as_str().is_some_and(|w| w.starts_with("f (")));
+    let focal = focal.expect("a focal length");
+    let (known, found) = (focal["truth"].as_f64().expect("a number"), focal["estimate"].as_f64().expect("a number"));
+    assert!((known - found).abs() < 0.01 * known, "{focal}");
+    assert_eq!(lab.post("simulate", &json!({ "errors": ["nothing"] })).status, 400);
+
+    // A step on it goes on from the block that was measured, also after a restart.
+    drop(lab);
+    let lab = Lab::start(&arguments);
+    let child = lab.done(lab.step(id, json!({ "kind": "tie_centre", "tied": true })));
+    assert_eq!(child["parent"], id);
+}

@@ -1,0 +1,148 @@
+//! Steps: the error falls when the right effect is added, comes back when it is removed, and what is shown is what the report shows.
+
+use super::program::{Lab, block};
+use serde_json::{Value, json};
+use std::fs;
+
+fn check_mm(node: &Value) -> f64 {
+    1e3 * node["figures"]["check_rms_m"].as_f64().expect("check points")
+}
+
+#[test]
+fn an_effect_is_added_removed_and_the_error_follows() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let lab = Lab::open(&block("received-1"), &folder.path().join("lab"));
+    let base = lab.done(1);
+    assert_eq!(base["verdict"], "missing");
+    assert_eq!(base["agree"], true);
+    assert!((check_mm(&base) - 17.1).abs() < 0.1, "{base}");
+
+    // Before any refit the null model says what will come.
+    let predicted = lab.get("nodes/1/predicted/rolling-shutter").json();
+    assert!((1e3 * predicted["check_rms_m"].as_f64().expect("a number") - 4.4).abs() < 0.3, "{predicted}");
+    assert!((predicted["tie_rms_px"].as_f64().expect("a number") - 0.241).abs() < 0.003, "{predicted}");
+
+    let right = lab.step(1, json!({ "kind": "add", "effect": "rolling-shutter" }));
+    let right = lab.done(right);
+    assert!((check_mm(&right) - 4.4).abs() < 0.1, "{right}");
+    assert!(right["delta_words"].as_str().expect("words").starts_with("check points 17.1 → 4.4 mm"), "{right}");
+
+    let wrong = lab.done(lab.step(1, json!({ "kind": "add", "effect": "gnss-shift" })));
+    assert!(check_mm(&wrong) > 10.0, "{wrong}");
+    let removed = lab
+        .done(lab.step(wrong["id"].as_u64().expect("a number"), json!({ "kind": "remove", "effect": "gnss-shift" })));
+    assert!((check_mm(&removed) - check_mm(&base)).abs() < 0.1, "{removed}");
+
+    // What cannot be is said, and leaves no folder.
+    for (change, said) in [
+        (json!({ "kind": "remove", "effect": "rolling-shutter" }), "is not in the model"),
+        (json!({ "kind": "datum", "datum": "all" }), "is so already"),
+        (json!({ "kind": "set_aside", "measurements": [{ "image": "nowhere", "point": "1" }] }), "nowhere"),
+        (json!({ "kind": "free", "parameters": ["q"] }), "no camera parameter or group"),
+    ] {
+        let node = lab.wait(lab.step(1, change), &["failed", "done"]);
+        assert_eq!(node["state"], "failed", "{node}");
+        assert!(node["error"].as_str().is_some_and(|error| error.contains(said)), "{node}");
+        assert!(!folder.path().join(format!("lab/step-{:04}", node["id"].as_u64().expect("a number"))).exists());
+    }
+    for body in [
+        json!({ "parent": 1, "change": { "kind": "add", "effect": "nothing" } }),
+        json!({ "parent": 1, "change": { "kind": "dance" } }),
+        json!({ "parent": 1, "change": { "kind": "base" } }),
+        json!({ "change": { "kind": "improve" } }),
+    ] {
+        assert_eq!(lab.post("steps", &body).status, 400, "{body}");
+    }
+    assert_eq!(lab.post("steps", &json!({ "parent": 99, "change": { "kind": "improve" } })).status, 404);
+}
+
+#[test]
+fn do_all_goes_the_way_of_improve_step_by_step_and_ends_when_cancelled() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let lab = Lab::open(&block("received-1"), &folder.path().join("lab"));
+    lab.done(1);
+    let cancelled = lab.step(1, json!({ "kind": "add", "effect": "rolling-shutter" }));
+    assert_eq!(lab.post(&format!("steps/{cancelled}/cancel"), &json!({})).status, 200);
+    assert_eq!(lab.wait(cancelled, &["cancelled", "done", "failed"])["state"], "cancelled");
+    assert!(!folder.path().join(format!("lab/step-{cancelled:04}")).exists());
+
+    let first = lab.done(lab.step(1, json!({ "kind": "improve" })));
+    assert_eq!(first["words"], "+ rolling-shutter");
+    let last = loop {
+        let tree = lab.get("tree").json();
+        let nodes = tree["nodes"].as_array().expect("nodes");
+        let at_work = nodes.iter().any(|node| node["state"] == "running" || node["state"] == "waiting");
+        let last = nodes.iter().rfind(|node| node["state"] == "done").expect("a step");
+        if !at_work && last["verdict"] != "missing" {
+            break last.clone();
+        }
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    };
+    let words: Vec<String> = {
+        let tree = lab.get("tree").json();
+        tree["nodes"]
+            .as_array()
+            .expect("nodes")
+            .iter()
+            .map(|node| node["words"].as_str().unwrap_or("").into())
+            .collect()
+    };
+    assert!(words.contains(&"+ focal-temperature".to_string()), "{words:?}");
+    assert!((check_mm(&last) - 3.4).abs() < 0.2, "{last}");
+}
+
+#[test]
+fn figures_are_those_of_the_report_and_a_brush_stands_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let lab = Lab::open(&block("received-1"), &folder.path().join("lab"));
+    lab.done(1);
+    for (name, file, keys) in [
+        (
+            "sensor",
+            "sensor-final-1",
+            &[" data-view=\"sensor\" data-camera=\"0\"", " data-xkey=\"x\"", " data-ykey=\"y\""][..],
+        ),
+        ("histogram", "residual-histogram", &[" data-view=\"histogram\" data-component=\"x\"", " data-xkey=\"range\""]),
+        ("images", "image-rms", &[" data-view=\"images\"", " data-xkey=\"range\""]),
+        // The dike is long in Y: its plan is turned.
+        ("plan", "check-plan", &[" data-view=\"plan\"", " data-xkey=\"n\"", " data-ykey=\"e\""]),
+    ] {
+        let mut shown = lab.get(&format!("nodes/1/figures/{name}.svg")).text();
+        for key in keys {
+            assert!(shown.contains(key), "{name}: {key}");
+            shown = shown.replace(key, "");
+        }
+        let path = folder.path().join(format!("lab/step-0001/figures/{file}.svg"));
+        let kept = fs::read_to_string(&path).expect("a figure");
+        assert!(kept.contains(shown.trim_end()), "{name}: one drawing of each picture");
+    }
+    // A tenth of the rows, in every figure and in the summary.
+    let all = lab.get("nodes/1/measurements?limit=0").json();
+    let brush = "brush=%7B%22view%22:%22profile%22,%22against%22:%22row%22,%22range%22:%5B0,384%5D%7D";
+    let some = lab.get(&format!("nodes/1/measurements?limit=7&{brush}")).json();
+    let (n, total) = (some["n"].as_u64().expect("a number"), all["total"].as_u64().expect("a number"));
+    assert!(n > 0 && n < total / 5, "{n} of {total}");
+    assert_eq!(all["n"], all["total"]);
+    assert_eq!(some["rows"].as_array().expect("rows").len(), 7);
+    assert!(some["rows"].as_array().expect("rows").iter().all(|row| row["y"].as_f64().is_some_and(|y| y <= 384.0)));
+    for name in ["sensor", "image", "images", "plan", "flights", "profile", "histogram"] {
+        let plain = lab.get(&format!("nodes/1/figures/{name}.svg")).text();
+        let brushed = lab.get(&format!("nodes/1/figures/{name}.svg?{brush}"));
+        assert_eq!(brushed.status, 200, "{name}: {}", brushed.text());
+        assert!(brushed.text().contains("<svg"), "{name}");
+        if name != "images" && name != "flights" {
+            assert_ne!(plain, brushed.text(), "{name}");
+        }
+    }
+    let locked = lab.get("nodes/1/figures/sensor.svg?scale=123.5").text();
+    assert!(locked.contains("data-scale=\"123.5\""));
+    let narrow = lab.get("nodes/1/figures/profile.svg?width=400&against=row").text();
+    assert!(narrow.contains("width=\"400\""), "{}", &narrow[..300]);
+    let space = lab.get("nodes/1/space").body;
+    let length = u32::from_le_bytes(space[..4].try_into().expect("four bytes")) as usize;
+    let header: Value = serde_json::from_slice(&space[4..4 + length]).expect("a header");
+    let numbers: u64 = (header["arrays"].as_array().expect("arrays").iter())
+        .map(|array| array["rows"].as_u64().unwrap_or(0) * array["columns"].as_array().map_or(0, |c| c.len() as u64))
+        .sum();
+    assert_eq!(space.len() as u64, 4 + length as u64 + 4 * numbers);
+}

@@ -1,0 +1,68 @@
+// What of the page needs no browser: axes and brushes, numbers, the rows of the tree, the numbers in space.
+
+import assert from "node:assert/strict";
+import test from "node:test";
+import { brushBetween, isOf, plotOf, rectangleOf } from "../../web/plots.js";
+import { mm, probability, significant, unitText, withSigma } from "../../web/numbers.js";
+import { extent, quantile, readSpace, roundBelow } from "../../web/space_data.js";
+import { rows } from "../../web/lanes.js";
+
+const sensor = plotOf({ dataset: { view: "sensor", camera: "0", x: "0 5000", px: "100 600", xkey: "x", y: "0 4000", py: "50 450", ykey: "y" } });
+const profile = plotOf({ dataset: { view: "profile", against: "time", x: "1 1000", px: "0 300", xkey: "range", xlog: "1", y: "0.5 -0.5", py: "10 110" } });
+
+test("a brush is what the axes say between two places, whichever way it was dragged", () => {
+  const brush = brushBetween(sensor, [300, 250], [200, 150]);
+  assert.deepEqual(brush, { view: "sensor", camera: 0, x: [1000, 2000], y: [1000, 2000] });
+  assert.deepEqual(rectangleOf(sensor, brush), [200, 150, 300, 250]);
+  assert.ok(isOf(brush, sensor) && !isOf(brush, profile) && !isOf({ ...brush, camera: 1 }, sensor));
+});
+
+test("beyond the area it ends at the area, without a key it takes the whole axis, and logarithmic axes are so", () => {
+  assert.deepEqual(brushBetween(sensor, [0, 0], [900, 900]), { view: "sensor", camera: 0, x: [0, 5000], y: [0, 4000] });
+  const band = brushBetween(profile, [100, 20], [200, 30]);
+  assert.deepEqual(Object.keys(band), ["view", "against", "range"]);
+  assert.ok(Math.abs(band.range[0] - 10) < 1e-9 && Math.abs(band.range[1] - 100) < 1e-9, String(band.range));
+  assert.deepEqual(rectangleOf(profile, band).map(Math.round), [100, 10, 200, 110]);
+});
+
+test("numbers are rounded to what they mean", () => {
+  assert.equal(mm(0.004384), "4.38");
+  assert.equal(mm(null), "–");
+  assert.equal(significant(-0.00001234), "−1.23e−5");
+  assert.equal(significant(1234.4, 3), "1234");
+  assert.equal(withSigma(0.019238, 0.00045372), "0.01924 ± 0.00045");
+  assert.equal(withSigma(1.50044e-9, 1.3e-12), "(1.5004 ± 0.0013)e−9");
+  assert.equal(withSigma(-5.06, 0.66), "−5.06 ± 0.66");
+  assert.equal(probability(0, -779.196), "p = 1e−338");
+  assert.equal(probability(5e-43, -97.4), "p = 5e−43");
+  assert.equal(unitText("px^-2"), "px⁻²");
+  assert.equal(unitText("1"), "");
+});
+
+test("a first child goes on in its parent's lane, the others branch off before it", () => {
+  const nodes = [[1, null], [2, 1], [3, 1], [4, 2], [5, 3]].map(([id, parent]) => ({ id, parent }));
+  assert.deepEqual(rows(nodes).map(({ node, lane, above }) => [node.id, lane, above]), [[1, 0, null], [3, 1, 0], [5, 1, 1], [2, 0, 0], [4, 0, 3]]);
+});
+
+test("the block in space is read as it was written", () => {
+  const header = JSON.stringify({ origin: [0, 0, 0], arrays: [{ name: "ties", columns: ["x", "y", "z", "rms_px"], rows: 2 }, { name: "checks", columns: ["x", "y", "z", "dx", "dy", "dz"], rows: 1, ids: ["c1"] }] });
+  const padded = header.padEnd(Math.ceil(header.length / 4) * 4);
+  const values = [1, 2, 3, 0.25, 4, 5, 6, 0.5, 7, 8, 9, 0.125, NaN, -0.5];
+  const buffer = new ArrayBuffer(4 + padded.length + 4 * values.length);
+  new DataView(buffer).setUint32(0, padded.length, true);
+  new Uint8Array(buffer, 4).set(new TextEncoder().encode(padded));
+  new Float32Array(buffer, 4 + padded.length).set(values);
+  const { ties, checks, control } = readSpace(buffer);
+  assert.deepEqual(ties.place(1), [4, 5, 6]);
+  assert.equal(ties.of("rms_px")(1), 0.5);
+  assert.equal(ties.of("brushed"), null);
+  assert.deepEqual(checks.triple("dx", "dy", "dz")(0), [0.125, NaN, -0.5]);
+  assert.equal(control.rows, 0);
+  assert.deepEqual(extent({ stations: control, ties, checks, control }).centre, [4, 5, 6]);
+});
+
+test("round numbers and quantiles", () => {
+  assert.deepEqual([0.0234, 7, 1999, 0.5].map(roundBelow), [0.02, 5, 1000, 0.5]);
+  assert.equal(quantile([3, 1, NaN, 2], 0.5), 2);
+  assert.ok(Number.isNaN(quantile([], 0.5)));
+});
