@@ -8,6 +8,7 @@ use misclosure::diagnose::fit::fit;
 use misclosure::diagnose::improve::Settings;
 use misclosure::diagnose::linearised::{Added, linearise};
 use misclosure::diagnose::run::diagnose;
+use misclosure::diagnose::scan::Places;
 use misclosure::inject;
 use misclosure::io::block::read_block;
 use misclosure::model::Model;
@@ -85,7 +86,7 @@ fn row(table: &mut Table, name: &str, block: &Block, model: &Model, threads: usi
     let (base, of_fit) = timed(|| fit(block, &model, None, &options));
     let base = base?;
     let (tested, of_screening) = timed(|| -> Result<usize> {
-        let linearised = linearise(block, &base, &Added::default(), false, &settings)?;
+        let linearised = linearise(block, &base, &Added::default(), false, &Places::new(), &settings)?;
         let situation = linearised.situation(&settings, &BTreeSet::new());
         Ok(situation.judge_all(&situation.beside()).len())
     });

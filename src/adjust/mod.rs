@@ -44,6 +44,9 @@ pub struct Options {
     /// Stop when a full step, without damping, would change chi-square (`sum rho`, twice the cost) by less than this, absolutely: by the
     /// Newton decrement. Where chi-square is so large that its rounding is more, that counts.
     pub chi_square_change: f64,
+    /// Stop, too, after so many steps in a row that gain less than `chi_square_change` each, where full steps promise more but little: along the
+    /// kink of a flaw the promise is never kept. For fits that are compared by their chi-square; `None`: never. The native solver alone can.
+    pub idle_steps: Option<usize>,
     /// Threads of the solver.
     pub threads: usize,
     /// Linear algebra.
@@ -88,6 +91,7 @@ impl Default for Options {
         Self {
             max_iterations: MAX_ITERATIONS,
             chi_square_change: CHI_SQUARE_CHANGE,
+            idle_steps: None,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             linear_solver: LinearSolver::Auto,
             covariance: CovarianceOf::Everything,

@@ -107,15 +107,15 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
         tell: &tell,
     };
     let mut diagnosed = diagnose(block, &model, &settings)?;
-    let final_model = match keep {
-        Keep::Base => diagnosed.improvement.base.model.clone(),
-        Keep::Improved => diagnosed.improvement.fit.model.clone(),
+    let ended = match keep {
+        Keep::Base => &diagnosed.improvement.base,
+        Keep::Improved => &diagnosed.improvement.fit,
     };
     tell("adjusting the final model with both solvers");
     let solvers = arguments.model.solvers();
     // The models on the way decide nothing any more: the ledger keeps what the native solver found.
     let HandedOn { model: final_model, run, held } =
-        adjust_handed_on(&diagnosed.block, final_model, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))?;
+        adjust_handed_on(&diagnosed.block, ended, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))?;
     if let Some(held) = held {
         console.message(&held);
     }

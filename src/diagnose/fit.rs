@@ -33,10 +33,14 @@ impl Fit {
 /// gradient the null model takes out of every score. The model that is handed on is solved to the last digit, by both solvers.
 const CHI_SQUARE_CHANGE: f64 = 1e-2;
 
+/// Steps that gain less than this after which such a fit ends: what they promise together is a tenth of a unit, where decisions take a dozen.
+const IDLE_STEPS: usize = 4;
+
 /// Options of a fit that decides.
 pub(super) fn deciding(options: &Options) -> Options {
     Options {
         chi_square_change: options.chi_square_change.max(CHI_SQUARE_CHANGE),
+        idle_steps: Some(IDLE_STEPS),
         covariance: CovarianceOf::Nothing,
         ..options.clone()
     }
@@ -88,25 +92,27 @@ pub struct HandedOn {
     pub held: Option<String>,
 }
 
-/// Adjusts the model that a diagnosis hands on. From the block's approximations a place may not be found again: then it stays where the
-/// diagnosis found it.
+/// Adjusts the model that a diagnosis hands on with each solver, from where the diagnosis ended. Where that fails with a place that was
+/// searched, the place stays where the diagnosis found it.
 ///
 /// # Errors
-/// Those of [`run::adjust`].
+/// Those of [`run::adjust_from`].
 pub fn adjust_handed_on(
     block: &Block,
-    model: Model,
+    ended: &Fit,
     solvers: &[&dyn Solver],
     options: &Options,
     progress: &mut Progress<'_>,
 ) -> Result<HandedOn, RunError> {
-    let error = match run::adjust(block, &model, solvers, options, progress) {
+    let model = ended.model.clone();
+    let near = Some((&ended.problem, &ended.solution.state));
+    let error = match run::adjust_from(block, &model, near, solvers, options, progress) {
         Ok(run) => return Ok(HandedOn { model, run, held: None }),
         Err(error) => error,
     };
     match with_search_held(&model) {
         Some(model) if !options.stop.is_raised() => {
-            let run = run::adjust(block, &model, solvers, options, progress)?;
+            let run = run::adjust_from(block, &model, near, solvers, options, progress)?;
             let held = format!("{error}\nso the places that were searched are held where they were found");
             Ok(HandedOn { model, run, held: Some(held) })
         }

@@ -7,7 +7,7 @@ use super::linearised::{Linearised, Questions, with_candidates};
 use super::select::challenge::Shape;
 use super::select::{Judged, Situation};
 use super::structure::{self, Structure};
-use super::test::{System, fixed};
+use super::test::fixed;
 use crate::adjust::native::null_model::NullModel;
 use crate::block::Block;
 use crate::run;
@@ -77,7 +77,7 @@ fn structure_of(
     layout.analyse(comparison.as_ref(), settings.significance, |columns| {
         let asked = Questions { tested: fields, extra: columns, clustered: true, ..Questions::nothing() };
         let linearised = with_candidates(block, fit, &improvement.parts, asked, settings)?;
-        let beside = linearised.situation(settings, &Default::default()).beside();
+        let beside = linearised.situation(settings, &Default::default()).beside().into_system();
         let scores = linearised.scores.clone();
         Ok((linearised, beside, scores))
     })
@@ -95,7 +95,7 @@ pub fn challenge(
     }
     let situation = left.shapes.situation(settings, improvement.refused());
     let shapes = least_shapes(&situation, left, settings.significance);
-    improvement.challenged(block, &situation, &shapes, settings)
+    improvement.challenged(block, &left.shapes, &shapes, settings)
 }
 
 /// The fewest structures that explain what is left: the surest, then the surest beside it, and so on.
@@ -109,7 +109,7 @@ fn least_shapes(situation: &Situation<'_>, left: &Left, significance: f64) -> Ve
         tests.map(|(against, columns)| Shape { name: against.to_string(), columns: columns.clone() }).collect();
     let fields = situation.sets.iter().filter(|set| left.fields.iter().any(|field| field.id == set.id));
     open.extend(fields.map(|set| Shape { name: set.id.clone(), columns: set.columns.clone() }));
-    let mut beside: System = situation.beside();
+    let mut beside = situation.beside();
     let mut shapes = Vec::new();
     while shapes.len() < MOST_SHAPES {
         let judged = open
@@ -119,7 +119,7 @@ fn least_shapes(situation: &Situation<'_>, left: &Left, significance: f64) -> Ve
         let surest = judged.min_by(|a, b| a.1.total_cmp(&b.1));
         let Some((position, _)) = surest.filter(|(_, ln_p)| *ln_p < situation.ln_level) else { break };
         let shape = open.swap_remove(position);
-        beside = beside.beside(&shape.columns, &[]);
+        beside = beside.and(&shape.columns);
         shapes.push(shape);
     }
     shapes

@@ -7,7 +7,7 @@ use super::candidate::{Addition, Candidate};
 use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
 use super::improve::Settings;
-use super::scan;
+use super::scan::{self, Places};
 use super::select::{Nature, Searched, Set, Situation, Taken};
 use super::test::design_effect::{ClusterOfValues, Clusters, of_values};
 use super::test::{System, random};
@@ -82,19 +82,21 @@ impl Questions<'_> {
     }
 }
 
-/// Linearises a fit with every candidate of the catalogue beside it; `fields`: empirical fields, too, which may not enter.
+/// Linearises a fit with every candidate of the catalogue beside it; `fields`: empirical fields, too, which may not enter; `known`: candidates
+/// whose place on the sensor need not be searched.
 pub fn linearise(
     block: &Block,
     fit: &Fit,
     added: &Added,
     fields: bool,
+    known: &Places,
     settings: &Settings<'_>,
 ) -> Result<Linearised, DiagnoseError> {
     let (mut tested, mut untested) = catalogue::candidates(block, fit, added, settings.plugins);
     let all = tested.len();
     tested.retain(|(candidate, _)| fields || candidate.physical);
     let elsewhere = all - tested.len();
-    scan::place(fit, &mut tested, &mut untested, settings.options.threads)?;
+    scan::place(fit, &mut tested, &mut untested, known, settings.options.threads)?;
     let asked = Questions { tested, untested, clustered: true, elsewhere, ..Questions::nothing() };
     with_candidates(block, fit, added, asked, settings)
 }
@@ -351,6 +353,17 @@ fn plausible_values(problem: &Problem, unknown: usize) -> Option<[f64; 2]> {
 }
 
 impl Linearised {
+    /// Is a set one that was put at a place on the sensor?
+    pub fn is_placed(&self, set: usize) -> bool {
+        matches!(self.sets[set].search, Searched::Places { .. })
+    }
+
+    /// The candidates that were.
+    pub fn places(&self) -> Places {
+        let placed = (0..self.sets.len()).filter(|set| self.is_placed(*set));
+        placed.filter_map(|set| Some((self.candidates[set].clone()?, self.sets[set].search))).collect()
+    }
+
     /// What the rules see.
     pub fn situation(&self, settings: &Settings<'_>, refused: &BTreeSet<String>) -> Situation<'_> {
         Situation {

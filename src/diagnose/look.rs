@@ -4,6 +4,7 @@ use super::fit::DiagnoseError;
 use super::improve::{Improvement, Settings};
 use super::left::{self, Left};
 use super::linearised::{Linearised, linearise};
+use super::scan::Places;
 use super::select::{self, Event};
 use super::verdict::{Diagnosis, Verdict, diagnosis};
 use crate::block::Block;
@@ -32,7 +33,7 @@ pub fn look(
     settings: &Settings<'_>,
 ) -> Result<Look, DiagnoseError> {
     (settings.tell)("testing what may be missing");
-    let linearised = linearise(block, &improvement.fit, &improvement.parts, true, settings)?;
+    let linearised = linearise(block, &improvement.fit, &improvement.parts, true, &Places::new(), settings)?;
     (settings.tell)("testing what is left");
     let left = left::analyse(block, improvement, &linearised, settings)?;
     let mut found = diagnosis(block, improvement, &linearised, &linearised, &left, &left.structure, outliers, settings);

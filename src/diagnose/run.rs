@@ -16,8 +16,8 @@ use std::collections::HashSet;
 
 /// Rounds of the weights: the second changes a factor by the square of what the first changed it.
 const WEIGHT_ROUNDS: usize = 3;
-/// Times that the loop begins anew because an outlier was found or came back, or an effect was challenged.
-const MOST_ROUNDS: usize = 12;
+/// Times that the loop begins anew because an outlier was found or came back, an effect was challenged, or a place has to be looked for again.
+const MOST_ROUNDS: usize = 24;
 
 /// What a diagnosis found, and the block that it was made on.
 pub struct Diagnosed {
@@ -43,35 +43,34 @@ pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result
     let mut improvement = Improvement::new(&block, base, settings)?;
     let mut first = None;
     let mut strictness = Strictness::Loose;
-    let mut last = None;
-    for _ in 0..MOST_ROUNDS {
-        let linearised = improvement.advance(&block, settings, &mut first)?;
-        // With the effects in the model, outliers that they hid stand out.
-        let changed = match improvement.added.is_empty() {
-            true => false,
-            false => judged_again(whole, &mut search, &mut improvement, strictness, settings)?,
-        };
-        if changed {
-            block = search.block(whole);
-            continue;
-        }
-        if strictness == Strictness::Loose && !improvement.added.is_empty() {
-            strictness = Strictness::Tight;
-            if judged_again(whole, &mut search, &mut improvement, strictness, settings)? {
+    let (mut look_anew, mut round) = (false, 0);
+    let (linearised, rest) = loop {
+        let (linearised, searched) = improvement.advance(&block, settings, &mut first, look_anew)?;
+        round += 1;
+        let may_change = round < MOST_ROUNDS;
+        look_anew = false;
+        if may_change && !improvement.added.is_empty() {
+            // With the effects in the model, outliers that they hid stand out.
+            let mut changed = judged_again(whole, &mut search, &mut improvement, strictness, settings)?;
+            if !changed && strictness == Strictness::Loose {
+                strictness = Strictness::Tight;
+                changed = judged_again(whole, &mut search, &mut improvement, strictness, settings)?;
+            }
+            if changed {
                 block = search.block(whole);
                 continue;
             }
         }
-        let rest = left::analyse(&block, &improvement, &linearised, settings)?;
-        let challenged = left::challenge(&block, &mut improvement, &rest, settings)?;
-        last = Some((linearised, rest));
-        if !challenged {
-            break;
+        if may_change && !searched {
+            look_anew = true;
+            continue;
         }
-    }
-    tell("describing what is left");
-    let Some((linearised, rest)) = last else {
-        return Err(AdjustError::Bridge("the diagnosis did not come to an end".into()).into());
+        tell("describing what is left");
+        let rest = left::analyse(&block, &improvement, &linearised, settings)?;
+        if may_change && left::challenge(&block, &mut improvement, &rest, settings)? {
+            continue;
+        }
+        break (linearised, rest);
     };
     improvement.finish(&block, settings)?;
     let after = rest.structure.clone();

@@ -319,8 +319,9 @@ impl Step<'_> {
             });
             if stop.is_raised() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let model = at_solution(&changed.improvement.fit);
-        Ok(adjust_handed_on(&changed.block, model, &lab.setup.solvers, &settings.options, &mut progress)?)
+        let ended = changed.improvement.fit.clone();
+        let ended = Fit { model: at_solution(&ended), ..ended };
+        Ok(adjust_handed_on(&changed.block, &ended, &lab.setup.solvers, &settings.options, &mut progress)?)
     }
 
     /// The row of this step behind those of its parents.

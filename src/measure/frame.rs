@@ -90,6 +90,11 @@ impl Stages {
         [Stage::Exposure, Stage::Ray, Stage::Interior, Stage::Image].iter().all(|stage| self.of(*stage).is_empty())
     }
 
+    /// Rays are straight from the object point to the projection centre of their image: nothing acts on exposure and ray.
+    pub fn straight(&self) -> bool {
+        [Stage::Exposure, Stage::Ray].iter().all(|stage| self.of(*stage).is_empty())
+    }
+
     /// Positions in `theta` of the local list of an image.
     pub fn theta_indices(&self, problem: &Problem, image: usize) -> Vec<usize> {
         let context = &problem.image_contexts[image];
@@ -159,6 +164,12 @@ impl Frame {
             frame.apply_interior_effects(problem, stages, image)?;
         }
         Ok(frame)
+    }
+
+    /// `(r, C)`.
+    pub fn pose(&self) -> [f64; 6] {
+        let [r, c] = [&self.rotation_vector, &self.centre];
+        [r[0], r[1], r[2], c[0], c[1], c[2]]
     }
 
     /// A point as the plain camera sees it in this image.

@@ -3,6 +3,7 @@
 //! It is part of no solver: the native one linearises with it, and whoever looks at a fitted state predicts with
 //! [`Predictor`]. Ceres has its own, from the forward formulas, so that the two can disagree.
 
+mod bent;
 mod chain;
 mod error;
 mod frame;
@@ -11,7 +12,7 @@ mod plain;
 mod position;
 mod predictor;
 
-pub use chain::{Prediction, predict, predict_point};
+pub use chain::{Prediction, point_behind_camera, predict, predict_point, predict_seen};
 pub use error::MeasureError;
 pub use frame::{Frame, InteriorChain, Stages, frames};
 pub use plain::{PlainPrediction, PlainView};

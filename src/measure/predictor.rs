@@ -6,6 +6,12 @@ use super::{MeasureError, position};
 use crate::camera::undistort::viewing_ray;
 use crate::problem::{ImageObservation, MeasurementKind, Problem, State};
 use nalgebra::{Matrix2x3, Vector3};
+use std::cell::RefCell;
+
+thread_local! {
+    /// Work space, which is dear to ask for at every measurement.
+    static BUFFER: RefCell<Prediction> = RefCell::default();
+}
 
 /// Predicts measurements at a state, effects included.
 pub struct Predictor<'a> {
@@ -38,9 +44,10 @@ impl<'a> Predictor<'a> {
             y: observed[1],
             inverse_sigma: 1.0,
         };
-        let mut p = Prediction::default();
-        chain::predict(self.problem, &self.stages, &self.frames[image], &observation, point, &mut p)?;
-        Some((p.point, Matrix2x3::from_fn(|i, j| p.d_point[i][j])))
+        BUFFER.with_borrow_mut(|p| {
+            chain::predict(self.problem, &self.stages, &self.frames[image], &observation, point, p)?;
+            Some((p.point, Matrix2x3::from_fn(|i, j| p.d_point[i][j])))
+        })
     }
 
     /// Coordinates (m) that the survey would give of a point.

@@ -7,10 +7,12 @@ use std::collections::HashMap;
 
 impl Problem {
     /// Starts where `problem` ended: cameras, poses, and what both have of points and effect parameters. Both are of the same images and
-    /// cameras; what is new keeps its own start value.
+    /// cameras; what is new keeps its own start value, and what is held stays where it is held.
     pub fn start_from(&mut self, problem: &Problem, state: &State) {
         let State { interiors, theta, poses, points } = state;
-        self.start.interiors.clone_from(interiors);
+        for ((own, free), from) in self.start.interiors.iter_mut().zip(&self.camera_free).zip(interiors) {
+            (0..own.len()).filter(|k| free[*k]).for_each(|k| own[k] = from[k]);
+        }
         self.start.poses.clone_from(poses);
         if self.tie_dc_to_pp {
             self.start.interiors.iter_mut().for_each(tie_centre);

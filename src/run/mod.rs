@@ -128,7 +128,22 @@ pub fn adjust(
     options: &Options,
     progress: &mut Progress<'_>,
 ) -> Result<Run, RunError> {
+    adjust_from(block, model, None, solvers, options, progress)
+}
+
+/// [`adjust`] from where a `near` problem of the same images ended, instead of from the block's approximations.
+pub fn adjust_from(
+    block: &Block,
+    model: &Model,
+    near: Option<(&Problem, &State)>,
+    solvers: &[&dyn Solver],
+    options: &Options,
+    progress: &mut Progress<'_>,
+) -> Result<Run, RunError> {
     let mut problem = Problem::new(block, model)?;
+    if let Some((solved, state)) = near {
+        problem.start_from(solved, state);
+    }
     let options = options_for(&problem, options);
     if let Some(first) = solvers.first() {
         variance_components::estimate(&mut problem, *first, &options, progress)?;

@@ -9,6 +9,7 @@ use super::in_turn::in_turn;
 use misclosure::block::Block;
 use misclosure::camera;
 use misclosure::diagnose::linearised::{Added, linearise};
+use misclosure::diagnose::scan::Places;
 use misclosure::effects::{self, Role, Stage};
 use misclosure::math::statistics::kolmogorov_smirnov;
 use misclosure::model::Model;
@@ -42,7 +43,7 @@ fn kind(id: &str) -> Kind {
 fn tested(block: &Block, model: &Model) -> Vec<(String, f64)> {
     let fit = fitted(block, model);
     let settings = settings();
-    let linearised = linearise(block, &fit, &Added::default(), true, &settings).expect("a null model");
+    let linearised = linearise(block, &fit, &Added::default(), true, &Places::new(), &settings).expect("a null model");
     let situation = linearised.situation(&settings, &BTreeSet::new());
     let judged = situation.judge_all(&situation.beside());
     judged.iter().map(|judged| (linearised.sets[judged.set].id.clone(), judged.ln_p.exp())).collect()

@@ -105,8 +105,19 @@ impl Solver for Ceres {
         options: &Options,
         progress: &mut Progress<'_>,
     ) -> Result<Solution, AdjustError> {
-        let Options { max_iterations, chi_square_change, threads, linear_solver, covariance: wanted, ref stop } =
-            *options;
+        let Options {
+            max_iterations,
+            chi_square_change,
+            idle_steps,
+            threads,
+            linear_solver,
+            covariance: wanted,
+            ref stop,
+        } = *options;
+        if idle_steps.is_some() {
+            let option = "an end after idle steps".into();
+            return Err(AdjustError::Unsupported { solver: NAME, option });
+        }
         let points = problem.layout().point(0, 0);
         let reduced = problem.free()[..points].iter().filter(|free| **free).count();
         if wanted == CovarianceOf::Everything && reduced > LARGEST_DENSE_INVERSE {

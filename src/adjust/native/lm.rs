@@ -8,7 +8,7 @@ use super::rank::factor_of_full_rank;
 use super::step::try_step;
 use super::structure::Structure;
 use super::system::System;
-use crate::adjust::{AdjustError, Iteration, Options, Progress};
+use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Progress};
 use crate::measure::{self, Frame};
 use crate::problem::{Loss, Problem, State};
 use rayon::ThreadPool;
@@ -35,6 +35,9 @@ const CHI_SQUARE_ROUNDING: f64 = 1e-12;
 /// With a robust loss, a step that changes chi-square by less than this share is near the solution: measurements hardly cross the corner of the
 /// loss any more, and its second derivative says more than its weights.
 const NEAR_SHARE: f64 = 1e-3;
+
+/// Full steps that promise less than so many times the change of chi-square that is asked for are idle where they gain less than that.
+const IDLE_PROMISE: f64 = 1e3;
 
 /// Where the iterations ended.
 pub struct Outcome {
@@ -70,7 +73,7 @@ pub fn minimise(
     };
     let robust = problem.loss != Loss::None;
     let mut search = StepControl { damping: START_DAMPING, tighten: TIGHTEN, curvature: Curvature::Weights };
-    let mut iterations = 0;
+    let (mut iterations, mut idle) = (0, 0);
     loop {
         let mut damping = search.damping;
         let mut system = linearised(&state, &frames, damping, search.curvature)?;
@@ -100,6 +103,11 @@ pub fn minimise(
                     increments.and_then(|x| pool.install(|| try_step(&at, &system, &x, damping, Curvature::Newton)));
                 if let Some(step) = last.filter(|step| step.chi_square < chi_square) {
                     (state, frames) = (step.state, step.frames);
+                    // Without a covariance the system at a step from here, shorter than anybody sees, serves as well.
+                    if options.covariance == CovarianceOf::Nothing && !robust {
+                        system.chi_square = step.chi_square;
+                        return Ok(Outcome { state, iterations, system, frames });
+                    }
                 }
                 let system = linearised(&state, &frames, 0.0, Curvature::Weights)?;
                 return Ok(Outcome { state, iterations, system, frames });
@@ -114,6 +122,7 @@ pub fn minimise(
         let step = increments.and_then(|x| pool.install(|| try_step(&at, &system, &x, damping, curvature)));
         let drop = step.as_ref().map_or(f64::NEG_INFINITY, |step| chi_square - step.chi_square);
         let predicted = step.as_ref().map_or(f64::INFINITY, |step| step.predicted_drop);
+        idle = if drop < small && predicted < IDLE_PROMISE * small { idle + 1 } else { 0 };
         match step {
             Some(step) if drop > 0.0 => {
                 state = step.state;
@@ -134,7 +143,7 @@ pub fn minimise(
             let at = Prepared { problem, structure, state: &state, frames: &frames };
             return Err(stuck(&at, pattern, pool, iterations, 0.5 * chi_square));
         }
-        if full && drop < small {
+        if full && drop < small || options.idle_steps.is_some_and(|most| idle >= most) {
             let system = linearised(&state, &frames, 0.0, Curvature::Weights)?;
             return Ok(Outcome { state, iterations, system, frames });
         }

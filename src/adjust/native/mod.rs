@@ -50,7 +50,7 @@ impl Solver for Native {
         options: &Options,
         progress: &mut Progress<'_>,
     ) -> Result<Solution, AdjustError> {
-        let Options { max_iterations: _, chi_square_change: _, threads, linear_solver, covariance, stop: _ } = options;
+        let Options { threads, linear_solver, covariance, .. } = options;
         if *linear_solver == LinearSolver::Iterative {
             let option = "the iterative linear solver; use auto, dense or sparse".into();
             return Err(AdjustError::Unsupported { solver: NAME, option });

@@ -12,7 +12,7 @@ use super::turn::Turn;
 use super::vectors::dispatch;
 use crate::camera::tie_centre;
 use crate::measure::lanes::{Predictions, Views};
-use crate::measure::{self, Frame, Prediction};
+use crate::measure::{self, Frame};
 use crate::problem::{ImageObservation, Pose, Problem, State};
 use nalgebra::{Matrix3, Vector3};
 use pulp::{Simd, WithSimd};
@@ -167,7 +167,7 @@ impl PointStep<'_> {
                 }
             }
             let object = self.move_point(j, &mut moved, (&rows.v_matrix, &rows.gradient, &rest))?;
-            let mut one = OnTheirOwn { after: self.after, prediction: Prediction::default() };
+            let one = OnTheirOwn { after: self.after };
             moved.chi_square += one.chi_square(j..j + 1, &[object])?;
         }
         Some(moved)
@@ -182,7 +182,7 @@ impl PointStep<'_> {
         let mut left = Vec::new();
         let mut side_by_side =
             SideBySide { after: self.after, views: Views::default(), predictions: Predictions::default() };
-        let mut on_their_own = OnTheirOwn { after: self.after, prediction: Prediction::default() };
+        let on_their_own = OnTheirOwn { after: self.after };
         for batch in batches(self.at.problem, points) {
             rows.fill(self.at, batch.clone()).ok()?;
             left.clear();
@@ -193,7 +193,7 @@ impl PointStep<'_> {
                 self.move_point(j, &mut moved, (normal, gradient, rest))?;
             }
             let objects = &moved.points[first..];
-            moved.chi_square += match structure.stages.plain_image() {
+            moved.chi_square += match structure.stages.straight() {
                 true => {
                     side_by_side.chi_square(batch.clone(), objects)? + surveyed_chi_square(self.after, batch, objects)?
                 }
@@ -295,18 +295,17 @@ fn surveyed_chi_square(after: &Prepared<'_>, points: Range<usize>, objects: &[Ve
 /// Predicts measurements through every effect, one by one.
 struct OnTheirOwn<'a> {
     after: &'a Prepared<'a>,
-    prediction: Prediction,
 }
 
 impl OnTheirOwn<'_> {
     /// `sum rho` of some points at `objects`. `None`: a measurement that cannot be predicted.
-    fn chi_square(&mut self, points: Range<usize>, objects: &[Vector3<f64>]) -> Option<f64> {
+    fn chi_square(&self, points: Range<usize>, objects: &[Vector3<f64>]) -> Option<f64> {
         let Prepared { problem, structure, frames, .. } = self.after;
         let mut sum = surveyed_chi_square(self.after, points.clone(), objects)?;
         for (j, object) in points.zip(objects) {
             for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
                 let (stages, frame) = (&structure.stages, &frames[observation.image as usize]);
-                let point = measure::predict_point(problem, stages, frame, observation, object, &mut self.prediction)?;
+                let point = measure::predict_point(problem, stages, frame, observation, object)?;
                 sum += loss_of(problem, observation, point);
             }
         }
@@ -314,7 +313,7 @@ impl OnTheirOwn<'_> {
     }
 }
 
-/// Predicts measurements that no effect touches, eight at a time.
+/// Predicts measurements that no effect touches before the camera, eight at a time.
 struct SideBySide<'a> {
     after: &'a Prepared<'a>,
     views: Views,
@@ -340,7 +339,9 @@ impl WithSimd for ProjectPlain<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Option<f64> {
         let SideBySide { after, views, predictions } = self.of;
-        let mut eights = Eights::new(after, after.frames, self.objects, self.points, views);
+        let Prepared { problem, structure, frames, .. } = after;
+        let (stages, plain) = (&structure.stages, structure.stages.plain_image());
+        let mut eights = Eights::new(after, frames, self.objects, self.points, views);
         let mut sum = 0.0;
         while let Some((first, points)) = eights.next(views) {
             views.project(simd, predictions);
@@ -348,8 +349,13 @@ impl WithSimd for ProjectPlain<'_, '_> {
                 if predictions.depth[lane] <= 0.0 {
                     return None;
                 }
-                let point = [predictions.point[0][lane], predictions.point[1][lane]];
-                sum += loss_of(after.problem, &after.problem.observations[first + lane], point);
+                let observation = &problem.observations[first + lane];
+                let mut point = [predictions.point[0][lane], predictions.point[1][lane]];
+                if !plain {
+                    let frame = &frames[observation.image as usize];
+                    point = measure::point_behind_camera(problem, stages, frame, observation, point)?;
+                }
+                sum += loss_of(problem, observation, point);
             }
         }
         Some(sum)

@@ -6,6 +6,7 @@ use super::fit::{DiagnoseError, Fit, fit};
 use super::heldout::held_out_px;
 use super::linearised::{Added, Linearised, linearise};
 use super::models::{at_solution, predicted_drop, without_effect};
+use super::scan::Places;
 use super::select::challenge::{self, Shape};
 use super::select::{Event, Situation, next};
 use super::weights;
@@ -112,6 +113,8 @@ pub struct Improvement {
     pub parts: Added,
     refused: BTreeSet<String>,
     left_before: BTreeSet<String>,
+    /// Places on the sensor, where they were found last.
+    places: Places,
 }
 
 impl Improvement {
@@ -139,30 +142,43 @@ impl Improvement {
             parts,
             refused: BTreeSet::new(),
             left_before: BTreeSet::new(),
+            places: Places::new(),
         };
         improvement.note(block, Change::Base, "")?;
         Ok(improvement)
     }
 
-    /// Takes in and out what the rules ask for, until they ask for nothing. Gives the last linearisation; `first` keeps that of the base.
+    /// Takes in and out what the rules ask for, until they ask for nothing. Gives the last linearisation, and whether places were searched in
+    /// it; `first` keeps that of the base.
+    ///
+    /// While nothing enters or leaves, what has a place on the sensor stays where it was found: there it fits less well than it could, if at all.
+    /// `search` looks for a better place before it counts that nothing enters, and one is looked for when such an effect is to enter.
     pub fn advance(
         &mut self,
         block: &Block,
         settings: &Settings<'_>,
         first: &mut Option<Linearised>,
-    ) -> Result<Linearised, DiagnoseError> {
+        mut search: bool,
+    ) -> Result<(Linearised, bool), DiagnoseError> {
         loop {
             (settings.tell)(&format!("testing what may be missing (step {})", self.steps.len()));
-            let linearised = linearise(block, &self.fit, &self.parts, first.is_none(), settings)?;
+            if search {
+                self.places.clear();
+            }
+            let searched = self.places.is_empty();
+            let linearised = linearise(block, &self.fit, &self.parts, first.is_none(), &self.places, settings)?;
+            self.places = linearised.places();
             let situation = linearised.situation(settings, &self.refused);
             match next(&situation) {
+                Some(Event::Added { set }) if linearised.is_placed(set) && !searched => search = true,
                 Some(Event::Added { set }) if self.added.len() < MOST_EFFECTS => {
+                    search = false;
                     self.take_in(block, &linearised, &situation, set, false, settings)?;
                     self.weigh(block, settings)?;
                     first.get_or_insert(linearised);
                 }
                 Some(Event::Removed { id, why }) => self.take_out(block, &id, &why, settings)?,
-                _ => return Ok(linearised),
+                _ => return Ok((linearised, searched)),
             }
         }
     }
@@ -205,11 +221,12 @@ impl Improvement {
     pub fn challenged(
         &mut self,
         block: &Block,
-        situation: &Situation<'_>,
+        linearised: &Linearised,
         structures: &[Shape],
         settings: &Settings<'_>,
     ) -> Result<bool, DiagnoseError> {
-        let Some(Event::Removed { id, why }) = challenge::rule(situation, structures) else { return Ok(false) };
+        let situation = linearised.situation(settings, &self.refused);
+        let Some(Event::Removed { id, why }) = challenge::rule(&situation, structures) else { return Ok(false) };
         self.take_out(block, &id, &why, settings)?;
         self.refused.insert(id);
         Ok(true)
@@ -262,6 +279,7 @@ impl Improvement {
                 confirmation.kept = asked_for || confirmation.drop > 0.0;
                 if confirmation.kept {
                     (self.fit, self.heldout_px, self.parts) = (fit, heldout_px, parts);
+                    self.places.clear();
                     self.added.push(id.clone());
                     self.note(block, Change::Added(id), "")?;
                     if let Some(step) = self.steps.last_mut() {
@@ -299,6 +317,7 @@ impl Improvement {
         };
         self.heldout_px = held_out_px(&after, settings.options.threads)?;
         (self.fit, self.parts) = (after, parts);
+        self.places.clear();
         self.added.retain(|other| other != id);
         // What was taken out twice does not come back: two that take each other's place would go on for ever.
         if !self.left_before.insert(id.to_string()) {

@@ -32,7 +32,7 @@ pub fn rule(situation: &Situation<'_>, structures: &[Shape]) -> Option<Event> {
             let share = share_beside(&beside, &judged.pivoted.kept, structure, judged.drop);
             // A field of many columns holds every smooth law: that nothing is left beside it says nothing.
             let rich = structure.columns.len() > FIELD_COLUMNS;
-            let with_structure = beside.beside(&structure.columns, &[]);
+            let with_structure = beside.and(&structure.columns);
             let significant = rich
                 || without.judge(taken.set, &with_structure).is_some_and(|judged| judged.ln_p < situation.ln_level);
             if (overlaps && share < SHARE) || !significant {

@@ -6,6 +6,8 @@ use crate::diagnose::test::{Penalised, System, fixed, multiple, random, separabi
 use crate::math::statistics::f_ln_sf;
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
+use std::ops::Deref;
+use std::rc::Rc;
 
 /// Laws or chance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,6 +92,34 @@ pub struct Situation<'a> {
     pub refused: BTreeSet<String>,
 }
 
+/// The system beside what is in.
+#[derive(Debug, Clone)]
+pub struct Beside {
+    /// Beside the chance values that are in, where there are any.
+    chance: Option<Rc<System>>,
+    all: System,
+}
+
+impl Beside {
+    /// The system beside further columns.
+    pub fn and(&self, columns: &[usize]) -> Self {
+        Self { chance: self.chance.clone(), all: self.all.beside(columns, &[]) }
+    }
+
+    /// The system itself.
+    pub fn into_system(self) -> System {
+        self.all
+    }
+}
+
+impl Deref for Beside {
+    type Target = System;
+
+    fn deref(&self) -> &System {
+        &self.all
+    }
+}
+
 /// What a set says beside what is in.
 #[derive(Debug, Clone)]
 pub struct Judged {
@@ -130,7 +160,7 @@ impl Situation<'_> {
 
     /// The other variants of a set that was placed on the sensor, each at its own best place, that explain as much to within what a grid of places
     /// loses: which of them it is, only their refits tell.
-    pub fn rivals(&self, set: usize, beside: &System) -> Vec<usize> {
+    pub fn rivals(&self, set: usize, beside: &Beside) -> Vec<usize> {
         let is_placed = |s: &usize| matches!(self.sets[*s].search, Searched::Places { .. });
         let Some(own) = Some(set).filter(is_placed).and_then(|set| self.judge(set, beside)) else { return Vec::new() };
         let as_good = |s: &usize| self.judge(*s, beside).is_some_and(|other| other.drop > (1.0 - GRID_LOSS) * own.drop);
@@ -156,13 +186,15 @@ impl Situation<'_> {
     }
 
     /// The system beside everything that is in.
-    pub fn beside(&self) -> System {
+    pub fn beside(&self) -> Beside {
         let (fixed, random) = self.parts_in();
-        self.system.beside(&fixed, &random)
+        let chance = (!random.is_empty()).then(|| Rc::new(self.system.beside(&[], &random)));
+        let all = chance.as_deref().unwrap_or(self.system).beside(&fixed, &[]);
+        Beside { chance, all }
     }
 
     /// Every set that is not in, judged beside what is in; of several variants the surest, its p-value corrected for the choice. Surest first.
-    pub fn judge_all(&self, beside: &System) -> Vec<Judged> {
+    pub fn judge_all(&self, beside: &Beside) -> Vec<Judged> {
         let mut best: Vec<Judged> = Vec::new();
         let mut done = BTreeSet::new();
         for (s, set) in self.sets.iter().enumerate() {
@@ -178,17 +210,17 @@ impl Situation<'_> {
     }
 
     /// Judges a set beside what is in; `beside` is the system there. `None` where nothing of it is left.
-    pub fn judge(&self, set: usize, beside: &System) -> Option<Judged> {
+    pub fn judge(&self, set: usize, beside: &Beside) -> Option<Judged> {
         let Set { columns, nature, search, .. } = &self.sets[set];
         match nature {
             Nature::Law => self.judge_law(set, columns, *search, beside),
             Nature::Chance => {
                 let component = random::test(beside, columns, self.design_effects[set], self.ln_level)?;
                 let variance = component.deviation.powi(2) / component.variance;
-                let with = beside.beside(&[], &[Penalised { columns: columns.clone(), variance }]);
+                let values = Penalised { columns: columns.clone(), variance };
                 Some(Judged {
                     set,
-                    drop: beside.chi_square - with.chi_square,
+                    drop: beside.drop_of_random(&values),
                     dof: 1.0,
                     statistic: component.statistic,
                     ln_p: component.ln_p,
@@ -203,10 +235,10 @@ impl Situation<'_> {
         }
     }
 
-    fn judge_law(&self, set: usize, columns: &[usize], search: Searched, beside: &System) -> Option<Judged> {
+    fn judge_law(&self, set: usize, columns: &[usize], search: Searched, beside: &Beside) -> Option<Judged> {
         let mut predicted_drop = None;
         let tested = fixed::test(beside, columns, |pivoted| {
-            let Some((directions, change)) = self.directions(pivoted) else { return 1.0 };
+            let Some((directions, change)) = self.directions(pivoted, beside) else { return 1.0 };
             predicted_drop = self.clusters.predicted_drop(&directions, &change);
             let rest = beside.redundancy - pivoted.kept.len() as f64;
             let variance = variance_factor(beside.chi_square - pivoted.drop(), rest);
@@ -252,9 +284,9 @@ impl Situation<'_> {
 
     /// Over the clustered columns: directions that whiten a set beside the laws that are in, and what all columns change by when it is fitted.
     /// `None` where a column of the set has no parts.
-    fn directions(&self, set: &Pivoted) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    fn directions(&self, set: &Pivoted, beside: &Beside) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let count = self.clusters.parts.first()?.0.len();
-        let (fixed, random) = self.parts_in();
+        let (fixed, _) = self.parts_in();
         let whitening = set.whitening();
         let dof = set.kept.len();
         let mut directions = DMatrix::zeros(count, dof);
@@ -263,7 +295,7 @@ impl Situation<'_> {
             (0..dof).for_each(|k| directions[(to, k)] = whitening[(i, k)]);
         }
         // What is in follows: minus M_ff^-1 M_fc.
-        let system = self.system.beside(&[], &random);
+        let system = beside.chance.as_deref().unwrap_or(self.system);
         let own = system.pivoted(&fixed);
         let n = own.kept.len();
         let mut cross = DMatrix::from_fn(n, dof, |i, k| {

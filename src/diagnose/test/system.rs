@@ -1,8 +1,8 @@
 //! Score and information of columns, and what remains of both when some of them are taken for granted.
 
-use faer::linalg::matmul::matmul;
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Accum, MatMut, MatRef, Par};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// A direction of a set of which the base and the other directions leave less than this share of its squared length is absorbed: values of the
@@ -164,7 +164,7 @@ impl System {
         let n = pivoted.kept.len();
         let mut cross =
             DMatrix::from_fn(n, self.len(), |i, c| self.information[(pivoted.kept[i], c)] * pivoted.scale[i]);
-        solve_lower(&pivoted.factor, &mut cross);
+        solve_lower(as_faer(&pivoted.factor), &mut cross);
         let mut system = self.less(&cross, &pivoted.white);
         system.chi_square -= pivoted.white.norm_squared();
         system.redundancy -= n as f64;
@@ -173,25 +173,32 @@ impl System {
     }
 
     fn beside_random(&self, values: &Penalised) -> System {
-        let set = &values.columns;
-        let n = set.len();
-        let mut own = DMatrix::from_fn(n, n, |i, j| self.information[(set[i], set[j])]);
-        if values.variance <= 0.0 {
-            return self.clone();
-        }
-        for i in 0..n {
-            own[(i, i)] += 1.0 / values.variance;
-        }
-        // Positive definite by its penalty; rounding apart.
-        let Some(factor) = Cholesky::new(own) else { return self.clone() };
-        let mut cross = DMatrix::from_fn(n, self.len(), |i, c| self.information[(set[i], c)]);
-        let mut white = DVector::from_fn(n, |i, _| self.score[set[i]]);
-        let lower = factor.l();
-        solve_lower(&lower, &mut cross);
-        lower.solve_lower_triangular_mut(&mut white);
+        let Some((lower, white)) = self.penalised(values) else { return self.clone() };
+        let mut cross = DMatrix::from_fn(white.len(), self.len(), |i, c| self.information[(values.columns[i], c)]);
+        solve_lower(lower.as_ref(), &mut cross);
         let mut system = self.less(&cross, &white);
         system.chi_square -= white.norm_squared();
         system
+    }
+
+    /// The drop of `v'Pv` that random values bring.
+    pub fn drop_of_random(&self, values: &Penalised) -> f64 {
+        self.penalised(values).map_or(0.0, |(_, white)| white.norm_squared())
+    }
+
+    /// Lower factor `L` of `M + I / variance` over random values, and `L^-1 s`. `None` where they have no variance: positive definite by their
+    /// penalty, all others have it.
+    fn penalised(&self, values: &Penalised) -> Option<(Mat<f64>, DVector<f64>)> {
+        let set = &values.columns;
+        if values.variance <= 0.0 {
+            return None;
+        }
+        let penalty = |i: usize, j: usize| if i == j { 1.0 / values.variance } else { 0.0 };
+        let own = Mat::from_fn(set.len(), set.len(), |i, j| self.information[(set[i], set[j])] + penalty(i, j));
+        let lower = own.llt(Side::Lower).ok()?.L().to_owned();
+        let mut white = DMatrix::from_fn(set.len(), 1, |i, _| self.score[set[i]]);
+        solve_lower(lower.as_ref(), &mut white);
+        Some((lower, white.column(0).into_owned()))
     }
 
     fn less(&self, cross: &DMatrix<f64>, white: &DVector<f64>) -> System {
@@ -199,7 +206,9 @@ impl System {
         let n = self.len();
         let information = MatMut::from_column_major_slice_mut(system.information.as_mut_slice(), n, n);
         let cross_ref = MatRef::from_column_major_slice(cross.as_slice(), cross.nrows(), n);
-        matmul(information, Accum::Add, cross_ref.transpose(), cross_ref, -1.0, Par::Seq);
+        let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
+        matmul(information, lower, Accum::Add, cross_ref.transpose(), whole, cross_ref, whole, -1.0, Par::Seq);
+        system.information.fill_upper_triangle_with_lower_triangle();
         system.score -= cross.tr_mul(white);
         system
     }
@@ -214,11 +223,14 @@ impl System {
 }
 
 /// Replaces `right` by `L^-1 right`.
-fn solve_lower(lower: &DMatrix<f64>, right: &mut DMatrix<f64>) {
+fn solve_lower(lower: MatRef<'_, f64>, right: &mut DMatrix<f64>) {
     let (n, columns) = (right.nrows(), right.ncols());
-    let lower = MatRef::from_column_major_slice(lower.as_slice(), n, n);
     let right = MatMut::from_column_major_slice_mut(right.as_mut_slice(), n, columns);
     solve_lower_triangular_in_place(lower, right, Par::Seq);
+}
+
+fn as_faer(matrix: &DMatrix<f64>) -> MatRef<'_, f64> {
+    MatRef::from_column_major_slice(matrix.as_slice(), matrix.nrows(), matrix.ncols())
 }
 
 impl Pivoted {

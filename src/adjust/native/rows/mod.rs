@@ -1,15 +1,16 @@
 //! Rows of the design matrix for the measurements of some points, weighted and scaled, as the sums over them need it: whole vectors, one row
 //! of the border and one of the image's unknowns for each coordinate.
 
+mod fill;
+
 use super::aligned::Aligned;
-use super::eights::Eights;
 use super::point::{Curvature, LEAST_CURVATURE, Prepared, curvature_along, rho};
 use super::structure::{FIRST_THETA, LocalColumn, NONE, POINT, POSE, Structure};
 use super::vectors::dispatch;
 use crate::measure::lanes::{LANES, Predictions, Views};
 use crate::measure::{self, MeasureError, Prediction};
 use crate::problem::{ImageObservation, Loss, Problem};
-use pulp::{Simd, WithSimd};
+use fill::{FillPlain, FillStraight};
 use std::ops::Range;
 
 /// Measurements of a batch: their rows stay in the nearest cache.
@@ -124,8 +125,11 @@ impl Rows {
             self.points.push(OfPoint { number: j, measured, surveyed: surveyed..end });
             surveyed = end;
         }
-        if at.structure.stages.plain_image() {
+        let stages = &at.structure.stages;
+        if stages.plain_image() {
             dispatch(FillPlain { rows: self, at, points })?;
+        } else if stages.straight() {
+            dispatch(FillStraight { rows: self, at, points })?;
         } else {
             self.fill_with_effects(at, points)?;
         }
@@ -314,66 +318,6 @@ struct Weighed {
     v: [f64; 2],
     /// See [`Rows::shrink_along`].
     shrink: Option<([f64; 2], f64)>,
-}
-
-/// Rows of measurements that no effect touches, eight at a time.
-struct FillPlain<'a, 'b> {
-    rows: &'a mut Rows,
-    at: &'a Prepared<'b>,
-    points: Range<usize>,
-}
-
-impl WithSimd for FillPlain<'_, '_> {
-    type Output = Result<(), MeasureError>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { rows, at, points } = self;
-        let mut views = std::mem::take(&mut rows.views);
-        let mut predictions = std::mem::take(&mut rows.predictions);
-        let (start, width) = (at.problem.point_start[points.start], rows.width);
-        let mut eights = Eights::new(at, at.frames, &at.state.points[points.clone()], points, &mut views);
-        while let Some((first, objects)) = eights.next(&mut views) {
-            views.predict(simd, &mut predictions);
-            if at.problem.tie_dc_to_pp {
-                tie_centre(&mut predictions);
-            }
-            let mut weights = [0.0; LANES];
-            let mut shrink = [None; LANES];
-            for (lane, object) in objects.iter().enumerate() {
-                let observation = &at.problem.observations[first + lane];
-                if predictions.depth[lane] <= 0.0 {
-                    return Err(MeasureError::image_point(at.problem, *object, observation.image as usize));
-                }
-                let point = [predictions.point[0][lane], predictions.point[1][lane]];
-                let pair = first + lane - start;
-                let weighed = rows.weigh(at, observation, pair, point);
-                (weights[lane], shrink[lane]) = (weighed.weight, weighed.shrink);
-                for i in 0..2 {
-                    rows.shared[(2 * pair + i + 1) * width - 1] = weighed.v[i];
-                }
-            }
-            predictions.weigh(simd, &weights);
-            rows.spread(at, first..first + objects.len(), start, &predictions);
-            for (lane, shrink) in shrink.iter().enumerate().take(objects.len()) {
-                rows.finish(at.structure, first + lane - start, *shrink);
-            }
-        }
-        (rows.views, rows.predictions) = (views, predictions);
-        Ok(())
-    }
-}
-
-/// The centre of distortion follows the principal point.
-fn tie_centre(predictions: &mut Predictions) {
-    use crate::camera::{DCX, DCY, PPX, PPY};
-    for row in &mut predictions.d_camera {
-        for (to, from) in [(PPX, DCX), (PPY, DCY)] {
-            let moved = row[from];
-            row[to].iter_mut().zip(moved).for_each(|(to, from)| *to += from);
-            row[from] = [0.0; LANES];
-        }
-    }
 }
 
 /// Every `step`-th place of `row` gets a value of a lane, as long as there are places.
