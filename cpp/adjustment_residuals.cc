@@ -1,7 +1,9 @@
 // The cost functions of an adjustment, in one order, and which of them cannot be computed.
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <string>
 
 #include "adjustment.h"
@@ -20,7 +22,9 @@ std::size_t Adjustment::ThetaIndex(std::size_t slot, const misclosure_context& c
 }
 
 Chain Adjustment::MakeChain(const misclosure_context& context, std::initializer_list<Stage> stages) {
+  static std::atomic<std::uint64_t> chains{0};
   Chain chain;
+  chain.id = ++chains;
   chain.context = context;
   chain.context.surveyed_kind = std::nan("");  // known at the frame stage alone: PositionCost
   std::vector<int> local(theta_blocks_.size(), -1);

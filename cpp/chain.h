@@ -10,7 +10,9 @@
 #ifndef MISCLOSURE_CHAIN_H_
 #define MISCLOSURE_CHAIN_H_
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "guarded.h"
@@ -41,6 +43,7 @@ struct Chain {
   std::vector<double*> blocks;
   std::vector<int> block_sizes;
   int derivatives = 0;  // doubles that the links' derivatives take
+  std::uint64_t id = 0;  // of this chain and no other in the program's life
 
   const std::vector<Link>& stage(Stage stage) const { return stages[static_cast<int>(stage)]; }
 
@@ -79,6 +82,45 @@ class ChainRun {
     return misclosure_guarded_eval(link.effect, &context, in, values_ + link.values, out, d_in, d_theta) == MISCLOSURE_DONE;
   }
 
+  // The interior orientation after the interior effects, in place. It is one for all measurements of an image, so the last one that this
+  // thread made of it, with its derivatives, serves as long as nothing that it depends on has changed.
+  bool ForwardInterior(const double* r, double* interior) {
+    const std::vector<Link>& links = chain_.stage(Stage::kInterior);
+    if (links.empty()) return true;
+    thread_local std::vector<Interior> made(kInteriors);
+    Interior& last = made[chain_.id % kInteriors];
+    if (last.chain == chain_.id && (last.derived || !derive_) && std::equal(last.in, last.in + 12, interior) &&
+        std::equal(last.in + 12, last.in + 15, r) && SameValues(links, last)) {
+      std::copy_n(last.out, 12, interior);
+      const double* derivatives = last.derivatives.data();
+      for (const Link& link : links) {
+        if (derive_) std::copy_n(derivatives, InteriorDerivatives(link), derivatives_ + link.d_in);
+        derivatives += InteriorDerivatives(link);
+      }
+      return true;
+    }
+    last.chain = 0;
+    std::copy_n(interior, 12, last.in);
+    std::copy_n(r, 3, last.in + 12);
+    double in[15];
+    std::copy_n(r, 3, in + 12);
+    for (const Link& link : links) {
+      std::copy_n(interior, 12, in);
+      if (!Forward(link, chain_.context, in, interior)) return false;
+    }
+    last.values.clear();
+    last.derivatives.clear();
+    for (const Link& link : links) {
+      const double *values = values_ + link.values, *derivatives = derivatives_ + link.d_in;
+      last.values.insert(last.values.end(), values, values + link.effect->parameter_count);
+      if (derive_) last.derivatives.insert(last.derivatives.end(), derivatives, derivatives + InteriorDerivatives(link));
+    }
+    std::copy_n(interior, 12, last.out);
+    last.derived = derive_;
+    last.chain = chain_.id;
+    return true;
+  }
+
   const char* LastEffect() const { return last_->id; }
 
   const double* DIn(const Link& link) const { return derivatives_ + link.d_in; }
@@ -110,6 +152,28 @@ class ChainRun {
   }
 
  private:
+  // What ForwardInterior made of a chain last.
+  struct Interior {
+    std::uint64_t chain = 0;  // none
+    double in[15], out[12];
+    std::vector<double> values, derivatives;
+    bool derived = false;
+  };
+  // Chains that share a place take it from each other: more places than most blocks have images.
+  static constexpr std::uint64_t kInteriors = 4096;
+
+  // By input and parameters, one behind the other.
+  static int InteriorDerivatives(const Link& link) { return 12 * (15 + static_cast<int>(link.effect->parameter_count)); }
+
+  bool SameValues(const std::vector<Link>& links, const Interior& last) const {
+    const double* other = last.values.data();
+    for (const Link& link : links) {
+      if (!std::equal(other, other + link.effect->parameter_count, values_ + link.values)) return false;
+      other += link.effect->parameter_count;
+    }
+    return true;
+  }
+
   static std::vector<double>& Buffer() {
     thread_local std::vector<double> buffer;
     return buffer;

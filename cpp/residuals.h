@@ -124,11 +124,7 @@ class ImageCost final : public ceres::CostFunction {
       if (!run.Forward(link, context, in, p)) return outside();
     }
     camera_.Unpack(x[0], interior);
-    for (const Link& link : interior_effects) {
-      std::copy_n(interior, 12, in);
-      std::copy_n(image_r, 3, in + 12);
-      if (!run.Forward(link, context, in, interior)) return outside();
-    }
+    if (!run.ForwardInterior(image_r, interior)) return outside();
 
     // Into the camera and onto the sensor.
     const double arm[3] = {p[0] - c[0], p[1] - c[1], p[2] - c[2]};
