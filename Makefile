@@ -2,7 +2,7 @@
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
 
-.PHONY: help setup build demo test test-sanitize test-hidden test-cases test-fresh test-blunders test-lab fuzz bench clean
+.PHONY: help setup build install demo test test-sanitize test-hidden test-cases test-fresh test-blunders test-lab fuzz bench clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -13,6 +13,9 @@ setup: ## install what is missing (Debian, Ubuntu) or list it (elsewhere)
 
 build: setup ## build the program: target/release/misclosure
 	cargo build --release
+
+install: build ## program, header, CMake package and pkg-config file: PREFIX=/usr/local
+	scripts/install.sh "$(or $(PREFIX),/usr/local)"
 
 demo: build ## what is missing in a block of the repository, in half a minute
 	scripts/demo.sh
