@@ -2,7 +2,7 @@
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
 
-.PHONY: help setup build demo test test-sanitize test-hidden test-cases test-fresh test-blunders test-lab fuzz bench clean
+.PHONY: help setup build install demo test test-sanitize test-hidden test-cases test-fresh test-blunders test-lab fuzz bench clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -13,6 +13,9 @@ setup: ## install what is missing (Debian, Ubuntu) or list it (elsewhere)
 
 build: setup ## build the program: target/release/misclosure
 	cargo build --release
+
+install: build ## program, header, CMake package and pkg-config file: PREFIX=/usr/local
+	scripts/install.sh "$(or $(PREFIX),/usr/local)"
 
 demo: build ## what is missing in a block of the repository, in half a minute
 	scripts/demo.sh
@@ -53,10 +56,11 @@ fuzz: setup ## libFuzzer on every reader and on simulate -> adjust, SECONDS=60 e
 		cargo fuzz run --sanitizer none $$target -- -max_total_time=$(or $(SECONDS),60) -timeout=60 -rss_limit_mb=4096 || exit 1; \
 	done
 
-bench: setup ## both solvers side by side (time and peak memory, on two blocks); testing the catalogue beside refitting it; testing for structure
+bench: setup ## both solvers side by side (time and peak memory, on two blocks); testing the catalogue beside refitting it; testing for structure; plug-ins beside effects built in
 	cargo bench --bench solvers
 	cargo bench --bench screening
 	cargo bench --bench structure
+	cargo bench --bench plugin
 
 clean: ## remove everything that was built
 	cargo clean

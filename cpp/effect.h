@@ -15,13 +15,14 @@
 //   }
 //
 // Derivatives follow from it by automatic differentiation. A header in cpp/effects/ is built in. The same file, unchanged, is a
-// plug-in when compiled with
+// plug-in when compiled with `misclosure effects build focal-time.h -o focal-time.so`, which is
 //
-//   c++ -std=c++17 -O2 -fPIC -shared -fvisibility=hidden -DMISCLOSURE_PLUGIN -I cpp -I /usr/include/eigen3 -x c++ focal-time.h -o focal-time.so
+//   c++ -std=c++17 -O3 -fPIC -shared -fvisibility=hidden -DMISCLOSURE_PLUGIN -I cpp -I /usr/include/eigen3 -x c++ focal-time.h -o focal-time.so
 //
-// which exports one symbol, `misclosure_plugin`.
+// and exports one symbol, `misclosure_plugin`. `misclosure effects new` writes a header to begin with.
 //
-// The loader checks that of a plug-in which it can (description, null law at random places) and refuses it otherwise.
+// The loader checks that of a plug-in which it can (description, null law at random places) and refuses it otherwise;
+// `misclosure effects check` checks every law.
 //
 // Two laws: at the nominal values of its parameters an effect is exactly the identity, and it has no state, throws nothing and
 // may be called from several threads at once.
@@ -55,12 +56,12 @@ typedef struct misclosure_context {
   double tau;                                        // (t - mean t) / (max t - min t) over the block's images
   double tau_order;                                  // the same from the place in the table
   double flight_time_s, flight_span_s;               // since the flight's first image; length of the flight
-  double temperature_c, mean_temperature_c;
+  double temperature_c, mean_temperature_c;          // degrees Celsius; mean over the images that have one
   const double* temperature_history;                 // time_s, temperature_c, time_s, ... by time
   uint64_t temperature_history_length;               // number of pairs
   double velocity[3];                                // m/s, world axes
   double angular_velocity[3];                        // rad/s, camera axes
-  double exposure_s, focus_m;
+  double exposure_s, focus_m;                        // exposure time; focus distance
   double block_centre[3];                            // mean of the projection centres' start values, m
   double survey_mean[3];                             // mean of the control points in the datum; without any, of the
                                                      // observed antennas, m
@@ -69,13 +70,14 @@ typedef struct misclosure_context {
 
 // A name for a value of a given parameter: `against=order` is 1.
 typedef struct misclosure_name {
-  const char* name;
-  double value;
+  const char* name;  // a word
+  double value;      // what it stands for
 } misclosure_name;
 
+// A parameter. C++ makes them with Estimated, Searched, Given and Random.
 typedef struct misclosure_parameter {
-  const char* name;
-  const char* unit;
+  const char* name;               // without spaces and []=,:
+  const char* unit;               // "1" for none
   uint32_t scope;                 // misclosure::Scope
   uint32_t role;                  // misclosure::Role
   double nominal;                 // the identity; for searched and given ones the default
@@ -98,21 +100,22 @@ typedef struct misclosure_parameter {
 typedef int (*misclosure_eval)(void* self, const misclosure_context* context, const double* in, const double* theta,
                                double* out, double* d_in, double* d_theta);
 
+// The table of an effect. C++ makes it with MISCLOSURE_EFFECT.
 typedef struct misclosure_effect {
   uint32_t abi_version;  // MISCLOSURE_ABI_VERSION
   uint32_t effect_size, parameter_size, name_size, context_size;  // sizeof of the structs here
   uint32_t stage;        // misclosure::Stage
   uint32_t kind;         // misclosure::Kind
-  uint32_t parameter_count, need_count;
-  const char* id;
-  const char* summary;
-  const char* formula;
-  const char* confused_with;
-  const char* source;
-  const misclosure_parameter* parameters;
+  uint32_t parameter_count, need_count;  // 256 parameters at most
+  const char* id;             // lower case words with hyphens
+  const char* summary;        // what happens, in a sentence
+  const char* formula;        // for people
+  const char* confused_with;  // effects that look like it, and what tells them apart
+  const char* source;         // literature
+  const misclosure_parameter* parameters;  // in the order of theta
   const uint32_t* needs;  // misclosure::Need
   void* self;             // handed to eval
-  misclosure_eval eval;
+  misclosure_eval eval;   // the formula
 } misclosure_effect;
 
 #ifdef __cplusplus
@@ -161,23 +164,48 @@ constexpr int IdentityOffset(Stage stage) {
   return stage == Stage::kRay ? 6 : stage == Stage::kPosition ? 3 : 0;
 }
 
-enum class Kind : uint32_t { kPhysical = 0, kEmpirical = 1 };
+// What an effect is for.
+enum class Kind : uint32_t {
+  kPhysical = 0,   // names a cause
+  kEmpirical = 1,  // only takes a shape away: may serve a fit, explains nothing
+};
 
-enum class Scope : uint32_t { kGlobal = 0, kCamera = 1, kFlight = 2, kFlightButFirst = 3, kImage = 4 };
+// How many values a parameter has in a block. Where there are several cameras, a global one of the interior or image stage has one per camera.
+enum class Scope : uint32_t {
+  kGlobal = 0,          // one
+  kCamera = 1,          // one per camera
+  kFlight = 2,          // one per flight
+  kFlightButFirst = 3,  // one per flight, that of the first held at the nominal value
+  kImage = 4,           // one per image
+};
 
-enum class Role : uint32_t { kEstimated = 0, kSearched = 1, kGiven = 2, kRandom = 3 };
+// How a parameter gets its value. Priors: a random parameter has one of mean zero, whose standard deviation is estimated; an estimated one
+// has none, unless `--add ID:prior=K` gives it K times its typical size.
+enum class Role : uint32_t {
+  kEstimated = 0,  // from the measurements; at its nominal value nothing happens
+  kSearched = 1,   // too, but the effect is nonlinear in it: a test scans its domain first
+  kGiven = 2,      // by the user, else its default
+  kRandom = 3,     // a value per image, normal with mean zero
+};
 
-// Search domain: the sensor's width or height (px), two fractions of half its diagonal (px), two values.
-enum class Domain : uint32_t { kNone = 0, kSensorX = 1, kSensorY = 2, kSensorFraction = 3, kRange = 4 };
+// Search domain of a parameter.
+enum class Domain : uint32_t {
+  kNone = 0,            // not searched
+  kSensorX = 1,         // the sensor's width, px
+  kSensorY = 2,         // the sensor's height, px
+  kSensorFraction = 3,  // two fractions of half the sensor's diagonal, px
+  kRange = 4,           // two values in the parameter's unit
+};
 
+// What a block must have to test an effect. What is not known is NaN: a formula that uses it without saying so here gives no values.
 enum class Need : uint32_t {
-  kTime = 0,
-  kTemperature = 1,
-  kFlights = 2,
-  kVelocity = 3,
-  kGnss = 4,
-  kControl = 5,
-  kVertical = 6,
+  kTime = 0,         // time_s of every image
+  kTemperature = 1,  // temperature_c of every image
+  kFlights = 2,      // two flights or more
+  kVelocity = 3,     // velocities, or times to derive them from
+  kGnss = 4,         // GNSS positions in the datum: every effect of the position stage
+  kControl = 5,      // control points in the datum: every effect of the control stage
+  kVertical = 6,     // either of the two: every effect of the frame stage
 };
 
 // Parameters by role; `nominal` is the value of the identity.

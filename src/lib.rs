@@ -56,10 +56,11 @@
 //! | [`adjust`] | the solvers, which know nothing of each other | math, camera, effects, problem; native also measure |
 //! | [`scenario`] | error-free blocks | math, camera, block |
 //! | [`mod@inject`] | errors by their cause | math, camera, block, scenario |
+//! | [`kit`] | an effect of one's own: template, build, check, as an error | math, camera, block, effects, model, problem, measure, inject |
 //! | [`evaluate`] | surveyed points against any block | math, camera, block |
-//! | [`run`] | one adjustment from end to end, and its folder | all of the above but scenario and inject |
+//! | [`run`] | one adjustment from end to end, and its folder | all of the above but scenario, inject and kit |
 //! | [`diagnose`] | which effect is missing | block, effects, model, problem, measure, adjust, evaluate, run |
-//! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, study, lab |
+//! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, kit, study, lab |
 //! | [`study`] | the repetition of the study that this began with | all but diagnose, lab |
 //! | `lab` | the laboratory, a page of this machine (feature `lab`) | all but study |
 //!
@@ -86,6 +87,8 @@ pub mod adjust;
 pub mod scenario;
 
 pub mod inject;
+
+pub mod kit;
 
 pub mod evaluate;
 

@@ -14,7 +14,7 @@ enum May {
 }
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
-const TABLE: [(&str, May); 19] = [
+const TABLE: [(&str, May); 20] = [
     ("math", May::Only(&[])),
     ("camera", May::Only(&["math"])),
     ("block", May::Only(&["math", "camera"])),
@@ -27,6 +27,7 @@ const TABLE: [(&str, May); 19] = [
     ("adjust", May::Only(&["math", "camera", "effects", "problem"])),
     ("scenario", May::Only(&["math", "camera", "block"])),
     ("inject", May::Only(&["math", "camera", "block", "scenario"])),
+    ("kit", May::Only(&["math", "camera", "block", "effects", "model", "problem", "measure", "inject"])),
     ("evaluate", May::Only(&["math", "camera", "block"])),
     (
         "run",
@@ -36,7 +37,7 @@ const TABLE: [(&str, May); 19] = [
         "diagnose",
         May::Only(&["math", "camera", "block", "effects", "model", "problem", "measure", "adjust", "evaluate", "run"]),
     ),
-    ("report", May::AllBut(&["io", "scenario", "inject", "study", "lab", "cli"])),
+    ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "lab", "cli"])),
     ("study", May::AllBut(&["diagnose", "lab", "cli"])),
     ("lab", May::AllBut(&["study", "cli"])),
     ("cli", May::AllBut(&[])),

@@ -45,7 +45,7 @@ function draw() {
     h("div.says", {},
       h("h2", {}, node.words || "as given", picked && h("small", {}, ` against “${earlier.words}”`)),
       verdict && h(`span.verdict.${node.verdict}`, { title: why }, verdict),
-      node.agree && h("span.agree", { title: "Both solvers give the same result" }, "solvers agree"),
+      node.agree && h("span.agree", { title: node.one_derivation ?? "Both solvers give the same result" }, node.one_derivation ? "solvers agree; one derivation" : "solvers agree"),
       node.agree === false && h("span.disagree", { title: "The two solvers give different results: see the report" }, "solvers disagree")),
     predictionLine() ?? h("p.delta", { title: node.delta_words }, (!picked && node.delta_words) || size(node.figures)),
     h("dl.numbers", {}, FIGURES.filter(([, , of]) => known(of(figures))).map(([name, unit, of, write, title]) => figure(name, unit, write, title, earlier?.figures ? of(earlier.figures) : null, of(figures)))));

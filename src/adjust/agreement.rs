@@ -48,6 +48,9 @@ pub struct Agreement {
     pub worst_unknown: String,
     /// The unknown behind `jacobian_max_rel`.
     pub worst_column: String,
+    /// Where `jacobian_max_rel` is: image and point of the row, and the stage where the column is an effect's.
+    #[serde(default)]
+    pub worst_place: String,
     /// Image measurements whose rows were compared.
     pub compared_measurements: usize,
     /// The solvers agree only since each, or the one that had not converged, was started once more from the other's solution.
@@ -81,7 +84,8 @@ pub fn compare(
     let at_a = a.evaluate(&part, &state)?;
     let at_b = b.evaluate(&part, &state)?;
     let residual_max_px = residual_difference(&part, &at_a, &at_b);
-    let (jacobian_max_rel, column) = jacobian_difference(&part, &at_a, &at_b);
+    let (jacobian_max_rel, entry) = jacobian_worst(&part, &at_a, &at_b);
+    let column = entry.map(|(_, column)| column);
     let (parameter_max_sigma, unknown) = match (&of_a.covariance, &of_b.covariance) {
         (Some(covariance), _) | (None, Some(covariance)) => {
             parameter_difference(problem, &of_a.state, &of_b.state, covariance)
@@ -99,7 +103,7 @@ pub fn compare(
     }
     let floor = 0.5 * problem.redundancy().2.max(1) as f64;
     let cost_rel = (of_a.cost - of_b.cost).abs() / of_a.cost.max(of_b.cost).max(floor);
-    let plugins = problem.effects.iter().filter(|instance| instance.effect.c_abi().is_some());
+    let plugins = problem.effects.iter().filter(|instance| instance.effect.has_one_derivation());
     let mut agreement = Agreement {
         agree: false,
         residual_max_px,
@@ -109,6 +113,7 @@ pub fn compare(
         covariance_max_rel,
         worst_unknown: unknown.map_or_else(String::new, |u| problem.unknown_name(u)),
         worst_column: column.map_or_else(String::new, |u| part.unknown_name(u)),
+        worst_place: entry.map_or_else(String::new, |(row, column)| place(&part, row, column)),
         compared_measurements: part.observations.len(),
         polished: false,
         one_derivation: plugins.map(|instance| instance.effect.descriptor().id.to_string()).collect(),
@@ -144,6 +149,38 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 
 /// Largest difference of Jacobian entries relative to their column's largest entry, and its column.
 pub fn jacobian_difference(problem: &Problem, a: &Evaluation, b: &Evaluation) -> (f64, Option<usize>) {
+    let (worst, entry) = jacobian_worst(problem, a, b);
+    (worst, entry.map(|(_, column)| column))
+}
+
+/// In words, what a row is of, and at which stage the effect of a column acts.
+fn place(problem: &Problem, row: usize, column: usize) -> String {
+    let positions = problem.control.iter().chain(&problem.gnss);
+    let of = match problem.observations.get(row / 2) {
+        Some(observation) => {
+            let point = problem.point_start.partition_point(|start| *start <= row / 2) - 1;
+            let image = &problem.image_names[observation.image as usize];
+            format!("image {image}, point {}", problem.point_names[point])
+        }
+        None => match positions.map(|position| position.index as usize).nth((row - 2 * problem.observations.len()) / 3)
+        {
+            Some(target) if row < 2 * problem.observations.len() + 3 * problem.control.len() => {
+                format!("surveyed point {}", problem.point_names[target])
+            }
+            Some(target) => format!("antenna of image {}", problem.image_names[target]),
+            None => "an observed parameter".into(),
+        },
+    };
+    let layout = problem.layout();
+    let first = layout.theta(0);
+    let entry = column.checked_sub(first).and_then(|t| problem.theta.get(t));
+    match entry.map(|entry| problem.effects[entry.effect as usize].effect.descriptor().stage) {
+        Some(stage) => format!("{} stage, {of}", stage.name()),
+        None => of,
+    }
+}
+
+fn jacobian_worst(problem: &Problem, a: &Evaluation, b: &Evaluation) -> (f64, Option<(usize, usize)>) {
     if a.row_start.len() != b.row_start.len() {
         return (f64::INFINITY, None);
     }
@@ -154,10 +191,10 @@ pub fn jacobian_difference(problem: &Problem, a: &Evaluation, b: &Evaluation) ->
         }
     }
     let mut worst = (0.0, None);
-    let mut note = |column: usize, difference: f64| {
+    let mut note = |row: usize, column: usize, difference: f64| {
         let relative = if difference == 0.0 { 0.0 } else { difference / column_max[column] };
         if relative > worst.0 || relative.is_nan() {
-            worst = (if relative.is_nan() { f64::INFINITY } else { relative }, Some(column));
+            worst = (if relative.is_nan() { f64::INFINITY } else { relative }, Some((row, column)));
         }
     };
     // An entry that one side leaves out is zero there.
@@ -170,7 +207,7 @@ pub fn jacobian_difference(problem: &Problem, a: &Evaluation, b: &Evaluation) ->
             let column = column_a.min(column_b);
             let value_a = if column_a == column { a.values[i] } else { 0.0 };
             let value_b = if column_b == column { b.values[j] } else { 0.0 };
-            note(column, (value_a - value_b).abs());
+            note(row, column, (value_a - value_b).abs());
             i += usize::from(column_a == column);
             j += usize::from(column_b == column);
         }

@@ -1,7 +1,7 @@
 //! `misclosure adjust`: one adjustment, with both solvers unless one is asked for.
 
 use super::blunders;
-use super::model_options::ModelOptions;
+use super::model_options::{ModelOptions, with_faults};
 use super::output::Output;
 use super::summary_text::{failure, text};
 use super::{Answer, Console};
@@ -57,7 +57,10 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     drop(progress);
     let run = match run {
         Ok(run) => run,
-        Err(error) => return Err(blunders::explain(error, block, &model, &options, &output)),
+        Err(error) => {
+            let error = blunders::explain(error, block, &model, &options, &output);
+            return Err(with_faults(error, model.effects.iter().map(|term| &term.effect), &whole));
+        }
     };
     if !set_aside.is_empty() {
         console.message(&format!("{} measurements are set aside (outliers.csv)", set_aside.len()));

@@ -1,7 +1,7 @@
 //! `misclosure diagnose` and `misclosure improve`: what is missing in the model, and the loop that adds it.
 
 use super::diagnosis_text::text;
-use super::model_options::{ModelOptions, Treatment};
+use super::model_options::{ModelOptions, Treatment, with_faults};
 use super::output::Output;
 use super::summary_text::{failure, warning};
 use super::{Answer, Console};
@@ -106,7 +106,9 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
         snoop,
         tell: &tell,
     };
-    let mut diagnosed = diagnose(block, &model, &settings)?;
+    let effects = || model.effects.iter().map(|term| &term.effect).chain(&plugins);
+    let mut diagnosed =
+        diagnose(block, &model, &settings).map_err(|error| with_faults(error.into(), effects(), block))?;
     let ended = match keep {
         Keep::Base => &diagnosed.improvement.base,
         Keep::Improved => &diagnosed.improvement.fit,
@@ -115,7 +117,8 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     let solvers = arguments.model.solvers();
     // The models on the way decide nothing any more: the ledger keeps what the native solver found.
     let HandedOn { model: final_model, run, held } =
-        adjust_handed_on(&diagnosed.block, ended, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))?;
+        adjust_handed_on(&diagnosed.block, ended, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))
+            .map_err(|error| with_faults(error.into(), effects(), block))?;
     if let Some(held) = held {
         console.message(&held);
     }
@@ -126,6 +129,8 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     };
     if let Some(row) = row {
         row.solvers_agree = run.agreement.as_ref().map(|agreement| agreement.agree);
+        row.one_derivation =
+            run.agreement.as_ref().map(|agreement| agreement.one_derivation.clone()).unwrap_or_default();
     }
     drop(progress);
     arguments.model.doubts(block, &run, console);

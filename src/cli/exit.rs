@@ -5,6 +5,7 @@ use crate::diagnose::fit::DiagnoseError;
 use crate::effects::plugin::PluginError;
 use crate::evaluate::similarity::SimilarityError;
 use crate::io;
+use crate::kit::build::BuildError;
 use crate::measure::MeasureError;
 use crate::problem::ProblemError;
 use crate::run::RunError;
@@ -52,6 +53,12 @@ fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
         || cause.is::<PluginError>();
     if bad_input {
         return Some(Exit::BadInput);
+    }
+    if let Some(error) = cause.downcast_ref::<BuildError>() {
+        return Some(match error {
+            BuildError::Source { .. } | BuildError::Refused { .. } | BuildError::NoLibrary { .. } => Exit::BadInput,
+            BuildError::NoCompiler { .. } | BuildError::Output { .. } => Exit::Other,
+        });
     }
     if cause.is::<Disagreement>() {
         return Some(Exit::Disagreement);

@@ -1,12 +1,16 @@
 //! `misclosure inject`: measures a simulated block anew under known errors.
 
+use super::model_options::{effect_term, load_plugins};
 use super::output::{Output, usable};
+use super::text::paragraph;
 use super::{Answer, Usage};
 use crate::block::Block;
 use crate::inject::recipe::{self, Made};
-use crate::inject::{self, Cause, Injected, ParameterSpec, Report};
+use crate::inject::{self, Cause, Injected, Injection, Other, ParameterSpec, Report};
 use crate::io::block::{BLOCK_FILE, read_block, write_block};
 use crate::io::table::write_json;
+use crate::kit::inject::ByFormula;
+use crate::model::{EffectRef, EffectTerm};
 use crate::report::numbers::significant;
 use crate::report::tables::Table;
 use serde_json::{Value, json};
@@ -22,6 +26,7 @@ const DEFAULT_SEED: u64 = 1;
   misclosure inject dike -o drift --error focal-growth
   misclosure inject dike -o bad --error rolling-shutter:readout=0.03 --error noise:px=0.3 --seed 7
   misclosure inject data/hidden/dike-local-flaw.toml -o flaw     a recipe: scenario, errors and seed in one file
+  misclosure inject dike -o mine --plugin my-effect.so --error my-effect:a=0.5     an effect of one's own, by its formula
 
 The block needs its truth (truth/, as `simulate` writes it). Every measurement is made anew:
 name all errors, noise too, in one call. The new block has the same truth, and
@@ -36,6 +41,10 @@ pub struct Arguments {
     /// Error to inject (repeatable); errors act in the order of the list, whatever the order here
     #[arg(long = "error", value_name = "ID[:key=value,...]")]
     errors: Vec<String>,
+    /// Shared library of an effect, to be named with --error as `ID:parameter=value` (repeatable). It acts by its own formula, which
+    /// the estimator has too; the truth says so
+    #[arg(long, value_name = "FILE.so")]
+    plugin: Vec<PathBuf>,
     /// Seed of everything random; the same seed gives the same bytes [default: 1]
     #[arg(long)]
     seed: Option<u64>,
@@ -43,6 +52,10 @@ pub struct Arguments {
     #[arg(long)]
     list: bool,
 }
+
+/// What a block with an effect that was injected by its own formula proves, and what it does not.
+const SHARED: &str = "was injected by its own formula, which the estimator has too: that it is found again shows what the block can tell, \
+                      not that the formula is true";
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
@@ -60,8 +73,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
         .into());
     }
     let seed = arguments.seed.unwrap_or(DEFAULT_SEED);
-    let injections = arguments.errors.iter().map(|text| inject::parse(text)).collect::<anyhow::Result<Vec<_>>>();
-    let injections = injections.map_err(bad_input)?;
+    let (injections, terms) = errors(arguments)?;
     let block = read_block(folder)?.block;
     let truth_folder = folder.join("truth");
     if !truth_folder.is_dir() {
@@ -70,13 +82,44 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
         return Err(Usage(message).into());
     }
     let truth = read_block(&truth_folder)?.block;
-    let Injected { block, report } = inject::apply(&block, &truth, &injections, seed).map_err(bad_input)?;
+    let by_formula = |term: &EffectTerm| -> anyhow::Result<Other> {
+        let (applied, action) = ByFormula::new(&block, &truth, term, seed)?;
+        Ok((applied, Box::new(action)))
+    };
+    let others = terms.iter().map(by_formula).collect::<anyhow::Result<Vec<_>>>().map_err(bad_input)?;
+    let Injected { block, report } =
+        inject::apply_with(&block, &truth, &injections, others, seed).map_err(bad_input)?;
     write(&block, &truth, &report, seed, &output)
+}
+
+/// What `--error` names: causes, and effects of plug-ins.
+fn errors(arguments: &Arguments) -> anyhow::Result<(Vec<Injection>, Vec<EffectTerm>)> {
+    let plugins: Vec<EffectRef> = load_plugins(&arguments.plugin)?.into_iter().map(EffectRef::Plugin).collect();
+    let id_of = |effect: &EffectRef| effect.descriptor().id.to_string();
+    if let Some(taken) = plugins.iter().map(id_of).find(|id| inject::find(id).is_some()) {
+        return Err(
+            Usage(format!("--plugin: `{taken}` is an error of this program: give the effect another id")).into()
+        );
+    }
+    let find = |id: &str| plugins.iter().find(|effect| effect.descriptor().id == id).cloned();
+    let (mut injections, mut terms) = (Vec::new(), Vec::new());
+    for text in &arguments.errors {
+        let id = text.split(':').next().unwrap_or_default();
+        match find(id) {
+            Some(_) => terms.push(effect_term("--error", text, &find)?),
+            None => injections.push(inject::parse(text).map_err(bad_input)?),
+        }
+    }
+    let idle = plugins.iter().map(id_of).find(|id| !terms.iter().any(|term| term.effect.descriptor().id == *id));
+    if let Some(id) = idle {
+        return Err(Usage(format!("--plugin: no --error names its effect, `{id}`")).into());
+    }
+    Ok((injections, terms))
 }
 
 /// Makes the block of a recipe.
 fn follow_recipe(file: &Path, output: &Path, arguments: &Arguments) -> anyhow::Result<Answer> {
-    if arguments.seed.is_some() || !arguments.errors.is_empty() {
+    if arguments.seed.is_some() || !arguments.errors.is_empty() || !arguments.plugin.is_empty() {
         return Err(Usage(format!("{}: a recipe has its own seed and errors", file.display())).into());
     }
     let output = Output::of_block(output, None)?;
@@ -134,6 +177,12 @@ fn text(report: &Report) -> String {
         table.row([applied.id.to_string(), list(parameters), list(notes)]);
     }
     let mut text = table.to_text();
+    for applied in &report.applied {
+        if let Some(whose) = &applied.shared_formula {
+            text += "\n";
+            text += &paragraph("", 0, &format!("`{}` {SHARED} ({whose})", applied.id));
+        }
+    }
     text += &format!(
         "\n{} measurements were made anew; their errors: {} px RMS per coordinate, at most {} px. (They replace errors of {} px RMS.)\n",
         report.measurements,
@@ -167,7 +216,12 @@ fn as_json(report: &Report, seed: u64) -> Value {
     };
     let errors = report.applied.iter().map(|applied| {
         let parameters = applied.parameters.iter().map(|(name, value)| (name.to_string(), value.clone())).collect();
-        json!({ "error": applied.id, "parameters": pairs(parameters), "notes": pairs(applied.notes.clone()) })
+        let mut error =
+            json!({ "error": applied.id, "parameters": pairs(parameters), "notes": pairs(applied.notes.clone()) });
+        if let Some(whose) = &applied.shared_formula {
+            error["shared_formula"] = json!(format!("{SHARED} ({whose})"));
+        }
+        error
     });
     json!({
         "format": 1, "seed": seed, "errors": errors.collect::<Vec<_>>(), "measurements": report.measurements,

@@ -141,7 +141,7 @@ impl Command {
             Command::Adjust(arguments) => adjust::run(&arguments, console, threads),
             Command::Diagnose(arguments) => diagnose::run_diagnose(&arguments, console, threads),
             Command::Improve(arguments) => diagnose::run_improve(&arguments, console, threads),
-            Command::Effects(arguments) => effects::run(&arguments),
+            Command::Effects(arguments) => effects::run(&arguments, console),
             Command::Report(arguments) => report::run(&arguments),
             Command::Reproduce(arguments) => reproduce::run(&arguments, console, threads),
             Command::Import(arguments) => import::run(&arguments, console),

@@ -4,7 +4,7 @@ use super::{Console, Usage};
 use crate::adjust::ceres::Ceres;
 use crate::adjust::native::Native;
 use crate::adjust::{Options, Solver};
-use crate::block::Block;
+use crate::block::{Block, Measurement};
 use crate::camera::{GROUPS, PARAMETER_COUNT, PARAMETERS, parameter_indices};
 use crate::effects::{self, Descriptor, Effect, Parameter, Role, plugin};
 use crate::io::model::read_model;
@@ -226,7 +226,7 @@ impl ModelOptions {
         indices(&self.fix, "--fix")?.into_iter().for_each(|k| model.free[k] = false);
         model.tie_dc_to_pp |= self.tie == Some(Tie::DcToPp);
         for text in &self.add {
-            let term = effect_term(text, find)?;
+            let term = effect_term("--add", text, find)?;
             let id = &term.effect.descriptor().id;
             if model.effects.iter().any(|other| other.effect.descriptor().id == *id) {
                 return Err(Usage(format!("--add {text}: the model has `{id}` already")));
@@ -244,6 +244,33 @@ impl ModelOptions {
         model.tie_weights = self.tie_weights.unwrap_or(model.tie_weights);
         Ok(model)
     }
+}
+
+/// The error of a command, with what a plug-in did where it gave no values: which, at which stage, in which image, at which point.
+pub(super) fn with_faults<'a>(
+    error: anyhow::Error,
+    effects: impl IntoIterator<Item = &'a EffectRef>,
+    block: &Block,
+) -> anyhow::Error {
+    let faults: Vec<String> = effects.into_iter().filter_map(|effect| fault(effect, block)).collect();
+    if faults.is_empty() { error } else { error.context(faults.join("; ")) }
+}
+
+fn fault(effect: &EffectRef, block: &Block) -> Option<String> {
+    let plugin::Fault { what, image, observed: [x, y] } = effect.take_fault()?;
+    let Descriptor { id, stage, .. } = effect.descriptor();
+    let path = effect.origin().map_or_else(String::new, |origin| format!("{}: ", origin.path.display()));
+    let mut text = format!("{path}effect `{id}` ({} stage) {what}", stage.name());
+    if let Some(of) = block.images.get(image as usize) {
+        text += &format!(", in image `{}`", of.name);
+        let here = |m: &&Measurement| m.image.index() == image as usize && m.x == x && m.y == y;
+        let tie = block.ties.iter().find(here).map(|tie| &block.tie_points[tie.point.index()].name);
+        let mark = || block.marks.iter().find(here).map(|mark| &block.surveyed[mark.point.index()].name);
+        if let Some(point) = tie.or_else(mark) {
+            text += &format!(" at point `{point}`");
+        }
+    }
+    Some(text)
 }
 
 /// The effects of shared libraries, no two of one id.
@@ -277,25 +304,29 @@ fn indices(lists: &[String], option: &str) -> Result<Vec<usize>, Usage> {
     Ok(found)
 }
 
-/// Parses `EFFECT[:param=start,...]`. One value of a scoped parameter is `param[flight]=start`.
-fn effect_term(text: &str, find: &dyn Fn(&str) -> Option<EffectRef>) -> Result<EffectTerm, Usage> {
+/// Parses `EFFECT[:param=start,...]` of an option. One value of a scoped parameter is `param[flight]=start`.
+pub(super) fn effect_term(
+    option: &str,
+    text: &str,
+    find: &dyn Fn(&str) -> Option<EffectRef>,
+) -> Result<EffectTerm, Usage> {
     let (id, list) = text.split_once(':').unwrap_or((text, ""));
-    let effect = find(id).ok_or_else(|| Usage(format!("--add {text}: {}", super::effects::unknown(id))))?;
+    let effect = find(id).ok_or_else(|| Usage(format!("{option} {text}: {}", super::effects::unknown(id))))?;
     let mut values = BTreeMap::new();
     for setting in list.split(',').filter(|setting| !setting.is_empty()) {
         let (key, value) = setting
             .split_once('=')
-            .ok_or_else(|| Usage(format!("--add {text}: `{setting}` is not of the form param=value")))?;
+            .ok_or_else(|| Usage(format!("{option} {text}: `{setting}` is not of the form param=value")))?;
         let number = if key.trim() == PRIOR_KEY {
-            let not_one = || Usage(format!("--add {text}: `{}` is not a number", value.trim()));
+            let not_one = || Usage(format!("{option} {text}: `{}` is not a number", value.trim()));
             value.trim().parse().map_err(|_| not_one())?
         } else {
             let parameter =
-                parameter(effect.descriptor(), key.trim()).map_err(|what| Usage(format!("--add {text}: {what}")))?;
-            number(parameter, value.trim()).map_err(|what| Usage(format!("--add {text}: {what}")))?
+                parameter(effect.descriptor(), key.trim()).map_err(|what| Usage(format!("{option} {text}: {what}")))?;
+            number(parameter, value.trim()).map_err(|what| Usage(format!("{option} {text}: {what}")))?
         };
         if values.insert(key.trim().to_string(), number).is_some() {
-            return Err(Usage(format!("--add {text}: `{key}` stands there twice")));
+            return Err(Usage(format!("{option} {text}: `{key}` stands there twice")));
         }
     }
     Ok(EffectTerm { effect, values, held: Vec::new() })

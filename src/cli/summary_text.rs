@@ -35,6 +35,9 @@ pub fn text(summary: &Summary) -> String {
     if let Some(agreement) = &summary.agreement {
         text += &agreement_line(summary, agreement);
     }
+    for plugin in &summary.plugins {
+        text += &format!("plug-in {plugin}\n");
+    }
     for (camera, parameters) in &summary.cameras.0 {
         text.push('\n');
         text += &camera_table(camera, parameters).to_text();
@@ -76,13 +79,18 @@ fn beyond(a: &Agreement) -> String {
         .map(|(what, difference, limit, unit)| {
             let place = match what {
                 "solutions" => format!(" at {}", a.worst_unknown),
-                "Jacobian" => format!(" at {}", a.worst_column),
+                "Jacobian" if a.worst_place.is_empty() => format!(" at {}", a.worst_column),
+                "Jacobian" => format!(" at {} ({})", a.worst_column, a.worst_place),
                 _ => String::new(),
             };
             format!("{what}: difference {}{place} (allowed: {limit:e} {unit})", significant(difference, 2))
         })
         .collect();
-    list.join("; ")
+    let advice = match a.one_derivation.is_empty() || a.same_problem() {
+        true => "",
+        false => "; a derivative that is not that of its values? misclosure effects check FILE.so tells of a plug-in",
+    };
+    list.join("; ") + advice
 }
 
 #[cfg(test)]
@@ -100,6 +108,7 @@ mod tests {
             covariance_max_rel: 1e-9,
             worst_unknown: "k1".into(),
             worst_column: "f".into(),
+            worst_place: String::new(),
             compared_measurements: 10,
             polished: false,
             one_derivation: Vec::new(),

@@ -268,6 +268,9 @@ pub struct LedgerRow {
     /// Do the solvers agree on this model? Null where it was adjusted with one of them.
     #[serde(default)]
     pub solvers_agree: Option<bool>,
+    /// Effects with one derivation, of which that agreement proves nothing; left out without any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub one_derivation: Vec<String>,
 }
 
 /// Puts a diagnosis together: `first` is the linearisation of the base model, `last` that of the final one, `structure` the latter's.
@@ -376,5 +379,6 @@ fn ledger_row((number, step): (usize, &Step)) -> LedgerRow {
         why: step.why.clone(),
         iterations: step.iterations,
         solvers_agree: None,
+        one_derivation: Vec::new(),
     }
 }

@@ -391,8 +391,9 @@ impl CEffect {
         );
         assert!(d_input.as_ref().is_none_or(|d| d.len() == m * n) && d_theta.as_ref().is_none_or(|d| d.len() == m * p));
         let raw = RawContext::new(context);
-        let address = |d: Option<&mut [f64]>| d.map_or(std::ptr::null_mut(), <[f64]>::as_mut_ptr);
-        let d_theta = d_theta.filter(|d| !d.is_empty());
+        let address = |d: &mut Option<&mut [f64]>| d.as_mut().map_or(std::ptr::null_mut(), |d| d.as_mut_ptr());
+        let mut d_input = d_input;
+        let mut d_theta = d_theta.filter(|d| !d.is_empty());
         // SAFETY: lengths were checked; the table's code is valid by the contract of `new`.
         let answer = unsafe {
             misclosure_guarded_eval(
@@ -401,12 +402,14 @@ impl CEffect {
                 input.as_ptr(),
                 theta.as_ptr(),
                 out.as_mut_ptr(),
-                address(d_input),
-                address(d_theta),
+                address(&mut d_input),
+                address(&mut d_theta),
             )
         };
         match answer {
-            DONE if out.iter().all(|value| value.is_finite()) => Ok(()),
+            DONE if [Some(out), d_input, d_theta].iter().flatten().all(|all| all.iter().all(|v| v.is_finite())) => {
+                Ok(())
+            }
             DONE | NOT_FINITE => Err(EvalFault::NotFinite),
             THREW => Err(EvalFault::Threw),
             _ => Err(EvalFault::Outside),

@@ -15,6 +15,7 @@
 pub mod abi;
 mod common;
 pub mod laws;
+mod numeric;
 pub mod plugin;
 mod registry;
 mod spline;
@@ -411,6 +412,22 @@ pub trait Effect: Send + Sync {
     /// The same effect behind the C ABI, for effects that came as a plug-in; `None` for built-in ones, which have a
     /// derivation in each language.
     fn c_abi(&self) -> Option<*const std::ffi::c_void> {
+        None
+    }
+
+    /// A plug-in with its library's own derivatives in the place of numerical ones of its values, which cost ten times as much; `None` for
+    /// every other effect. For the iterations of a solver: what these find is compared by whoever takes the numerical ones.
+    fn with_own_derivatives(&self) -> Option<std::sync::Arc<dyn Effect>> {
+        None
+    }
+
+    /// The file of a plug-in.
+    fn origin(&self) -> Option<&plugin::Origin> {
+        None
+    }
+
+    /// What a plug-in did where it gave no values, since this was last asked: an adjustment knows only that there are none.
+    fn take_fault(&self) -> Option<plugin::Fault> {
         None
     }
 }

@@ -1,17 +1,28 @@
-//! Effects from shared libraries: a header of `cpp/effect.h`'s kind, compiled as its first lines say, loaded by explicit path.
+//! Effects from shared libraries: a header of `cpp/effect.h`'s kind, compiled (`misclosure effects build`), loaded by explicit path.
+//!
+//! Before the first call the file is read whole (its hash is what a report names), its segments are found inside it, every symbol is
+//! bound, and the table is checked: version, sizes, pointers, counts. Then [`laws::admission`] asks for what no model can do without.
 
 #![allow(unsafe_code)] // loading
 
-use super::abi::{AbiError, CEffect, RawEffect};
+use super::abi::{AbiError, CEffect, EvalFault, RawEffect};
 use super::*;
-use crate::camera;
 use libloading::os::unix;
+use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Why a plug-in was not loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum PluginError {
+    /// No file that can be read.
+    #[error("{path}: cannot be read: {source}", path = .path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's message.
+        source: std::io::Error,
+    },
     /// Not a library that this machine can load.
     #[error("{path}: cannot be loaded: {source}", path = .path.display())]
     Load {
@@ -19,6 +30,16 @@ pub enum PluginError {
         path: PathBuf,
         /// The loader's message.
         source: libloading::Error,
+    },
+    /// A library of which a part is missing: the loader would crash on it.
+    #[error("{path}: is not whole: {found} bytes, its segments take {expected}", path = .path.display())]
+    NotWhole {
+        /// The file.
+        path: PathBuf,
+        /// Its length.
+        found: u64,
+        /// The end of its last segment.
+        expected: u64,
     },
     /// A library, but not a plug-in.
     #[error("{path}: has no symbol `misclosure_plugin`: compile the header with -DMISCLOSURE_PLUGIN", path = .path.display())]
@@ -46,28 +67,47 @@ pub enum PluginError {
     },
 }
 
-/// Step of the numerical derivatives, as a share of the sizes in [`Plugin::input_sizes`]: a five-point formula loses 1e-12 of its
-/// order and 1e-13 / 1e-3 by rounding.
-const STEP: f64 = 1e-3;
+/// Where an effect came from: what a report says of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Origin {
+    /// The file, as it was named.
+    pub path: PathBuf,
+    /// SHA-256 of the file, hexadecimal.
+    pub sha256: String,
+}
 
-/// Change of a value, as a share of it, that leaves a derivative eleven digits.
-const VISIBLE: f64 = 1e-5;
-/// Steps grow by this, so many times at most.
-const GROWTH: f64 = 10.0;
-/// See [`GROWTH`].
-const MOST_DECADES: usize = 7;
+/// A measurement for which a plug-in gave no values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fault {
+    /// What it did instead.
+    pub what: EvalFault,
+    /// Position of the image; [`super::abi::NO_IMAGE`] at a surveyed point.
+    pub image: u32,
+    /// Observed image point, px; NaN where the stage has none.
+    pub observed: [f64; 2],
+}
 
-/// Sizes over which effects change: rotation, rad; positions, m; image coordinates, px.
-const ANGLE: f64 = 1.0;
-const POSITION_M: f64 = 100.0;
-const IMAGE_PX: f64 = 300.0;
+/// An effect whose library is loaded.
+pub struct Plugin {
+    loaded: Arc<Loaded>,
+    derivatives: Derivatives,
+}
 
-/// Where the image size is not known.
-const HALF_DIAGONAL_PX: f64 = 3000.0;
-
-struct Plugin {
+struct Loaded {
     effect: CEffect, // before the library: dropped first
+    origin: Origin,
+    /// Of the effect's faults since it was last asked the one that comes first in the block.
+    fault: Mutex<Option<Fault>>,
     _library: libloading::Library,
+}
+
+/// What [`Effect::eval`] of a plug-in gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Derivatives {
+    /// Numerical ones of the values: for whoever compares or tests.
+    OfValues,
+    /// The library's own: for the iterations of a solver, whose result is compared.
+    Own,
 }
 
 /// Loads a plug-in; the library stays loaded as long as the effect. A name without a slash is a file in the working directory, never
@@ -77,16 +117,25 @@ struct Plugin {
 /// [`PluginError`], with the path.
 pub fn load(path: &Path) -> Result<Arc<dyn Effect>, PluginError> {
     let plugin = open(path)?;
-    laws::admission(&plugin, &plugin.effect).map_err(|fault| {
+    laws::admission(&plugin, plugin.table()).map_err(|fault| {
         let id = plugin.descriptor().id.to_string();
         PluginError::Effect { path: path.to_path_buf(), id, fault }
     })?;
     Ok(Arc::new(plugin))
 }
 
-/// The effect of a library, its table checked.
-fn open(path: &Path) -> Result<Plugin, PluginError> {
+/// The effect of a library, its table checked, but none of its laws: for a check that says which of them it breaks.
+///
+/// # Errors
+/// [`PluginError`], with the path.
+pub fn open(path: &Path) -> Result<Plugin, PluginError> {
     let explicit = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    let bytes = std::fs::read(&explicit).map_err(|source| PluginError::Read { path: path.to_path_buf(), source })?;
+    let (found, expected) = (bytes.len() as u64, segments_end(&bytes).unwrap_or(0));
+    if expected > found {
+        return Err(PluginError::NotWhole { path: path.to_path_buf(), found, expected });
+    }
+    let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
     // Every symbol is bound now: one that is missing is an error here, not the end of the program when it is first called.
     // SAFETY: loading runs the library's initialisers; that it may is what the user says by naming the file.
     let library = unsafe { unix::Library::open(Some(&explicit), unix::RTLD_NOW | unix::RTLD_LOCAL) }
@@ -102,115 +151,75 @@ fn open(path: &Path) -> Result<Plugin, PluginError> {
     // SAFETY: a table of effect.h, in a library that is kept loaded beside the effect.
     let effect =
         unsafe { CEffect::new(table) }.map_err(|source| PluginError::Abi { path: path.to_path_buf(), source })?;
-    Ok(Plugin { effect, _library: library })
+    let origin = Origin { path: path.to_path_buf(), sha256 };
+    let loaded = Arc::new(Loaded { effect, origin, fault: Mutex::new(None), _library: library });
+    Ok(Plugin { loaded, derivatives: Derivatives::OfValues })
+}
+
+/// Where the last segment of a 64-bit ELF file of this machine's byte order ends; `None` for what is none. The loader maps segments without
+/// looking whether the file has them, and a file that was cut off ends the program with a bus error.
+fn segments_end(bytes: &[u8]) -> Option<u64> {
+    let at = |offset: u64, size: usize| bytes.get(usize::try_from(offset).ok()?..)?.get(..size);
+    let short = |offset: u64| Some(u64::from(u16::from_ne_bytes(at(offset, 2)?.try_into().ok()?)));
+    let long = |offset: u64| Some(u64::from_ne_bytes(at(offset, 8)?.try_into().ok()?));
+    if at(0, 5)? != [0x7f, b'E', b'L', b'F', 2] {
+        return None;
+    }
+    let (table, size, count) = (long(0x20)?, short(0x36)?, short(0x38)?);
+    let mut end = table.saturating_add(size * count);
+    for k in 0..count {
+        let header = table.checked_add(k * size)?;
+        // A table that the file does not hold is itself what is missing.
+        let (Some(offset), Some(length)) = (long(header.checked_add(8)?), long(header.checked_add(0x20)?)) else {
+            break;
+        };
+        end = end.max(offset.saturating_add(length));
+    }
+    Some(end)
 }
 
 impl Plugin {
-    fn values(
+    /// The effect as its library gives it, derivatives included.
+    pub fn table(&self) -> &CEffect {
+        &self.loaded.effect
+    }
+
+    /// The file.
+    pub fn origin(&self) -> &Origin {
+        &self.loaded.origin
+    }
+
+    /// What the library answers, with its own derivatives where asked for.
+    fn answer(
         &self,
         context: &Context<'_>,
         input: &[f64],
         theta: &[f64],
         out: &mut [f64],
+        d_input: Option<&mut [f64]>,
+        d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        self.effect.evaluate(context, input, theta, out, None, None).map_err(|_| OutsideDomain)
+        self.table().evaluate(context, input, theta, out, d_input, d_theta).map_err(|what| {
+            self.note(Fault { what, image: context.image.image, observed: [context.column_px, context.row_px] });
+            OutsideDomain
+        })
     }
 
-    fn input_sizes(&self, context: &Context<'_>) -> Vec<f64> {
-        let diagonal = 0.5 * context.image.width_px.hypot(context.image.height_px);
-        let h = if diagonal.is_finite() { diagonal } else { HALF_DIAGONAL_PX };
-        // Coefficients by what moves a point at the sensor's edge by as much as an image coordinate's size.
-        let mut interior = [IMAGE_PX; camera::PARAMETER_COUNT];
-        for (k, power) in [(5, -3), (6, -5), (7, -7), (8, -2), (9, -2), (10, -1), (11, -1)] {
-            interior[k] *= h.powi(power);
-        }
-        let (angles, position, image) = ([ANGLE; 3], [POSITION_M; 3], [IMAGE_PX; 2]);
-        match self.effect.descriptor().stage {
-            Stage::Exposure | Stage::Position => [angles, position].concat(),
-            Stage::Ray => [angles, position, position].concat(),
-            Stage::Interior => [&interior[..], &angles].concat(),
-            Stage::Image => [&image[..], &interior].concat(),
-            Stage::Control | Stage::Frame => position.to_vec(),
+    /// Keeps the fault that comes first in the block, whichever thread met it first.
+    fn note(&self, fault: Fault) {
+        let place = |fault: &Fault| (fault.image, fault.observed.map(f64::to_bits));
+        let mut first = self.loaded.fault.lock().unwrap_or_else(PoisonError::into_inner);
+        if first.as_ref().is_none_or(|first| place(&fault) < place(first)) {
+            *first = Some(fault);
         }
     }
-}
-
-/// Values of an effect as a function of its input or of its parameters.
-type Values<'a> = &'a dyn Fn(&[f64], &mut [f64]) -> Result<(), OutsideDomain>;
-
-/// Derivative of `f` (m outputs) by `x[k]`, five-point formula, into column `k` of the row-major `matrix`.
-fn differentiate(
-    f: Values<'_>,
-    x: &[f64],
-    k: usize,
-    step: f64,
-    m: usize,
-    matrix: &mut [f64],
-) -> Result<(), OutsideDomain> {
-    let mut at = x.to_vec();
-    let mut out = vec![0.0; m];
-    let mut sum = vec![0.0; m];
-    for (offset, weight) in [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)] {
-        at[k] = x[k] + offset * step;
-        f(&at, &mut out)?;
-        for i in 0..m {
-            sum[i] += weight * out[i];
-        }
-    }
-    for i in 0..m {
-        matrix[i * x.len() + k] = sum[i] / (12.0 * step);
-    }
-    Ok(())
-}
-
-/// Outputs that have one unit and stand together: by the largest of them their rounding is judged.
-const fn together(stage: Stage) -> usize {
-    match stage {
-        Stage::Interior => 1,
-        Stage::Image => 2,
-        Stage::Exposure | Stage::Ray | Stage::Position | Stage::Control | Stage::Frame => 3,
-    }
-}
-
-/// A step of parameter `k` that the values show: a value is what it was without the effect and what that adds, and the rounding of the one hides
-/// a small other. For parameters in which values are linear, the step may be as large as it takes. `group`: see [`together`].
-fn visible_step(f: Values<'_>, x: &[f64], k: usize, step: f64, m: usize, group: usize) -> f64 {
-    let changed = |step: f64| -> Result<bool, OutsideDomain> {
-        let (mut low, mut high) = (vec![0.0; m], vec![0.0; m]);
-        let mut at = x.to_vec();
-        at[k] = x[k] - step;
-        f(&at, &mut low)?;
-        at[k] = x[k] + step;
-        f(&at, &mut high)?;
-        // A point at x = 2, y = 3000 px that moves by 1e-4 px in both is seen in x, but its y has lost eight digits.
-        let largest =
-            |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |most: f64, value| most.max(value.abs()));
-        let seen = |(a, b): (&[f64], &[f64])| {
-            let change = largest(&mut a.iter().zip(b).map(|(a, b)| a - b));
-            change > 0.0 && change >= VISIBLE * largest(&mut a.iter().chain(b).copied())
-        };
-        Ok(low.chunks(group).zip(high.chunks(group)).any(seen))
-    };
-    let mut larger = step;
-    for _ in 0..MOST_DECADES {
-        // At the edge of a domain a step stays inside.
-        match changed(larger) {
-            Ok(true) => return larger,
-            Ok(false) if changed(GROWTH * larger).is_ok() => larger *= GROWTH,
-            _ => break,
-        }
-    }
-    // What still shows nothing is as good as zero, and a small step would leave its rounding. The last decade may end at the edge of a domain.
-    (larger / GROWTH).max(step)
 }
 
 impl Effect for Plugin {
     fn descriptor(&self) -> &Descriptor {
-        self.effect.descriptor()
+        self.table().descriptor()
     }
 
-    /// Values of the plug-in, derivatives from the values: a wrong derivative in the plug-in then shows as a difference between the
-    /// solvers.
     fn eval(
         &self,
         context: &Context<'_>,
@@ -220,43 +229,35 @@ impl Effect for Plugin {
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        let m = out.len();
-        self.values(context, input, theta, out)?;
+        if self.derivatives == Derivatives::Own {
+            return self.answer(context, input, theta, out, d_input, d_theta);
+        }
+        self.answer(context, input, theta, out, None, None)?;
         if let Some(matrix) = d_input {
-            // Only what the effect adds to the identity is differentiated numerically, so that the null law holds exactly.
-            let (n, offset) = (input.len(), self.descriptor().stage.identity_offset());
-            let added = |x: &[f64], out: &mut [f64]| {
-                self.values(context, x, theta, out)?;
-                out.iter_mut().zip(&x[offset..]).for_each(|(out, x)| *out -= x);
-                Ok(())
-            };
-            let sizes = self.input_sizes(context);
-            for k in 0..n {
-                differentiate(&added, input, k, STEP * sizes[k], m, matrix)?;
-            }
-            for i in 0..m {
-                matrix[i * n + offset + i] += 1.0;
-            }
+            let values = |x: &[f64], out: &mut [f64]| self.answer(context, x, theta, out, None, None);
+            numeric::by_input(self.descriptor(), context, &values, input, out, matrix)?;
         }
         if let Some(matrix) = d_theta {
-            matrix.fill(0.0);
-            for (k, parameter) in self.descriptor().parameters.iter().enumerate() {
-                if matches!(parameter.role, Role::Given(_)) {
-                    continue;
-                }
-                let mut step = STEP * parameter.typical.abs().max(theta[k].abs());
-                let f = |x: &[f64], out: &mut [f64]| self.values(context, input, x, out);
-                if !matches!(parameter.role, Role::Searched(_)) {
-                    step = visible_step(&f, theta, k, step, m, together(self.descriptor().stage));
-                }
-                differentiate(&f, theta, k, step, m, matrix)?;
-            }
+            let values = |x: &[f64], out: &mut [f64]| self.answer(context, input, x, out, None, None);
+            numeric::by_theta(self.descriptor(), &values, theta, out, matrix)?;
         }
         Ok(())
     }
 
+    fn with_own_derivatives(&self) -> Option<Arc<dyn Effect>> {
+        Some(Arc::new(Self { loaded: self.loaded.clone(), derivatives: Derivatives::Own }))
+    }
+
     fn c_abi(&self) -> Option<*const std::ffi::c_void> {
-        Some(self.effect.raw().cast())
+        Some(self.table().raw().cast())
+    }
+
+    fn origin(&self) -> Option<&Origin> {
+        Some(&self.loaded.origin)
+    }
+
+    fn take_fault(&self) -> Option<Fault> {
+        self.loaded.fault.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }
 
@@ -321,36 +322,11 @@ mod tests {
         assert!(violations.iter().all(Result::is_ok), "{violations:?}");
     }
 
-    /// A bend of the sensor, c P_2(x) P_1(y) out of its plane: at the left edge x is small and y is not, and at the zeros of the polynomials
-    /// nothing moves. Solvers agree on a column to 1e-9 of its largest entry.
-    #[test]
-    fn steps_leave_no_rounding_at_edges_and_where_nothing_moves() {
-        let scatter = |k: usize, share: f64| (k as f64 * share).fract();
-        let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
-        for k in 0..4000 {
-            let x = 5120.0 * scatter(k, 0.754_877_666) * if k % 9 == 0 { 1e-3 } else { 1.0 };
-            let y = 3840.0 * scatter(k, 0.569_840_291);
-            let (s, t) = (2.0 * x / 5120.0 - 1.0, 2.0 * y / 3840.0 - 1.0);
-            let slope = [(x - 2540.0) / 5500.0, (y - 1945.0) / 5500.0].map(|radius| radius * (1.5 * s * s - 0.5) * t);
-            let f = |theta: &[f64], out: &mut [f64]| {
-                (out[0], out[1]) = (x + slope[0] * theta[0], y + slope[1] * theta[0]);
-                Ok(())
-            };
-            let step = visible_step(&f, &[0.3], 0, STEP * 0.5, 2, together(Stage::Image));
-            let mut found = [0.0; 2];
-            differentiate(&f, &[0.3], 0, step, 2, &mut found).unwrap();
-            for (found, expected) in found.iter().zip(slope) {
-                (worst, largest) = (worst.max((found - expected).abs()), largest.max(expected.abs()));
-            }
-        }
-        assert!(worst < 1e-9 * largest, "{:e}", worst / largest);
-    }
-
     #[test]
     fn what_is_not_a_plug_in_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let missing = folder.path().join("missing.so");
-        assert!(error(&missing).contains("missing.so: cannot be loaded: "));
+        assert!(error(&missing).contains("missing.so: cannot be read: "));
         let text = folder.path().join("text.so");
         std::fs::write(&text, "not a library").unwrap();
         assert!(error(&text).contains("text.so: cannot be loaded: "));

@@ -5,6 +5,7 @@ use super::{Action, Dropped, Injection, Loss, Observations, Random, Setting, Wor
 use crate::block::{Block, Measurement};
 use anyhow::{Context, Result};
 use serde::Serialize;
+use std::borrow::Cow;
 
 /// A block with errors.
 #[derive(Debug, Clone)]
@@ -45,12 +46,19 @@ pub struct Report {
 #[derive(Debug, Clone, Serialize)]
 pub struct Applied {
     /// Its id.
-    pub id: &'static str,
+    pub id: Cow<'static, str>,
     /// Its parameters, as text; those not given and without default are left out.
-    pub parameters: Vec<(&'static str, String)>,
+    pub parameters: Vec<(Cow<'static, str>, String)>,
     /// What it drew at random or derived, with units.
     pub notes: Vec<(String, String)>,
+    /// Whose formula it is, where it is one that the estimator has too: finding it again proves the formula's use, not its truth. `None` for
+    /// every cause of the [`registry`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shared_formula: Option<String>,
 }
+
+/// An action from elsewhere, and what the report says of it.
+pub type Other = (Applied, Box<dyn Action>);
 
 /// Measures `block` anew in the world of `truth` under `injections`; see the module's front page.
 ///
@@ -60,19 +68,38 @@ pub struct Applied {
 /// # Errors
 /// A truth that lacks a name of the block, a parameter out of its range, a block without what a cause needs.
 pub fn apply(block: &Block, truth: &Block, injections: &[Injection], seed: u64) -> Result<Injected> {
+    apply_with(block, truth, injections, Vec::new(), seed)
+}
+
+/// [`apply`] with actions from elsewhere, which act before those of the registry: outliers and noise come last.
+///
+/// # Errors
+/// As [`apply`].
+pub fn apply_with(
+    block: &Block,
+    truth: &Block,
+    injections: &[Injection],
+    others: Vec<Other>,
+    seed: u64,
+) -> Result<Injected> {
     let world = World::new(block, truth)?;
     let mut actions: Vec<Box<dyn Action>> = Vec::new();
     let mut applied: Vec<(Applied, Option<usize>)> = Vec::new();
+    for (own, action) in others {
+        applied.push((own, Some(actions.len())));
+        actions.push(action);
+    }
     for cause in registry() {
         let same = injections.iter().filter(|injection| injection.cause.id() == cause.id());
         for (occurrence, injection) in same.enumerate() {
             let random = Random::new(seed, cause.id(), occurrence as u64);
             let mut setting = Setting { values: &injection.values, world: &world, random };
             let action = cause.prepare(&mut setting).with_context(|| format!("error `{}`", cause.id()))?;
-            let parameters = injection.values.iter().map(|(name, value)| (name, value.to_string()));
-            let parameters = parameters.filter(|(_, value)| !value.is_empty()).collect();
+            let parameters = injection.values.iter().map(|(name, value)| (name.into(), value.to_string()));
+            let parameters = parameters.filter(|(_, value): &(_, String)| !value.is_empty()).collect();
             let index = action.is_some().then_some(actions.len());
-            applied.push((Applied { id: cause.id(), parameters, notes: Vec::new() }, index));
+            let id = cause.id().into();
+            applied.push((Applied { id, parameters, notes: Vec::new(), shared_formula: None }, index));
             actions.extend(action);
         }
     }

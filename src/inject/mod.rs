@@ -25,7 +25,7 @@ pub mod recipe;
 mod trajectory;
 mod world;
 
-pub use apply::{Applied, Injected, Report, apply};
+pub use apply::{Applied, Injected, Other, Report, apply, apply_with};
 pub use injection::{Injection, parse};
 pub use observe::{Action, Dropped, Loss, Observations};
 pub use parameters::{DefaultValue, ParameterSpec, Value, Values};

@@ -22,7 +22,7 @@ pub fn tree(lab: &Lab) -> Value {
     let of = |(id, node): (&u32, &Node)| {
         let base = json!({
             "id": id, "parent": node.parent, "state": state(&node.state), "change": node.change, "words": node.change.words(),
-            "figures": null, "delta_words": null, "verdict": null, "agree": null, "error": null,
+            "figures": null, "delta_words": null, "verdict": null, "agree": null, "one_derivation": null, "error": null,
         });
         let Value::Object(mut all) = base else { return base };
         if let Some(figures) = &node.figures {
@@ -34,6 +34,7 @@ pub fn tree(lab: &Lab) -> Value {
             State::Done(saved) => {
                 all.insert("verdict".into(), json!(saved.verdict));
                 all.insert("agree".into(), json!(saved.agree));
+                all.insert("one_derivation".into(), json!(saved.one_derivation));
             }
             State::Failed(error) => drop(all.insert("error".into(), json!(error))),
             _ => {}

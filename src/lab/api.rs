@@ -18,13 +18,14 @@
 //!     "figures": { "tie_rms_px": 0.241, "heldout_px": 0.331, "check_rms_m": 0.00438, "check_height_rms_m": 0.0033,
 //!                  "sigma0": 0.888, "unknowns": 1234, "observations": 4567, "outliers": 38 },
 //!     "delta_words": "check points 17.1 → 4.4 mm, tie points 0.274 → 0.241 px", "verdict": "missing", "agree": true,
-//!     "error": null } ] }
+//!     "one_derivation": null, "error": null } ] }
 //! ```
 //!
 //! `state` is `waiting`, `running`, `done`, `failed` (with `error`) or `cancelled`; of any but `done` the keys from `figures` to `agree` are null,
 //! except that a `running` one has `figures` and `delta_words` as soon as both solvers are done: what is left is tested after that.
 //! What failed or was cancelled is in the tree until the server ends, without a folder. `verdict` is `missing` where a candidate is significant,
-//! `unexplained` where structure is left and no candidate is, else `adequate`. `agree` says whether the two solvers do (null where one ran).
+//! `unexplained` where structure is left and no candidate is, else `adequate`. `agree` says whether the two solvers do (null where one ran),
+//! `one_derivation` what has to be said with it where the model has a plug-in.
 //!
 //! # `GET /api/block`
 //!

@@ -7,6 +7,7 @@ use super::predicted::Predicted;
 use super::state::{Lab, Source};
 use super::tree::{Figures, Saved};
 use crate::adjust::Stop;
+use crate::adjust::agreement::Agreement;
 use crate::block::Block;
 use crate::diagnose::fit::{Fit, HandedOn, adjust_handed_on, fit};
 use crate::diagnose::improve::{Improvement, Settings};
@@ -329,6 +330,8 @@ impl Step<'_> {
         if let Some(mut row) = diagnosis.ledger.pop() {
             row.step = ledger.len();
             row.solvers_agree = handed_on.run.agreement.as_ref().map(|agreement| agreement.agree);
+            let found = handed_on.run.agreement.as_ref();
+            row.one_derivation = found.map(|agreement| agreement.one_derivation.clone()).unwrap_or_default();
             if self.parent.is_some() && !matches!(self.change, Change::Add { .. } | Change::Remove { .. }) {
                 row.added = Some(format!("({})", self.change.words()));
                 row.p_value = NO_TEST;
@@ -348,6 +351,7 @@ impl Step<'_> {
             figures,
             verdict: super::change::name(&diagnosis.verdict),
             agree: handed_on.run.agreement.as_ref().map(|agreement| agreement.agree),
+            one_derivation: handed_on.run.agreement.as_ref().and_then(Agreement::not_independent),
             own: parts.own,
             freed: parts.freed.clone(),
             placed: parts.placed.clone(),

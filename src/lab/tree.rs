@@ -59,6 +59,9 @@ pub struct Saved {
     pub verdict: String,
     /// Do the solvers agree?
     pub agree: Option<bool>,
+    /// What has to be said with it: that effects have one derivation, and which.
+    #[serde(default)]
+    pub one_derivation: Option<String>,
     /// The first so many effects of the model are the user's own.
     pub own: usize,
     /// Groups of camera parameters that a step set free, with the values that they were held at, by camera.
@@ -187,6 +190,7 @@ mod tests {
             figures: Figures::default(),
             verdict: "missing".into(),
             agree: Some(true),
+            one_derivation: None,
             own: 0,
             freed: BTreeMap::new(),
             placed: BTreeMap::new(),

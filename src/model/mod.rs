@@ -83,6 +83,16 @@ impl std::ops::Deref for EffectRef {
 }
 
 impl EffectRef {
+    /// Both solvers use the one derivation that there is, of a plug-in or of the library's user: their agreement proves nothing of it.
+    pub fn has_one_derivation(&self) -> bool {
+        matches!(self, EffectRef::Plugin(_))
+    }
+
+    /// [`Effect::with_own_derivatives`].
+    pub fn with_own_derivatives(&self) -> Option<Self> {
+        (**self).with_own_derivatives().map(EffectRef::Plugin)
+    }
+
     /// The parameter that a key of [`EffectTerm::values`] or [`EffectTerm::held`] stands for: `name`, or `name[element]` for one
     /// value of a parameter with a scope. A random parameter may also be called by the name of its standard deviation.
     /// Whether the element is one of the block's is not known here.

@@ -34,6 +34,7 @@ pub use crate::block::Pose;
 pub use crate::model::{EffectRef, LOSS_SCALE, Loss};
 
 use nalgebra::Vector3;
+use std::borrow::Cow;
 
 /// What kind of image measurement an observation is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -249,6 +250,18 @@ impl Layout {
 }
 
 impl Problem {
+    /// This problem with the derivatives that plug-ins give themselves ([`Effect::with_own_derivatives`](crate::effects::Effect)); borrowed
+    /// where it has no plug-in.
+    pub fn with_own_derivatives(&self) -> Cow<'_, Self> {
+        let mut own = Cow::Borrowed(self);
+        for (e, instance) in self.effects.iter().enumerate() {
+            if let Some(effect) = instance.effect.with_own_derivatives() {
+                own.to_mut().effects[e].effect = effect;
+            }
+        }
+        own
+    }
+
     /// Numbering of the unknowns.
     pub fn layout(&self) -> Layout {
         Layout {

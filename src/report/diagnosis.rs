@@ -64,15 +64,16 @@ fn own_effect(page: &mut Page) {
              with it. At the nominal parameters it must change nothing. Derivatives come from the formula. This one is whole:",
         );
         page.code(EXAMPLE);
-        page.paragraph("Compiled as a plug-in, it takes part in adjustment, diagnosis and report like those of the catalogue:");
+        page.paragraph("From a template to a plug-in that takes part in adjustment, diagnosis and report like those of the catalogue:");
         page.code(
-            "c++ -std=c++17 -O2 -fPIC -shared -fvisibility=hidden -DMISCLOSURE_PLUGIN -I cpp -I /usr/include/eigen3 \\\n    \
-             -x c++ my-effect.h -o my-effect.so\n\
-             misclosure diagnose BLOCK -o RUN --plugin ./my-effect.so",
+            "misclosure effects new my-effect --stage image\n\
+             misclosure effects build my-effect.h -o my-effect.so\n\
+             misclosure effects check my-effect.so\n\
+             misclosure diagnose BLOCK -o RUN --plugin my-effect.so",
         );
         page.paragraph(
-            "A plug-in has one derivation: the two solvers are not independent there. The native solver differentiates its values \
-             numerically, so that a wrong derivative still shows.",
+            "A plug-in has one derivation: the two solvers are not independent there. Where they are compared the native one differentiates \
+             its values numerically, so that a wrong derivative still shows.",
         );
     });
 }

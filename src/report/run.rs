@@ -129,6 +129,9 @@ fn adjustment(page: &mut Page, run: &RunFolder) {
         }
         None => {}
     }
+    for plugin in &summary.plugins {
+        page.note(&format!("Plug-in {plugin}"));
+    }
     page.details("The model, as in model.toml", |page| {
         page.code(&run.model);
     });

@@ -48,6 +48,9 @@ pub struct Summary {
     pub cameras: Named<Named<CameraParameter>>,
     /// By effect and parameter; values of one flight or camera as `name[flight]`. Values of one image stand in `images.csv`.
     pub effects: Named<Named<EffectParameter>>,
+    /// Libraries of the effects that are no part of this program; left out without any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub plugins: Vec<PluginSummary>,
     /// Survey from adjustment; null where there is none.
     pub similarity: Option<SimilaritySummary>,
     /// Residuals at control points; null without any.
@@ -101,6 +104,23 @@ pub struct EffectParameter {
     pub unit: String,
 }
 
+/// An effect from a shared library.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct PluginSummary {
+    /// Id.
+    pub effect: String,
+    /// The library, as it was named.
+    pub path: String,
+    /// SHA-256 of the library, hexadecimal.
+    pub sha256: String,
+}
+
+impl std::fmt::Display for PluginSummary {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}, SHA-256 {}", self.effect, self.path, self.sha256)
+    }
+}
+
 /// `survey = scale * rotation * adjusted + translation`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SimilaritySummary {
@@ -133,6 +153,7 @@ impl Summary {
             agreement: run.agreement.clone(),
             cameras: cameras(&run.problem, run.solution(), sigma0),
             effects: effects(&run.problem, run.solution(), sigma0),
+            plugins: run.problem.effects.iter().filter_map(plugin).collect(),
             similarity: run
                 .comparison
                 .as_ref()
@@ -174,6 +195,12 @@ fn similarity(similarity: &Similarity, block: &Block) -> SimilaritySummary {
         rotation: similarity.quaternion(),
         translation_m: (similarity.apply(&-origin) + origin).into(),
     }
+}
+
+fn plugin(instance: &EffectInstance) -> Option<PluginSummary> {
+    let origin = instance.effect.origin()?;
+    let (path, sha256) = (origin.path.display().to_string(), origin.sha256.clone());
+    Some(PluginSummary { effect: instance.effect.descriptor().id.to_string(), path, sha256 })
 }
 
 fn cameras(problem: &Problem, solution: &Solution, sigma0: Option<f64>) -> Named<Named<CameraParameter>> {

@@ -3,6 +3,7 @@
 use crate::common;
 use crate::compiled::{C, CPP, compile};
 use misclosure::adjust::Options;
+use misclosure::effects::abi::EvalFault;
 use misclosure::effects::{Effect, plugin};
 use misclosure::io::block::write_block;
 use misclosure::model::{EffectRef, EffectTerm, Model};
@@ -93,13 +94,27 @@ fn what_is_no_library_is_refused() {
     let hidden = folder.path().join("hidden.so");
     fs::copy(&library, &hidden).expect("a file");
     fs::set_permissions(&hidden, fs::Permissions::from_mode(0o000)).expect("permissions");
-    for path in [folder.path().join("missing.so"), folder.path().to_path_buf(), text] {
+    // A library that was cut off: without a look at its segments the loader would end the program.
+    let whole = fs::read(&library).expect("a library");
+    let cut = folder.path().join("cut.so");
+    for (path, expected) in [
+        (folder.path().join("missing.so"), "cannot be read: No such file or directory"),
+        (folder.path().to_path_buf(), "cannot be read: Is a directory"),
+        (text, "cannot be loaded: "),
+    ] {
         let message = error(&path);
-        assert!(message.contains(&format!("{}: cannot be loaded: ", path.display())), "{message}");
+        assert!(message.contains(&format!("{}: {expected}", path.display())), "{message}");
+    }
+    for length in [whole.len() / 4, whole.len() / 2, 3 * whole.len() / 4, 100, 20] {
+        fs::write(&cut, &whole[..length]).expect("a file");
+        let message = error(&cut);
+        let named = message.contains(&format!("cut.so: is not whole: {length} bytes, its segments take "))
+            || message.contains("cut.so: cannot be loaded: ");
+        assert!(named, "{length}: {message}");
     }
     // Who may read everything (root) is refused nothing.
     match fs::File::open(&hidden) {
-        Err(_) => assert!(error(&hidden).contains("cannot be loaded: "), "{}", error(&hidden)),
+        Err(_) => assert!(error(&hidden).contains("cannot be read: Permission denied"), "{}", error(&hidden)),
         Ok(_) => eprintln!("skipped: permissions, for this user has all"),
     }
 }
@@ -125,8 +140,11 @@ fn what_shows_only_in_an_adjustment_is_an_error_there() {
     let text = adjusted(load("SLOPE=1.1")).expect_err("a derivative that is wrong");
     assert!(text.starts_with("the solvers disagree: ") && text.contains("in column longer.a"), "{text}");
     for value in ["NAN", "INFINITY"] {
-        let text = adjusted(load(&format!("LENGTH=a==0.0?f:{value}"))).expect_err("no numbers");
-        assert!(text.ends_with("an interior effect is outside its domain"), "{value}: {text}");
+        let effect = load(&format!("LENGTH=a==0.0?f:{value}"));
+        adjusted(effect.clone()).expect_err("no numbers");
+        let fault = effect.take_fault().expect("what it did is noted");
+        assert_eq!((fault.what, fault.image), (EvalFault::NotFinite, 0), "{value}");
+        assert_eq!(effect.take_fault(), None, "and forgotten when it was asked for");
     }
 }
 

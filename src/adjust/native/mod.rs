@@ -55,6 +55,8 @@ impl Solver for Native {
             let option = "the iterative linear solver; use auto, dense or sparse".into();
             return Err(AdjustError::Unsupported { solver: NAME, option });
         }
+        // Numerical derivatives of a plug-in would cost more than all the rest; those of its values are taken where solvers are compared.
+        let problem = &*problem.with_own_derivatives();
         let structure = structure(problem)?;
         let pattern = Pattern::new(&structure, *linear_solver);
         // The progress callback need not be Send: the iterations stay on this thread, their passes go to the pool.

@@ -24,7 +24,7 @@ pub fn derivatives(effect: &dyn Effect, seed: u64) -> Result<(), Violation> {
     // Whether a variable's column was ever nonzero, and whether the differences ever resolved it.
     let mut seen = vec![(false, false); n + descriptor.parameters.len()];
     for sample in samples(effect, seed) {
-        let fail = |detail: String| Err(violation(effect, "derivatives", format!("{detail} at {sample:?}")));
+        let fail = |detail: String| Err(violation(effect, "derivatives", format!("{detail} at {sample}")));
         let Ok(analytic) = evaluate(effect, &sample) else { return fail("outside the domain".into()) };
         for variable in 0..seen.len() {
             let name = variable_name(descriptor, variable);

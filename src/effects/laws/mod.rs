@@ -1,16 +1,20 @@
 //! Test kit: the laws that every effect must keep, checked at random places. Built-in effects and plug-ins alike.
 //!
-//! [`check`] runs them all: descriptor, null law, purity, derivatives, finiteness, needs. Each is also callable alone.
+//! [`check`] runs them all: descriptor, null law, purity, threads, derivatives, finiteness, needs, surveyed. Each is also callable alone.
 //! The random places ([`Sample`]) are those of a small aerial block: 40 to 120 m above ground, nadir and oblique, a 20
 //! megapixel camera.
 
 mod admission;
 mod derivatives;
 mod sample;
+mod surveyed;
+mod threads;
 
 pub use admission::admission;
 pub use derivatives::{DERIVATIVE_TOLERANCE, derivatives};
 pub use sample::{Sample, value};
+pub use surveyed::surveyed;
+pub use threads::threads;
 
 use super::{Domain, Effect, Need, OutsideDomain, Role, Stage, fill_identity};
 use nalgebra::Vector3;
@@ -34,7 +38,8 @@ pub struct Violation {
     pub detail: String,
 }
 
-fn samples(effect: &dyn Effect, seed: u64) -> Vec<Sample> {
+/// The random places of an effect.
+pub fn samples(effect: &dyn Effect, seed: u64) -> Vec<Sample> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     (0..SAMPLES).map(|_| Sample::draw(effect.descriptor(), &mut random)).collect()
 }
@@ -45,7 +50,7 @@ fn violation(effect: &dyn Effect, law: &'static str, detail: String) -> Violatio
 
 /// Every law; all violations that were found, at most one per law.
 pub fn check(effect: &dyn Effect, seed: u64) -> Vec<Violation> {
-    let laws = [null_law, purity, derivatives, finiteness, needs];
+    let laws = [null_law, purity, threads, derivatives, finiteness, needs, surveyed];
     let found = laws.into_iter().filter_map(|law| law(effect, seed).err());
     description(effect).err().into_iter().chain(found).collect()
 }
@@ -135,7 +140,7 @@ pub fn null_law(effect: &dyn Effect, seed: u64) -> Result<(), Violation> {
     for _ in 0..SAMPLES {
         let mut sample = Sample::draw(descriptor, &mut random);
         sample.theta = draw_theta(descriptor, |parameter, _| parameter.nominal, &mut random);
-        let fail = |detail: String| Err(violation(effect, "null law", format!("{detail} at {sample:?}")));
+        let fail = |detail: String| Err(violation(effect, "null law", format!("{detail} at {sample}")));
         let offset = stage.identity_offset();
         match evaluate(effect, &sample) {
             Err(error) => return fail(error.to_string()),
@@ -159,7 +164,7 @@ pub fn purity(effect: &dyn Effect, seed: u64) -> Result<(), Violation> {
             (first, second) => first == second,
         };
         if !same {
-            return Err(violation(effect, "purity", format!("{first:?} then {second:?} at {sample:?}")));
+            return Err(violation(effect, "purity", format!("{first:?} then {second:?} at {sample}")));
         }
     }
     Ok(())
@@ -188,7 +193,7 @@ pub fn finiteness(effect: &dyn Effect, seed: u64) -> Result<(), Violation> {
             Ok(found) if !found.d_theta.iter().all(|value| value.is_finite()) => "d_theta is not finite or not filled",
             Ok(_) => continue,
         };
-        return Err(violation(effect, "finiteness", format!("{detail} at {sample:?}")));
+        return Err(violation(effect, "finiteness", format!("{detail} at {sample}")));
     }
     Ok(())
 }

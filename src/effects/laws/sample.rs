@@ -115,6 +115,14 @@ impl Sample {
     }
 }
 
+impl std::fmt::Display for Sample {
+    /// What decides: the input, the parameters, and where the measurement was made.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [x, y] = self.observed;
+        write!(f, "input {:?}, parameters {:?}, observed ({x:.1}, {y:.1}) px", self.input, self.theta)
+    }
+}
+
 /// Parameters at random; `estimated` gives those that are estimated or random from a uniform number.
 pub(super) fn draw_theta(
     descriptor: &Descriptor,

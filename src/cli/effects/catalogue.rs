@@ -1,41 +1,24 @@
-//! `misclosure effects [ID]`: the catalogue, or one effect's page; all of it generated from the descriptors.
+//! The catalogue and one effect's page, all of it generated from the descriptors.
 
-use super::text::paragraph;
-use super::{Answer, Usage};
+use super::super::text::paragraph;
+use super::super::{Answer, Usage};
 use crate::effects::{self, Descriptor, Domain, Kind, Need, Parameter, Role, Scope};
 use crate::report::tables::Table;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
-/// Lists the effects that a model can have, or describes one of them
-#[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
-  misclosure effects                    the catalogue
-  misclosure effects rolling-shutter    one effect's page
-  misclosure effects --json             the catalogue for a program")]
-pub struct Arguments {
-    /// Effect to describe
-    id: Option<String>,
-}
-
 /// Column at which the text of a page begins.
 const INDENT: usize = 16;
 
-/// Runs the command.
-pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
+/// The catalogue, or the page of `id`.
+pub(super) fn run(id: Option<&str>) -> anyhow::Result<Answer> {
     let descriptors: Vec<&Descriptor> = effects::catalogue().iter().map(|effect| effect.descriptor()).collect();
-    let Some(id) = &arguments.id else {
+    let Some(id) = id else {
         let json = json!({ "format": 1, "effects": descriptors.iter().map(|d| as_json(d)).collect::<Vec<_>>() });
         return Ok(Answer { text: catalogue(&descriptors), json, failure: None });
     };
-    let descriptor = descriptors.iter().find(|d| d.id == *id).ok_or_else(|| Usage(unknown(id)))?;
+    let descriptor = descriptors.iter().find(|d| d.id == id).ok_or_else(|| Usage(super::unknown(id)))?;
     Ok(Answer { text: page(descriptor), json: as_json(descriptor), failure: None })
-}
-
-/// What to say about an id that the catalogue does not have.
-pub(super) fn unknown(id: &str) -> String {
-    let known: Vec<String> = effects::catalogue().iter().map(|effect| effect.descriptor().id.to_string()).collect();
-    format!("unknown effect `{id}`; the catalogue has: {}", known.join(", "))
 }
 
 fn catalogue(descriptors: &[&Descriptor]) -> String {

@@ -1,0 +1,209 @@
+//! A commented effect to begin with, which compiles and keeps every law as it stands.
+
+use super::stages::{Sketch, sketch};
+use crate::effects::{Stage, find};
+
+/// The contract of an effect in Rust, and the numbers of its formula, for a package of one's own.
+const RUST_CONTRACT: &str = include_str!("../../rust/effect.rs");
+/// See [`RUST_CONTRACT`].
+const RUST_NUMBER: &str = include_str!("../../rust/number.rs");
+
+/// A file of a template: its path inside the folder where the template is written, and its text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct File {
+    /// Relative, with `/`.
+    pub path: String,
+    /// What is in it.
+    pub text: String,
+}
+
+/// Why there is no template of a name.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum NameError {
+    /// Not of the form of an id.
+    #[error("`{0}` is no name of an effect: expected lower case words with hyphens, as `sensor-pattern`")]
+    Form(String),
+    /// Taken.
+    #[error("`{0}` is an effect that is built in: give yours another name")]
+    Taken(String),
+}
+
+/// # Errors
+/// A name that no effect can have.
+fn check_name(name: &str) -> Result<(), NameError> {
+    let word = |word: &str| !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit());
+    if !name.starts_with(|c: char| c.is_ascii_lowercase()) || !name.split('-').all(word) {
+        return Err(NameError::Form(name.into()));
+    }
+    if find(name).is_some() { Err(NameError::Taken(name.into())) } else { Ok(()) }
+}
+
+/// `sensor-pattern` -> `SensorPatternEffect`: the suffix keeps clear of the names of the contract.
+fn type_name(name: &str) -> String {
+    let capital = |word: &str| word[..1].to_uppercase() + &word[1..];
+    name.split('-').map(capital).collect::<String>() + "Effect"
+}
+
+/// A template in C++: one header.
+///
+/// # Errors
+/// [`NameError`].
+pub fn cpp(name: &str, stage: Stage) -> Result<Vec<File>, NameError> {
+    check_name(name)?;
+    let Sketch { values, summary, formula, estimated, given, needs, cpp: body, .. } = sketch(stage);
+    let estimated = estimated.iter().map(|(parameter, unit, typical)| {
+        format!("      Estimated(\"{parameter}\", \"{unit}\", Scope::kGlobal, 0.0, {typical:?}),\n")
+    });
+    let given =
+        given.iter().map(|(parameter, unit, value)| format!("      Given(\"{parameter}\", \"{unit}\", {value:?}),\n"));
+    let parameters: String = estimated.chain(given).collect();
+    let count = needs.len();
+    let needs: Vec<String> = needs.iter().map(|need| format!("Need::k{need}")).collect();
+    // A parameter that is not used is a warning.
+    let context = if body.contains("context") { "context" } else { "/*context*/" };
+    let text = format!(
+        "\
+// {summary}
+//
+//   misclosure effects build {name}.h -o {name}.so        compiles it
+//   misclosure effects check {name}.so                    does it keep the laws?
+//   misclosure improve BLOCK -o RUN --plugin {name}.so    is it what a block lacks?
+//
+// An effect is a formula from the values without it to the values with it. Two laws: where every estimated parameter has its nominal
+// value, `out` is what came in, to the last bit; and the formula has no state, throws nothing and may be called by several threads.
+#include \"effect.h\"
+
+namespace misclosure {{
+
+struct {type_name} {{
+  static constexpr const char* id = \"{name}\";
+  static constexpr Stage stage = Stage::k{stage};
+  // kPhysical names a cause; kEmpirical takes a shape away, and a block that only it explains stays unexplained.
+  static constexpr Kind kind = Kind::kPhysical;
+  static constexpr const char* summary = \"{summary}\";
+  static constexpr const char* formula = \"{formula}\";
+  static constexpr const char* confused_with = \"\";
+  static constexpr const char* source = \"where the formula comes from\";
+  // Estimated: name, unit, scope (one value in all, per camera, flight, image), nominal value, a size met in practice.
+  // Given: name, unit, value: `--add {name}:NAME=VALUE` gives another. Searched and Random ones: see effect.h.
+  static constexpr Parameter parameters[] = {{
+{parameters}  }};
+  // What a block must have to test it: kTime, kTemperature, kFlights, kVelocity, kGnss, kControl, kVertical.
+  static constexpr std::array<Need, {count}> needs = {{{needs}}};
+
+  // {values}.
+  // T is double, or a number that carries derivatives: write `using std::sin;` and `sin(x)`, and branch on values alone.
+  // Returns false where the formula has no meaning.
+  template <class T>
+  static bool Apply(const Context& {context}, const T* in, const T* theta, T* out) {{
+{body}  }}
+}};
+MISCLOSURE_EFFECT({type_name})
+
+}}  // namespace misclosure
+",
+        type_name = type_name(name),
+        stage = capitalised(stage),
+        needs = needs.join(", "),
+    );
+    Ok(vec![File { path: format!("{name}.h"), text }])
+}
+
+/// A template in Rust: a package of its own, without dependencies.
+///
+/// # Errors
+/// [`NameError`].
+pub fn rust(name: &str, stage: Stage) -> Result<Vec<File>, NameError> {
+    check_name(name)?;
+    let Sketch { values, summary, formula, estimated, given, needs, rust: body, .. } = sketch(stage);
+    let estimated = estimated.iter().map(|(parameter, unit, typical)| {
+        format!("        Parameter::estimated(c\"{parameter}\", c\"{unit}\", Scope::Global, 0.0, {typical:?}),\n")
+    });
+    let given = given.iter().map(|(parameter, unit, value)| {
+        format!("        Parameter::given(c\"{parameter}\", c\"{unit}\", {value:?}),\n")
+    });
+    let parameters: String = estimated.chain(given).collect();
+    let needs: Vec<String> = needs.iter().map(|need| format!("Need::{need}")).collect();
+    let context = if body.contains("context") { "context" } else { "_context" };
+    let source = format!(
+        "\
+//! {summary}
+//!
+//!   misclosure effects build {name} -o {name}.so          compiles it
+//!   misclosure effects check {name}.so                    does it keep the laws?
+//!   misclosure improve BLOCK -o RUN --plugin {name}.so    is it what a block lacks?
+
+mod effect; // the contract, a copy of this program's
+
+use effect::*;
+
+struct {type_name};
+
+impl Effect for {type_name} {{
+    const ID: &CStr = c\"{name}\";
+    const STAGE: Stage = Stage::{stage};
+    // Physical names a cause; Empirical takes a shape away, and a block that only it explains stays unexplained.
+    const KIND: Kind = Kind::Physical;
+    const SUMMARY: &CStr = c\"{summary}\";
+    const FORMULA: &CStr = c\"{formula}\";
+    const CONFUSED_WITH: &CStr = c\"\";
+    const SOURCE: &CStr = c\"where the formula comes from\";
+    // Estimated: name, unit, scope (one value in all, per camera, flight, image), nominal value, a size met in practice.
+    const PARAMETERS: &[Parameter] = &[
+{parameters}    ];
+    // What a block must have to test it.
+    const NEEDS: &[Need] = &[{needs}];
+
+    // {values}.
+    // T is f64, or a number that carries derivatives; false where the formula has no meaning.
+    fn apply<T: Number>({context}: &Context, input: &[T], theta: &[T], out: &mut [T]) -> bool {{
+{body}    }}
+}}
+plugin!({type_name});
+",
+        type_name = type_name(name),
+        stage = capitalised(stage),
+        needs = needs.join(", "),
+    );
+    let manifest = format!(
+        "\
+[package]
+name = \"{name}\"
+version = \"0.1.0\"
+edition = \"2024\"
+
+[lib]
+crate-type = [\"cdylib\"]
+
+# A package of its own, wherever it lies.
+[workspace]
+"
+    );
+    let file = |path: &str, text: String| File { path: format!("{name}/{path}"), text };
+    Ok(vec![
+        file("Cargo.toml", manifest),
+        file("src/lib.rs", source),
+        file("src/effect.rs", RUST_CONTRACT.into()),
+        file("src/number.rs", RUST_NUMBER.into()),
+    ])
+}
+
+/// `exposure` -> `Exposure`.
+fn capitalised(stage: Stage) -> String {
+    let name = stage.name();
+    name[..1].to_uppercase() + &name[1..]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_those_of_effects() {
+        for name in ["", "Pattern", "a b", "-a", "a-", "a--b", "1a", "a_b", "../a"] {
+            assert_eq!(cpp(name, Stage::Image), Err(NameError::Form(name.into())), "{name}");
+        }
+        assert_eq!(rust("focal-time", Stage::Image), Err(NameError::Taken("focal-time".into())));
+        assert_eq!(type_name("sensor-pattern2"), "SensorPattern2Effect");
+    }
+}
