@@ -238,6 +238,28 @@ Evaluation Adjustment::Evaluate() const {
   return evaluation;
 }
 
+void Adjustment::Move(const std::vector<double>& step) {
+  std::vector<double*> blocks;
+  problem_.GetParameterBlocks(&blocks);
+  std::vector<double> delta, moved;
+  for (double* block : blocks) {
+    const Free own = free_[block - values_.data()];
+    if (own.count == 0) continue;
+    delta.clear();
+    for (uint32_t c = own.start; c < own.start + own.count; ++c) {
+      delta.push_back(columns_[c].factor * step[columns_[c].unknown]);
+    }
+    const int size = problem_.ParameterBlockSize(block);
+    if (const ceres::Manifold* manifold = problem_.GetManifold(block)) {
+      moved.resize(static_cast<std::size_t>(size));
+      manifold->Plus(block, delta.data(), moved.data());
+      std::copy(moved.begin(), moved.end(), block);
+    } else {
+      for (int k = 0; k < size; ++k) block[k] += delta[static_cast<std::size_t>(k)];
+    }
+  }
+}
+
 void Adjustment::Store(Solution& solution) const {
   solution.interiors.assign(view_.interiors.begin(), view_.interiors.end());
   for (std::size_t c = 0; c < view_.cameras(); ++c) {

@@ -53,6 +53,9 @@ class Adjustment {
   // Throws CannotProject for the first observation that cannot be computed, if there is one.
   void FindCulprit() const;
 
+  // Adds a step, by unknown and raw, to the present values.
+  void Move(const std::vector<double>& step);
+
   // Present values, raw.
   void Store(Solution& solution) const;
 

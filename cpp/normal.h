@@ -36,6 +36,9 @@ class Normal {
   // Drop of chi-square that a full step would bring by the linear model: g' N^-1 g. After Factorise.
   double Decrement() const;
 
+  // The full step -N^-1 g by unknown, raw. After Factorise.
+  std::vector<double> Step() const;
+
   // After Factorise.
   Covariance Invert(bool everything) const;
 

@@ -29,6 +29,28 @@ double Normal::Decrement() const {
   return decrement;
 }
 
+std::vector<double> Normal::Step() const {
+  std::vector<double> step(view_.unknowns(), 0.0);
+  const Eigen::VectorXd rest = shared_gradient_ - side_inverse_shared_.transpose() * side_gradient_;
+  const Eigen::VectorXd shared = -(shared_covariance_ * rest);
+  const Eigen::VectorXd side = -SolveSide(side_gradient_) - side_inverse_shared_ * shared;
+  for (Eigen::Index i = 0; i < side.size(); ++i) step[side_unknowns_[i]] = side[i];
+  for (Eigen::Index i = 0; i < shared.size(); ++i) step[shared_unknowns_[i]] = shared[i];
+  PointPart part;
+  for (std::size_t j = 0; j < view_.point_count(); ++j) {
+    Clear(part);
+    ForRowsOf(j, [&](const Rows& rows) { AddTo(part, j, rows); });
+    Finish(part, j);
+    Eigen::Vector3d gradient = part.gradient + part.shared * shared;
+    for (std::size_t a = 0; a < part.images.size(); ++a) {
+      gradient += part.w[a] * side.segment(static_cast<Eigen::Index>(side_start_[part.images[a]]), part.w[a].cols());
+    }
+    const Eigen::Vector3d point = -(part.inverse * gradient);
+    std::copy_n(point.data(), 3, &step[view_.point_unknown(j, 0)]);
+  }
+  return step;
+}
+
 Covariance Normal::Invert(bool everything) const {
   const Eigen::Index n = static_cast<Eigen::Index>(side_unknowns_.size());
   const Eigen::Index k = static_cast<Eigen::Index>(shared_unknowns_.size());

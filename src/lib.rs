@@ -60,9 +60,10 @@
 //! | [`evaluate`] | surveyed points against any block | math, camera, block |
 //! | [`run`] | one adjustment from end to end, and its folder | all of the above but scenario, inject and kit |
 //! | [`diagnose`] | which effect is missing | block, effects, model, problem, measure, adjust, evaluate, run |
-//! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, kit, study, lab |
-//! | [`study`] | the repetition of the study that this began with | all but diagnose, lab |
-//! | `lab` | the laboratory, a page of this machine (feature `lab`) | all but study |
+//! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, kit, study, validate, lab |
+//! | [`study`] | the repetition of the study that this began with | all but diagnose, validate, lab |
+//! | [`validate`] | problems with certified answers | all but diagnose, kit, report, study, lab |
+//! | `lab` | the laboratory, a page of this machine (feature `lab`) | all but study, validate |
 //!
 //! A test holds the sources against this table.
 
@@ -99,6 +100,8 @@ pub mod diagnose;
 pub mod report;
 
 pub mod study;
+
+pub mod validate;
 
 #[cfg(feature = "lab")]
 pub mod lab;

@@ -14,7 +14,7 @@ enum May {
 }
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
-const TABLE: [(&str, May); 20] = [
+const TABLE: [(&str, May); 21] = [
     ("math", May::Only(&[])),
     ("camera", May::Only(&["math"])),
     ("block", May::Only(&["math", "camera"])),
@@ -37,9 +37,10 @@ const TABLE: [(&str, May); 20] = [
         "diagnose",
         May::Only(&["math", "camera", "block", "effects", "model", "problem", "measure", "adjust", "evaluate", "run"]),
     ),
-    ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "lab", "cli"])),
-    ("study", May::AllBut(&["diagnose", "lab", "cli"])),
-    ("lab", May::AllBut(&["study", "cli"])),
+    ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "validate", "lab", "cli"])),
+    ("study", May::AllBut(&["diagnose", "validate", "lab", "cli"])),
+    ("validate", May::AllBut(&["diagnose", "kit", "report", "study", "lab", "cli"])),
+    ("lab", May::AllBut(&["study", "validate", "cli"])),
     ("cli", May::AllBut(&[])),
 ];
 

@@ -42,7 +42,8 @@ pub struct Options {
     /// Most steps tried, accepted or not.
     pub max_iterations: usize,
     /// Stop when a full step, without damping, would change chi-square (`sum rho`, twice the cost) by less than this, absolutely: by the
-    /// Newton decrement. Where chi-square is so large that its rounding is more, that counts.
+    /// Newton decrement. Where chi-square is so large that its rounding is more, that counts. Less than
+    /// [`CHI_SQUARE_CHANGE`] asks to go on there too, by the gradient alone.
     pub chi_square_change: f64,
     /// Stop, too, after so many steps in a row that gain less than `chi_square_change` each, where full steps promise more but little: along the
     /// kink of a flaw the promise is never kept. For fits that are compared by their chi-square; `None`: never. The native solver alone can.

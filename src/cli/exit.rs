@@ -10,6 +10,7 @@ use crate::measure::MeasureError;
 use crate::problem::ProblemError;
 use crate::run::RunError;
 use crate::scenario::ScenarioError;
+use crate::validate::nist::set::NistError;
 use std::process::ExitCode;
 
 /// How the program ends.
@@ -23,7 +24,7 @@ pub enum Exit {
     BadInput = 2,
     /// The adjustment failed: not converged, singular.
     AdjustmentFailed = 3,
-    /// The two solvers disagree.
+    /// The two solvers disagree, with each other or with what is certified.
     Disagreement = 4,
 }
 
@@ -36,6 +37,11 @@ pub struct Usage(pub String);
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the two solvers disagree: {0}")]
 pub struct Disagreement(pub String);
+
+/// Results miss what is certified; says which and by how much.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("not as certified: {0}")]
+pub struct NotCertified(pub String);
 
 impl Exit {
     /// The code of an error: that of the outermost cause that has one.
@@ -50,7 +56,8 @@ fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
         || cause.is::<SimilarityError>()
         || cause.is::<ProblemError>()
         || cause.is::<MeasureError>()
-        || cause.is::<PluginError>();
+        || cause.is::<PluginError>()
+        || cause.is::<NistError>();
     if bad_input {
         return Some(Exit::BadInput);
     }
@@ -60,7 +67,7 @@ fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
             BuildError::NoCompiler { .. } | BuildError::Output { .. } => Exit::Other,
         });
     }
-    if cause.is::<Disagreement>() {
+    if cause.is::<Disagreement>() || cause.is::<NotCertified>() {
         return Some(Exit::Disagreement);
     }
     if let Some(error) = cause.downcast_ref::<io::Error>() {
@@ -110,5 +117,6 @@ mod tests {
         assert_eq!(Exit::of(&RunError::from(stuck).into()), Exit::AdjustmentFailed);
         assert_eq!(Exit::of(&RunError::from(ProblemError::Empty).into()), Exit::BadInput);
         assert_eq!(Exit::of(&Disagreement("f".into()).into()), Exit::Disagreement);
+        assert_eq!(Exit::of(&NotCertified("f".into()).into()), Exit::Disagreement);
     }
 }

@@ -22,6 +22,7 @@ mod reproduce;
 mod simulate;
 mod summary_text;
 mod text;
+mod validate;
 
 pub use console::Console;
 pub use exit::{Exit, Usage};
@@ -34,7 +35,7 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(name = "misclosure", version, max_term_width = 120, arg_required_else_help = true)]
 #[command(after_help = "Exit codes: 0 done; 1 any other failure; 2 bad usage or bad input; 3 the adjustment failed \
-(not converged, singular); 4 the two solvers disagree.")]
+(not converged, singular); 4 the two solvers disagree, or results are not as certified.")]
 struct Arguments {
     #[command(flatten)]
     global: Global,
@@ -70,6 +71,7 @@ enum Command {
     Reproduce(reproduce::Arguments),
     Import(import::Arguments),
     Export(export::Arguments),
+    Validate(validate::Arguments),
     #[cfg(feature = "lab")]
     Lab(lab::Arguments),
 }
@@ -146,6 +148,7 @@ impl Command {
             Command::Reproduce(arguments) => reproduce::run(&arguments, console, threads),
             Command::Import(arguments) => import::run(&arguments, console),
             Command::Export(arguments) => export::run(&arguments, console),
+            Command::Validate(arguments) => validate::run(&arguments, console, threads),
             #[cfg(feature = "lab")]
             Command::Lab(arguments) => lab::run(&arguments, console, threads, as_json),
         }

@@ -289,8 +289,8 @@ impl Recipe {
     }
 }
 
-/// To the decimals of files of practice.
-fn round(block: &mut Block) {
+/// To the decimals of files of practice: image coordinates to 0.001 px, coordinates to 0.1 mm, times and temperatures to 0.001 s and K.
+pub fn round(block: &mut Block) {
     let to = |value: &mut f64, decimals: i32| {
         let unit = 10_f64.powi(decimals);
         *value = (*value * unit).round() / unit;

@@ -1,12 +1,15 @@
 //! Rotations, statistics, finite differences and small linear algebra; knows nothing of images.
 
+pub mod double_double;
 pub mod finite_difference;
 pub mod intersect;
+pub mod jet;
 mod number;
 pub mod rotation;
 pub mod statistics;
 pub mod variance_component;
 
+pub use double_double::DoubleDouble;
 pub use number::Number;
 
 /// Reads a number for which JSON, that has no NaN, may hold `null` (`#[serde(deserialize_with = "null_is_nan")]`).

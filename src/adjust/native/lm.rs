@@ -1,17 +1,11 @@
-//! Levenberg-Marquardt on the reduced system. It stops by the Newton decrement: when a full step, without damping, would change chi-square by
-//! less than is asked for. The factorisation that tells is the one that the covariance needs anyway.
+//! Levenberg-Marquardt. It stops by the Newton decrement: when a full step, without damping, would change chi-square by less than is asked
+//! for. The factorisation that tells is the one that the covariance needs anyway.
+//!
+//! The loop knows nothing of images: it iterates on anything [`Iterated`]. Bundle problems are one (`bundle.rs`); the regression sets of
+//! NIST, on which it is validated, are the other (`src/validate/nist`).
 
-use super::factor::{Factor, Pattern};
-use super::linearise;
-use super::point::{Curvature, Prepared};
-use super::rank::factor_of_full_rank;
-use super::step::try_step;
-use super::structure::Structure;
-use super::system::System;
-use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Progress};
-use crate::measure::{self, Frame};
-use crate::problem::{Loss, Problem, State};
-use rayon::ThreadPool;
+use super::point::Curvature;
+use crate::adjust::{AdjustError, CHI_SQUARE_CHANGE, Iteration, Options, Progress};
 use std::time::Instant;
 
 /// Damping at the start: small, because the start values of a block are near and the diagonal is unscaled information.
@@ -32,6 +26,9 @@ const CONVERGED_DAMPING: f64 = 1e-4;
 /// weights (tie points weighted by their multiplicity) make that more than the absolute change asked for.
 const CHI_SQUARE_ROUNDING: f64 = 1e-12;
 
+/// Steps that polish at most. Large residuals make each leave a share of what was left.
+const MOST_POLISHING: usize = 50;
+
 /// With a robust loss, a step that changes chi-square by less than this share is near the solution: measurements hardly cross the corner of the
 /// loss any more, and its second derivative says more than its weights.
 const NEAR_SHARE: f64 = 1e-3;
@@ -39,94 +36,142 @@ const NEAR_SHARE: f64 = 1e-3;
 /// Full steps that promise less than so many times the change of chi-square that is asked for are idle where they gain less than that.
 const IDLE_PROMISE: f64 = 1e3;
 
+/// A least-squares problem as the loop sees it.
+pub trait Iterated {
+    /// Values of the unknowns, and what is prepared with them.
+    type State;
+    /// Normal equations at a state.
+    type System;
+    /// A solution of these.
+    type Increments;
+
+    /// Name in messages.
+    fn name(&self) -> &'static str;
+
+    /// Has it a robust loss?
+    fn is_robust(&self) -> bool;
+
+    /// The normal equations at a state, eliminated under a damping.
+    ///
+    /// # Errors
+    /// A state that cannot be predicted.
+    fn linearise(&self, state: &Self::State, damping: f64, curvature: Curvature) -> Result<Self::System, AdjustError>;
+
+    /// Chi-square at the state of a system.
+    fn chi_square(&self, system: &Self::System) -> f64;
+
+    /// Its rounding: smaller changes of it say nothing.
+    fn chi_square_rounding(&self, system: &Self::System) -> f64 {
+        CHI_SQUARE_ROUNDING * self.chi_square(system)
+    }
+
+    /// Largest gradient entry (by scaled unknowns) of a system.
+    fn gradient_max(&self, system: &Self::System) -> f64;
+
+    /// The step of a system; `None` where it has none.
+    fn solve(&self, system: &Self::System, damping: f64) -> Option<Self::Increments>;
+
+    /// By what chi-square would fall along a step, were the problem linear.
+    fn decrement(&self, system: &Self::System, step: &Self::Increments) -> f64;
+
+    /// Takes a step. `None` where the new state cannot be predicted.
+    fn attempt(
+        &self,
+        state: &Self::State,
+        system: &Self::System,
+        step: &Self::Increments,
+        damping: f64,
+        curvature: Curvature,
+    ) -> Option<Attempt<Self::State>>;
+
+    /// Why no step reduces the cost.
+    fn stuck(&self, state: &Self::State, iterations: usize, cost: f64) -> AdjustError;
+}
+
+/// A step that was taken.
+pub struct Attempt<S> {
+    /// The state after it.
+    pub state: S,
+    /// Chi-square there.
+    pub chi_square: f64,
+    /// By what it would have fallen, were the problem linear.
+    pub predicted_drop: f64,
+}
+
 /// Where the iterations ended.
-pub struct Outcome {
+pub struct Outcome<P: Iterated> {
     /// Estimated values.
-    pub state: State,
+    pub state: P::State,
     /// Steps tried.
     pub iterations: usize,
     /// Undamped system at `state`.
-    pub system: System,
-    /// Images at `state`.
-    pub frames: Vec<Frame>,
+    pub system: P::System,
 }
 
-/// Iterates from `problem.start`.
-pub fn minimise(
-    problem: &Problem,
-    structure: &Structure,
-    pattern: Option<&Pattern>,
+/// Iterates from `state`.
+///
+/// # Errors
+/// A state that cannot be predicted, no convergence, a wish to end.
+pub fn minimise<P: Iterated>(
+    problem: &P,
+    mut state: P::State,
     options: &Options,
-    pool: &ThreadPool,
     progress: &mut Progress<'_>,
-) -> Result<Outcome, AdjustError> {
-    let solver = super::NAME;
+) -> Result<Outcome<P>, AdjustError> {
+    let solver = problem.name();
     let started = Instant::now();
-    let mut state = problem.start.clone();
-    let mut frames = measure::frames(problem, &structure.stages, &state)?;
-    let linearised = |state: &State, frames: &[Frame], damping: f64, curvature: Curvature| {
-        let at = Prepared { problem, structure, state, frames };
-        pool.install(|| linearise::linearise(&at, damping, curvature))
-    };
-    let solve = |system: &System, damping: f64| {
-        Factor::new(structure, system, pattern, damping).ok().map(|factor| factor.solve())
-    };
-    let robust = problem.loss != Loss::None;
+    let robust = problem.is_robust();
     let mut search = StepControl { damping: START_DAMPING, tighten: TIGHTEN, curvature: Curvature::Weights };
     let (mut iterations, mut idle) = (0, 0);
     loop {
         let mut damping = search.damping;
-        let mut system = linearised(&state, &frames, damping, search.curvature)?;
-        let chi_square = system.chi_square;
+        let mut system = problem.linearise(&state, damping, search.curvature)?;
+        let chi_square = problem.chi_square(&system);
         let report = Iteration {
             number: iterations,
             cost: 0.5 * chi_square,
-            gradient_max: gradient_max(&system),
+            gradient_max: problem.gradient_max(&system),
             seconds: started.elapsed().as_secs_f64(),
         };
         if progress(&report).is_break() || options.stop.is_raised() {
             return Err(AdjustError::Cancelled { solver });
         }
-        let small = options.chi_square_change.max(CHI_SQUARE_ROUNDING * chi_square);
-        let mut increments = solve(&system, damping);
-        let full = damping <= CONVERGED_DAMPING && increments.as_ref().is_some_and(|x| system.decrement(x) < small);
+        let small = options.chi_square_change.max(problem.chi_square_rounding(&system));
+        let mut increments = problem.solve(&system, damping);
+        let full =
+            damping <= CONVERGED_DAMPING && increments.as_ref().is_some_and(|x| problem.decrement(&system, x) < small);
         if full {
             // What weak directions still hold the damping hides, and what outliers still hold the weights.
             damping = 0.0;
-            system = linearised(&state, &frames, damping, Curvature::Newton)?;
-            increments = solve(&system, damping);
+            system = problem.linearise(&state, damping, Curvature::Newton)?;
+            increments = problem.solve(&system, damping);
             // A direction without any information is the caller's to name.
-            if increments.as_ref().is_none_or(|x| system.decrement(x) < small) {
+            let decrement = increments.as_ref().map_or(0.0, |x| problem.decrement(&system, x));
+            if decrement < small {
                 // The step is at hand: taken, it leaves rounding where its promise left a share of sigma.
-                let at = Prepared { problem, structure, state: &state, frames: &frames };
-                let last =
-                    increments.and_then(|x| pool.install(|| try_step(&at, &system, &x, damping, Curvature::Newton)));
+                let last = increments.and_then(|x| problem.attempt(&state, &system, &x, damping, Curvature::Newton));
                 if let Some(step) = last.filter(|step| step.chi_square < chi_square) {
-                    (state, frames) = (step.state, step.frames);
-                    // Without a covariance the system at a step from here, shorter than anybody sees, serves as well.
-                    if options.covariance == CovarianceOf::Nothing && !robust {
-                        system.chi_square = step.chi_square;
-                        return Ok(Outcome { state, iterations, system, frames });
-                    }
+                    state = step.state;
                 }
-                let system = linearised(&state, &frames, 0.0, Curvature::Weights)?;
-                return Ok(Outcome { state, iterations, system, frames });
+                let asked = options.chi_square_change;
+                let finer = asked < CHI_SQUARE_CHANGE && decrement > asked;
+                let (state, steps) = if finer { polish(problem, state, asked)? } else { (state, 0) };
+                let system = problem.linearise(&state, 0.0, Curvature::Weights)?;
+                return Ok(Outcome { state, iterations: iterations + steps, system });
             }
         }
         if iterations >= options.max_iterations {
             return Err(AdjustError::NotConverged { solver, iterations, reason: "iteration limit reached".into() });
         }
         iterations += 1;
-        let at = Prepared { problem, structure, state: &state, frames: &frames };
         let curvature = if full { Curvature::Newton } else { search.curvature };
-        let step = increments.and_then(|x| pool.install(|| try_step(&at, &system, &x, damping, curvature)));
+        let step = increments.and_then(|x| problem.attempt(&state, &system, &x, damping, curvature));
         let drop = step.as_ref().map_or(f64::NEG_INFINITY, |step| chi_square - step.chi_square);
         let predicted = step.as_ref().map_or(f64::INFINITY, |step| step.predicted_drop);
         idle = if drop < small && predicted < IDLE_PROMISE * small { idle + 1 } else { 0 };
         match step {
             Some(step) if drop > 0.0 => {
                 state = step.state;
-                frames = step.frames;
                 search.accepted(full, drop / predicted);
                 let near = robust && drop < NEAR_SHARE * chi_square;
                 search.curvature = if near { Curvature::Newton } else { Curvature::Weights };
@@ -140,14 +185,36 @@ pub fn minimise(
             _ => search.refused(),
         }
         if search.damping > MOST_DAMPING {
-            let at = Prepared { problem, structure, state: &state, frames: &frames };
-            return Err(stuck(&at, pattern, pool, iterations, 0.5 * chi_square));
+            return Err(problem.stuck(&state, iterations, 0.5 * chi_square));
         }
         if full && drop < small || options.idle_steps.is_some_and(|most| idle >= most) {
-            let system = linearised(&state, &frames, 0.0, Curvature::Weights)?;
-            return Ok(Outcome { state, iterations, system, frames });
+            let system = problem.linearise(&state, 0.0, Curvature::Weights)?;
+            return Ok(Outcome { state, iterations, system });
         }
     }
+}
+
+/// Goes on with full steps where the rounding of chi-square hides what they gain and more is asked for than usual: the decrement has its digits from
+/// the gradient, and tells longer than chi-square does whether a step is worth it. Gives the steps taken.
+fn polish<P: Iterated>(problem: &P, mut state: P::State, asked: f64) -> Result<(P::State, usize), AdjustError> {
+    let mut least = f64::INFINITY;
+    for steps in 0..MOST_POLISHING {
+        let system = problem.linearise(&state, 0.0, Curvature::Newton)?;
+        let Some(step) = problem.solve(&system, 0.0) else { return Ok((state, steps)) };
+        let decrement = problem.decrement(&system, &step);
+        if decrement <= asked || decrement.is_nan() || decrement >= least {
+            return Ok((state, steps));
+        }
+        let bound = problem.chi_square(&system) + problem.chi_square_rounding(&system);
+        let Some(next) = problem.attempt(&state, &system, &step, 0.0, Curvature::Newton) else {
+            return Ok((state, steps));
+        };
+        if next.chi_square > bound {
+            return Ok((state, steps));
+        }
+        (state, least) = (next.state, decrement);
+    }
+    Ok((state, MOST_POLISHING))
 }
 
 /// What the next step is made with.
@@ -178,22 +245,4 @@ impl StepControl {
 /// prediction holds.
 fn relaxation(quality: f64) -> f64 {
     if quality > GOOD_PREDICTION { RELAX } else { (1.0 - (2.0 * quality - 1.0).powi(3)).max(1.0 / 3.0) }
-}
-
-/// Why no step reduces the cost: the damping hides directions without information, so that without it they are named.
-fn stuck(at: &Prepared<'_>, pattern: Option<&Pattern>, pool: &ThreadPool, iterations: usize, cost: f64) -> AdjustError {
-    let undamped = pool.install(|| linearise::linearise(at, 0.0, Curvature::Weights));
-    match undamped.and_then(|system| factor_of_full_rank(at.problem, at.structure, &system, pattern)) {
-        Err(error) => error,
-        Ok(_) => {
-            let reason = format!("no step reduces the cost {cost:.6e}");
-            AdjustError::NotConverged { solver: super::NAME, iterations, reason }
-        }
-    }
-}
-
-/// Largest gradient entry (by scaled unknowns) of a system.
-pub fn gradient_max(system: &System) -> f64 {
-    let largest = |values: &[f64]| values.iter().fold(0.0f64, |a, b| a.max(b.abs()));
-    largest(&system.gradient_images).max(largest(&system.gradient_border)).max(system.gradient_points_max)
 }

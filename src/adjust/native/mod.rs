@@ -2,6 +2,7 @@
 //! Levenberg-Marquardt.
 
 mod aligned;
+mod bundle;
 mod columns;
 mod covariance;
 mod eights;
@@ -9,7 +10,7 @@ mod eliminate;
 mod evaluation;
 mod factor;
 mod linearise;
-mod lm;
+pub mod lm;
 pub mod null_model;
 mod point;
 mod rank;
@@ -25,8 +26,11 @@ use crate::measure::{self, Frame, MeasureError};
 use crate::problem::{Loss, Problem, State};
 pub use rank::EFFECT_DOMAIN;
 
+pub use point::Curvature;
+
+use bundle::{Bundle, BundleState, gradient_max};
 use factor::Pattern;
-use point::{Curvature, Prepared};
+use point::Prepared;
 use std::time::Instant;
 use structure::Structure;
 
@@ -62,19 +66,22 @@ impl Solver for Native {
         // The progress callback need not be Send: the iterations stay on this thread, their passes go to the pool.
         let pool = pool(*threads)?;
         let started = Instant::now();
-        let outcome = lm::minimise(problem, &structure, pattern.as_ref(), options, &pool, progress)?;
+        let bundle = Bundle { problem, structure: &structure, pattern: pattern.as_ref(), pool: &pool };
+        let (state, frames) = (problem.start.clone(), frames(problem, &structure, &problem.start)?);
+        let outcome = lm::minimise(&bundle, BundleState { state, frames }, options, progress)?;
+        let BundleState { state, frames } = outcome.state;
         let seconds = started.elapsed().as_secs_f64();
         let factor = rank::factor_of_full_rank(problem, &structure, &outcome.system, pattern.as_ref())?;
-        let at = Prepared { problem, structure: &structure, state: &outcome.state, frames: &outcome.frames };
+        let at = Prepared { problem, structure: &structure, state: &state, frames: &frames };
         let covariance = pool.install(|| covariance::covariance(&at, &factor, *covariance))?;
         Ok(Solution {
             cost: 0.5 * outcome.system.chi_square,
             converged: true,
             iterations: outcome.iterations,
             seconds,
-            gradient_max: lm::gradient_max(&outcome.system),
+            gradient_max: gradient_max(&outcome.system),
             covariance,
-            state: outcome.state,
+            state,
         })
     }
 

@@ -1,0 +1,105 @@
+//! Bundle problems, for the Levenberg-Marquardt loop: the reduced system is what it linearises and solves.
+
+use super::factor::{Factor, Pattern};
+use super::linearise;
+use super::lm::{Attempt, Iterated};
+use super::point::{Curvature, Prepared};
+use super::rank::factor_of_full_rank;
+use super::step::try_step;
+use super::structure::Structure;
+use super::system::System;
+use crate::adjust::AdjustError;
+use crate::measure::Frame;
+use crate::problem::{Loss, Problem, State};
+use rayon::ThreadPool;
+
+/// A bundle problem with what is prepared once.
+pub struct Bundle<'a> {
+    /// The problem.
+    pub problem: &'a Problem,
+    /// Its structure.
+    pub structure: &'a Structure,
+    /// Of a sparse reduced system.
+    pub pattern: Option<&'a Pattern>,
+    /// Where the passes over the points run.
+    pub pool: &'a ThreadPool,
+}
+
+/// Values of the unknowns, and the images at these.
+pub struct BundleState {
+    /// Estimated values.
+    pub state: State,
+    /// Images at `state`.
+    pub frames: Vec<Frame>,
+}
+
+impl Bundle<'_> {
+    fn at<'b>(&'b self, BundleState { state, frames }: &'b BundleState) -> Prepared<'b> {
+        Prepared { problem: self.problem, structure: self.structure, state, frames }
+    }
+}
+
+impl Iterated for Bundle<'_> {
+    type State = BundleState;
+    type System = System;
+    type Increments = (Vec<f64>, Vec<f64>);
+
+    fn name(&self) -> &'static str {
+        super::NAME
+    }
+
+    fn is_robust(&self) -> bool {
+        self.problem.loss != Loss::None
+    }
+
+    fn linearise(&self, state: &BundleState, damping: f64, curvature: Curvature) -> Result<System, AdjustError> {
+        self.pool.install(|| linearise::linearise(&self.at(state), damping, curvature))
+    }
+
+    fn chi_square(&self, system: &System) -> f64 {
+        system.chi_square
+    }
+
+    fn gradient_max(&self, system: &System) -> f64 {
+        gradient_max(system)
+    }
+
+    fn solve(&self, system: &System, damping: f64) -> Option<Self::Increments> {
+        Factor::new(self.structure, system, self.pattern, damping).ok().map(|factor| factor.solve())
+    }
+
+    fn decrement(&self, system: &System, step: &Self::Increments) -> f64 {
+        system.decrement(step)
+    }
+
+    fn attempt(
+        &self,
+        state: &BundleState,
+        system: &System,
+        step: &Self::Increments,
+        damping: f64,
+        curvature: Curvature,
+    ) -> Option<Attempt<BundleState>> {
+        let step = self.pool.install(|| try_step(&self.at(state), system, step, damping, curvature))?;
+        let (chi_square, predicted_drop) = (step.chi_square, step.predicted_drop);
+        Some(Attempt { state: BundleState { state: step.state, frames: step.frames }, chi_square, predicted_drop })
+    }
+
+    /// The damping hides directions without information, so that without it they are named.
+    fn stuck(&self, state: &BundleState, iterations: usize, cost: f64) -> AdjustError {
+        let undamped = self.linearise(state, 0.0, Curvature::Weights);
+        match undamped.and_then(|system| factor_of_full_rank(self.problem, self.structure, &system, self.pattern)) {
+            Err(error) => error,
+            Ok(_) => {
+                let reason = format!("no step reduces the cost {cost:.6e}");
+                AdjustError::NotConverged { solver: super::NAME, iterations, reason }
+            }
+        }
+    }
+}
+
+/// Largest gradient entry (by scaled unknowns) of a system.
+pub fn gradient_max(system: &System) -> f64 {
+    let largest = |values: &[f64]| values.iter().fold(0.0f64, |a, b| a.max(b.abs()));
+    largest(&system.gradient_images).max(largest(&system.gradient_border)).max(system.gradient_points_max)
+}
