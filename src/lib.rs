@@ -16,7 +16,8 @@
 //! Q = P - P A (A'PA)^-1 A'P        s = C'Q v        M = C'Q C        drop of v'Pv: s'M^-1 s        estimate: M^-1 s
 //! ```
 //!
-//! Everything that the diagnosis decides is small linear algebra of `(s, M)`: [`diagnose`]. Axes, rotations, units and names: `CONVENTIONS.md`.
+//! Everything that the diagnosis decides is small linear algebra of `(s, M)`: [`diagnose`]. Axes, rotations, units and names:
+//! [`book::conventions`]; the other chapters stand in the [`book`].
 //!
 //! # Simulate, adjust, diagnose
 //!
@@ -63,6 +64,7 @@
 //! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, kit, study, validate, lab |
 //! | [`study`] | the repetition of the study that this began with | all but diagnose, validate, lab |
 //! | [`validate`] | problems with certified answers | all but diagnose, kit, report, study, lab |
+//! | [`book`] | the pages of `docs/` as chapters | nothing |
 //! | `lab` | the laboratory, a page of this machine (feature `lab`) | all but study, validate |
 //!
 //! A test holds the sources against this table.
@@ -102,6 +104,8 @@ pub mod report;
 pub mod study;
 
 pub mod validate;
+
+pub mod book;
 
 #[cfg(feature = "lab")]
 pub mod lab;

@@ -14,7 +14,7 @@ enum May {
 }
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
-const TABLE: [(&str, May); 21] = [
+const TABLE: [(&str, May); 22] = [
     ("math", May::Only(&[])),
     ("camera", May::Only(&["math"])),
     ("block", May::Only(&["math", "camera"])),
@@ -40,6 +40,7 @@ const TABLE: [(&str, May); 21] = [
     ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "validate", "lab", "cli"])),
     ("study", May::AllBut(&["diagnose", "validate", "lab", "cli"])),
     ("validate", May::AllBut(&["diagnose", "kit", "report", "study", "lab", "cli"])),
+    ("book", May::Only(&[])),
     ("lab", May::AllBut(&["study", "validate", "cli"])),
     ("cli", May::AllBut(&[])),
 ];

@@ -10,8 +10,9 @@ pub fn page() -> String {
     let header = HEADERS[0].1;
     let body = header.split(END).next().unwrap_or(header);
     let mut text = String::from(
-        "# effect.h\n\nMade from the header by `misclosure effects reference`. How to use it: [effects-of-your-own.md](effects-of-your-own.md); what it \
-         does not cover: [what-an-effect-is-not.md](what-an-effect-is-not.md).\n\n",
+        "# effect.h\n\nMade from the header by `misclosure effects reference`. How to use it: [effects-of-your-own.md]; what it does not cover: \
+         [what-an-effect-is-not.md].\n\n\
+         [effects-of-your-own.md]: effects-of-your-own.md\n[what-an-effect-is-not.md]: what-an-effect-is-not.md\n\n",
     );
     let (front, rest) = body.split_once("#ifndef").unwrap_or((body, ""));
     text += &prose(&comment(front.lines()));

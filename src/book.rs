@@ -1,0 +1,40 @@
+//! The pages of the repository as chapters: what the code alone does not say, in the order in which one reads it.
+//!
+//! 1. [`crate`]: the problem in formulas, an example, and which module does what.
+//! 2. [`conventions`]: axes, rotations, residuals, units.
+//! 3. [`crate::effects`]: the catalogue, one module for each effect with its formula and where that comes from.
+//! 4. [`effects_of_your_own`]: one that the catalogue has not, in C++ or Rust; [`effect_header`] is its reference, and
+//!    [`what_an_effect_is_not`] says where the rest would go.
+//! 5. [`crate::adjust`] and [`crate::diagnose`]: the solvers, and how a cause is told from another.
+//! 6. [`your_own_block`]: a block from another program, diagnosed and taken back; [`formats`] has what each format can hold.
+//! 7. [`validation`]: problems whose answers are certain.
+
+#[doc = include_str!("../CONVENTIONS.md")]
+pub mod conventions {}
+
+// A definition of a link that comes first holds: the files' own lead from file to file.
+#[doc = "[effect-header.md]: crate::book::effect_header"]
+#[doc = "[what-an-effect-is-not.md]: crate::book::what_an_effect_is_not"]
+#[doc = ""]
+#[doc = include_str!("../docs/effects-of-your-own.md")]
+pub mod effects_of_your_own {}
+
+#[doc = "[effects-of-your-own.md]: crate::book::effects_of_your_own"]
+#[doc = "[what-an-effect-is-not.md]: crate::book::what_an_effect_is_not"]
+#[doc = ""]
+#[doc = include_str!("../docs/effect-header.md")]
+pub mod effect_header {}
+
+#[doc = include_str!("../docs/what-an-effect-is-not.md")]
+pub mod what_an_effect_is_not {}
+
+#[doc = "[formats.md]: crate::book::formats"]
+#[doc = ""]
+#[doc = include_str!("../docs/your-own-block.md")]
+pub mod your_own_block {}
+
+#[doc = include_str!("../docs/formats.md")]
+pub mod formats {}
+
+#[doc = include_str!("../docs/validation.md")]
+pub mod validation {}
