@@ -8,7 +8,7 @@ use super::select::challenge::Shape;
 use super::select::{Judged, Situation};
 use super::structure::{self, Structure};
 use super::test::fixed;
-use crate::adjust::native::null_model::NullModel;
+use crate::adjust::native::null_model::measurements_at;
 use crate::block::Block;
 use crate::run;
 
@@ -69,8 +69,7 @@ fn structure_of(
     let Fit { problem, solution, .. } = fit;
     let state = &solution.state;
     let comparison = run::compare(block, problem, solution)?;
-    let null = NullModel::new(problem.clone(), state.clone(), Vec::new(), settings.options.threads)?;
-    let measurements = null.measurements();
+    let measurements = measurements_at(problem, state, settings.options.threads)?;
     let layout = structure::Layout::new(problem, state, &measurements)?;
     let (mut fields, _) = catalogue::candidates(block, fit, &improvement.parts, settings.plugins);
     fields.retain(|(candidate, _)| !candidate.physical);

@@ -136,13 +136,22 @@ impl Sight {
 
     pub(super) fn round(&mut self, options: SnoopingOptions, number: usize, rejected: &mut Vec<Rejected>) -> Round {
         let before: Vec<bool> = self.seen.iter().map(|seen| seen.active).collect();
-        let variance = self.variance();
-        self.judge_neighbours(variance);
+        let local = self.local();
+        let variance = variance(&local);
         let wide = if options.strictness == Strictness::Loose { LOOSE * LOOSE } else { 1.0 };
         let level = (options.significance / before.iter().filter(|active| **active).count().max(1) as f64).ln();
         let beyond = |verdict: Statistic, share: f64| {
             chi_square_ln_sf(verdict.statistic / (variance * wide * share * share), verdict.dof) < level
         };
+        // The neighbours can only excuse a measurement: they are asked where its point has one to reject or one to take back.
+        let in_question = |j: &usize| {
+            self.measurements_of(*j).any(|k| {
+                let own = local[k].as_ref().and_then(|local| Some(local.weight?.verdict(local.residual)));
+                !self.seen[k].active || own.is_some_and(|own| beyond(own, 1.0))
+            })
+        };
+        let in_question: Vec<usize> = (0..self.starts.len() - 1).filter(in_question).collect();
+        self.judge_neighbours(&in_question, &local, variance);
         let mut round = Round { rejected: 0, returned: 0, held_back: 0, sigma0: variance.sqrt() };
         let points = 0..self.starts.len() - 1;
         let worst =
@@ -249,31 +258,24 @@ impl Sight {
         all
     }
 
-    /// Variance factor from the median statistic; 1 where nothing can be tested.
-    fn variance(&self) -> f64 {
-        let verdicts = |local: &Intersected| local.weight.map(|weight| weight.verdict(local.residual));
-        let verdicts: Vec<Statistic> = self.local().iter().flatten().filter_map(verdicts).collect();
-        let statistics = |dof: f64| -> Vec<f64> {
-            verdicts.iter().filter(|verdict| verdict.dof == dof).map(|verdict| verdict.statistic).collect()
-        };
-        let (one, two) = (statistics(1.0), statistics(2.0));
-        let (sample, dof) = if two.len() >= one.len() { (two, 2.0) } else { (one, 1.0) };
-        let variance = median(&sample) / chi_square_quantile(0.5, dof);
-        if variance > 0.0 { variance } else { 1.0 }
-    }
-
-    /// Robust mean displacement of the neighbours of every measurement: the `d` that `R_k d` fits their residuals best.
-    fn judge_neighbours(&mut self, variance: f64) {
-        let local = self.local();
+    /// Robust mean displacement of the neighbours of every measurement of some points: the `d` that `R_k d` fits their residuals best.
+    fn judge_neighbours(&mut self, points: &[usize], local: &[Option<Intersected>], variance: f64) {
+        if points.is_empty() {
+            return;
+        }
         let active: Vec<usize> = (0..self.seen.len()).filter(|k| local[*k].is_some()).collect();
         // Those left out look for neighbours too, but are none.
         let outside = (0..self.seen.len()).filter(|k| local[*k].is_none());
         let order: Vec<usize> = active.iter().copied().chain(outside).collect();
         let place = |k: &usize| (self.seen[*k].row.image.index(), [self.seen[*k].row.x, self.seen[*k].row.y]);
         let near = Neighbours::new(order.iter().map(place), self.images);
-        let displacements: Vec<Option<Vector2<f64>>> = (0..order.len())
-            .into_par_iter()
-            .map(|position| {
+        let mut positions = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(position, k)| positions[*k] = position);
+        let judged: Vec<usize> = points.iter().flat_map(|j| self.measurements_of(*j)).collect();
+        let displacements: Vec<Option<Vector2<f64>>> = judged
+            .par_iter()
+            .map(|k| {
+                let position = positions[*k];
                 let point = self.seen[order[position]].row.point;
                 let around: Vec<Intersected> = near
                     .nearest(position, NEIGHBOURS)
@@ -283,7 +285,7 @@ impl Sight {
                 robust_displacement(&around, variance)
             })
             .collect();
-        for (k, displacement) in order.into_iter().zip(displacements) {
+        for (k, displacement) in judged.into_iter().zip(displacements) {
             self.seen[k].neighbours = displacement;
         }
     }
@@ -297,6 +299,19 @@ impl Seen {
         let apart = weight.verdict(residual - redundancy * displacement);
         Some(if apart.statistic < own.statistic { apart } else { own })
     }
+}
+
+/// Variance factor from the median statistic; 1 where nothing can be tested.
+fn variance(local: &[Option<Intersected>]) -> f64 {
+    let verdicts = |local: &Intersected| local.weight.map(|weight| weight.verdict(local.residual));
+    let verdicts: Vec<Statistic> = local.iter().flatten().filter_map(verdicts).collect();
+    let statistics = |dof: f64| -> Vec<f64> {
+        verdicts.iter().filter(|verdict| verdict.dof == dof).map(|verdict| verdict.statistic).collect()
+    };
+    let (one, two) = (statistics(1.0), statistics(2.0));
+    let (sample, dof) = if two.len() >= one.len() { (two, 2.0) } else { (one, 1.0) };
+    let variance = median(&sample) / chi_square_quantile(0.5, dof);
+    if variance > 0.0 { variance } else { 1.0 }
 }
 
 /// A measurement that is in, its point intersected with the cameras held.

@@ -1,9 +1,13 @@
 //! Every image measurement at the fit, by itself: residual, and how much of it the point leaves.
 
 use super::NullModel;
+use crate::adjust::AdjustError;
 use crate::adjust::native::point::inverse_of_damped;
-use crate::measure::{self, Prediction};
+use crate::adjust::native::pool;
+use crate::measure::{self, Frame, Prediction, Stages};
+use crate::problem::{Problem, State};
 use nalgebra::{Matrix2, Matrix2x3, Matrix2x6, Matrix3};
+use rayon::ThreadPool;
 use rayon::prelude::*;
 
 /// An image measurement at the fit.
@@ -22,15 +26,40 @@ pub struct Local {
 /// Points of a task.
 const POINTS: usize = 256;
 
+/// Every image measurement at a state, in the order of the problem: nothing needs to be factorised for it.
+///
+/// # Errors
+/// A state that cannot be predicted.
+pub fn measurements_at(problem: &Problem, state: &State, threads: usize) -> Result<Vec<Local>, AdjustError> {
+    let acting = Stages::acting(problem, state);
+    let frames = measure::frames(problem, &acting, state)?;
+    Ok(Fitted { problem, state, acting: &acting, frames: &frames }.measurements(&pool(threads)?))
+}
+
 impl NullModel {
     /// Every image measurement, in the order of the problem.
     pub fn measurements(&self) -> Vec<Local> {
+        let Self { problem, state, acting, frames, pool, .. } = self;
+        Fitted { problem, state, acting, frames }.measurements(pool)
+    }
+}
+
+/// A state, prepared for predictions.
+struct Fitted<'a> {
+    problem: &'a Problem,
+    state: &'a State,
+    acting: &'a Stages,
+    frames: &'a [Frame],
+}
+
+impl Fitted<'_> {
+    fn measurements(&self, pool: &ThreadPool) -> Vec<Local> {
         let points: Vec<usize> = (0..self.problem.point_sources.len()).collect();
-        self.pool.install(|| points.par_chunks(POINTS).flat_map_iter(|points| self.of_points(points)).collect())
+        pool.install(|| points.par_chunks(POINTS).flat_map_iter(|points| self.of_points(points)).collect())
     }
 
     fn of_points(&self, points: &[usize]) -> Vec<Local> {
-        let Self { problem, state, acting, frames, .. } = self;
+        let Self { problem, state, acting, frames } = self;
         let mut prediction = Prediction::default();
         let mut measurements = Vec::new();
         for &j in points {

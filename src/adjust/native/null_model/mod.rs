@@ -25,7 +25,7 @@ mod sums;
 
 pub use columns::{Columns, Coordinate, Entries, Measured, NoColumns};
 pub use image_cells::{GROUPINGS, ImageCell, ImageCells};
-pub use measurements::Local;
+pub use measurements::{Local, measurements_at};
 pub use parts::Parts;
 
 use super::factor::{Factor, Pattern};
