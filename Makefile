@@ -20,11 +20,12 @@ install: build ## program, header, CMake package and pkg-config file: PREFIX=/us
 demo: build ## what is missing in a block of the repository, in half a minute
 	scripts/demo.sh
 
-test: setup ## everything CI runs: format, lints, documentation, Rust and C++ tests
+test: setup ## everything CI runs: format, lints, documentation, Rust and C++ tests, the laboratory's page where a Chromium is at hand
 	cargo fmt --check
 	cargo clippy --release --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps
 	cargo test --release
+	tests/lab_page/run.sh
 	$(MAKE) --no-print-directory test-sanitize
 
 test-sanitize: setup ## the C++ tests under AddressSanitizer, UBSan and the standard library's assertions

@@ -335,7 +335,7 @@ impl Scene<'_> {
         let chart = BinnedProfile {
             title: self.title(&format!("Mean residual against {label}")),
             x: Axis::new(label, unit),
-            y: Axis { range: self.asked.y, ..Axis::new("mean residual, observed − computed", "px") },
+            y: Axis { range: self.asked.y, ..Axis::new("observed − computed", "px") },
             cloud: Vec::new(),
             bins,
             dimmed,

@@ -76,7 +76,7 @@ export const drawing = (page, view) => panel(page, view).locator(".side:last-chi
 /** Waits until a figure is there, and has no wish left. */
 export async function drawn(page, ...views) {
   for (const view of views) await drawing(page, view).waitFor();
-  await page.waitForFunction(() => !document.querySelector(".figure.loading"));
+  await page.waitForFunction(() => !document.querySelector(".figure.loading, .fading"));
 }
 
 /** Waits for a step whose words match, done and chosen; its row in the tree. */

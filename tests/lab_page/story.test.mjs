@@ -43,6 +43,10 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
     await page.waitForFunction((html) => document.querySelector(".panel[data-view=sensor].predicted .side:last-child .paper > svg")?.innerHTML !== html, now);
     await page.waitForFunction(() => /px/.test(document.querySelector(".delta.predicted")?.textContent ?? ""));
     await drawn(page, "sensor", "profile");
+    await page.waitForFunction(() => {
+      const header = document.querySelector(".panel[data-view=sensor] > header");
+      return header.dataset.note === "predicted with rolling-shutter" && !getComputedStyle(header, "::after").content.includes("computing");
+    });
     await page.picture("story-3-hover");
     await page.mouse.move(800, 20);
     await page.waitForFunction((html) => document.querySelector(".panel[data-view=sensor] .side:last-child .paper > svg").innerHTML === html, now);
