@@ -32,12 +32,8 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     judged.cameras[0].interior = adjusted.cameras[0].interior;
     let comparison = compare(&PlainModel::of_block(&judged), &judged, Alignment::FromControl, Method::Image)?;
     let check = comparison.check.ok_or("no check points")?;
-    println!(
-        "{} check points: {:.1} mm RMS in space, {:.1} mm in height",
-        check.n,
-        1e3 * check.rms_m.xyz,
-        1e3 * check.rms_m.z
-    );
+    let [space, height] = [check.rms_m.xyz, check.rms_m.z].map(|metres| 1e3 * metres);
+    println!("{} check points: {space:.1} mm RMS in space, {height:.1} mm in height", check.n);
     assert!(check.rms_m.xyz > 1e-3, "a focal length that is 20 px off does not go unseen");
     Ok(())
 }

@@ -7,7 +7,7 @@ use super::{Answer, Console};
 use crate::io::write_atomically;
 use crate::report::numbers::{fixed, or_dash, significant};
 use crate::report::tables::Table;
-use crate::validate::nist::{self, NistOutcome};
+use crate::validate::nist;
 use crate::validate::problems::{BundleProblem, Size, find, problems};
 use crate::validate::solve::{Outcome, Verdict, certify_anew, solve};
 use crate::validate::{judge, suite};
@@ -260,21 +260,10 @@ fn regression(folder: &Path) -> anyhow::Result<Answer> {
         .number("steps", "")
         .text("", "");
     for outcome in &outcomes {
-        let NistOutcome {
-            set,
-            difficulty,
-            near,
-            iterations,
-            digits,
-            deviation_digits,
-            failure,
-            other_minimum,
-            contradiction,
-        } = outcome;
-        let start = if *near { "near" } else { "far" };
-        let steps = iterations.map_or("-".into(), |steps| steps.to_string());
+        let start = if outcome.near { "near" } else { "far" };
+        let steps = outcome.iterations.map_or("-".into(), |steps| steps.to_string());
         let asked = if outcome.counts() { "fewer than asked for" } else { "far start of a set of higher difficulty" };
-        let remark = match (contradiction, failure, other_minimum) {
+        let remark = match (&outcome.contradiction, &outcome.failure, &outcome.other_minimum) {
             (Some((stated, found)), ..) => format!(
                 "the file contradicts itself: its certified values have the sum of squares {found:.4e}, {stated:.4e} is stated"
             ),
@@ -285,8 +274,8 @@ fn regression(folder: &Path) -> anyhow::Result<Answer> {
             (None, None, None) if outcome.passes() => String::new(),
             (None, None, None) => asked.to_owned(),
         };
-        let numbers = [fixed(*digits, 1), fixed(*deviation_digits, 1), steps, remark];
-        table.row([set.clone(), difficulty.to_string(), start.to_owned()].into_iter().chain(numbers));
+        let numbers = [fixed(outcome.digits, 1), fixed(outcome.deviation_digits, 1), steps, remark];
+        table.row([outcome.set.clone(), outcome.difficulty.to_string(), start.to_owned()].into_iter().chain(numbers));
     }
     let missed: Vec<String> = outcomes
         .iter()

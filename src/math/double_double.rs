@@ -97,11 +97,6 @@ impl DoubleDouble {
         // Newton on exp: y + x exp(-y) - 1.
         start + (self * (-start).exp() - Self::ONE)
     }
-
-    /// Absolute value.
-    pub fn abs(self) -> Self {
-        if self.hi < 0.0 { -self } else { self }
-    }
 }
 
 impl From<f64> for DoubleDouble {

@@ -24,6 +24,14 @@ pub enum CertifyError {
     /// Normal equations without a Cholesky factor.
     #[error("the normal equations are singular at {0}")]
     Singular(String),
+    /// A rank of more unknowns than are factorised whole.
+    #[error("a rank of {unknowns} unknowns is asked for, at most {most} are factorised whole")]
+    RankTooLarge {
+        /// Asked for.
+        unknowns: usize,
+        /// At most.
+        most: usize,
+    },
     /// Steps that do not get smaller.
     #[error("after {steps} steps of refinement the last was still {sigma:.1e} sigma")]
     NotConverged {

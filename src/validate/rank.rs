@@ -16,8 +16,7 @@ pub fn defect(normal: &Normal, keep: &dyn Fn(usize) -> bool) -> Result<usize, Ce
     let columns: Vec<usize> = (0..normal.unknowns.len()).filter(|k| keep(normal.unknowns[*k])).collect();
     let n = columns.len();
     if n > MOST_UNKNOWNS {
-        let text = format!("a rank of {n} unknowns is asked for, at most {MOST_UNKNOWNS} are factorised whole");
-        return Err(CertifyError::Singular(text));
+        return Err(CertifyError::RankTooLarge { unknowns: n, most: MOST_UNKNOWNS });
     }
     let mut matrix = normal.dense(&columns);
     let scale: Vec<f64> =

@@ -1,15 +1,14 @@
 //! NIST's sets, where their files are.
 
+use super::beside::shared;
 use misclosure::validate::nist::{NistOutcome, run, run_all, set};
 use std::path::Path;
 
 #[test]
 fn eight_digits_on_every_set_that_counts() -> anyhow::Result<()> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/nist");
-    if !folder.is_dir() {
-        eprintln!("skipped: no ../shared/data/nist");
+    let Some(folder) = shared("data/nist") else {
         return Ok(());
-    }
+    };
     let outcomes = run_all(&folder)?;
     assert_eq!(outcomes.len(), 54);
     let missed: Vec<_> = outcomes.iter().filter(|outcome| outcome.counts() && !outcome.passes()).collect();

@@ -86,23 +86,19 @@ pub fn run(set: &Set, near: bool) -> NistOutcome {
     let regression = Regression(set);
     let start = set.starts[usize::from(near)].clone();
     let found = lm::minimise(&regression, start, &options, &mut |_| ControlFlow::Continue(()));
-    let contradiction = regression.contradiction();
-    let outcome = |iterations, digits, deviation_digits, failure, other_minimum| {
-        let (set, difficulty) = (set.name.clone(), set.difficulty);
-        NistOutcome {
-            set,
-            difficulty,
-            near,
-            iterations,
-            digits,
-            deviation_digits,
-            failure,
-            other_minimum,
-            contradiction,
-        }
+    let nothing = NistOutcome {
+        set: set.name.clone(),
+        difficulty: set.difficulty,
+        near,
+        iterations: None,
+        digits: 0.0,
+        deviation_digits: 0.0,
+        failure: None,
+        other_minimum: None,
+        contradiction: regression.contradiction(),
     };
     match found {
-        Err(error) => outcome(None, 0.0, 0.0, Some(error.to_string()), None),
+        Err(error) => NistOutcome { failure: Some(error.to_string()), ..nothing },
         Ok(found) => {
             let deviations = regression.deviations(&found.system).unwrap_or_default();
             // Terms of one form may have found each other's place.
@@ -113,8 +109,13 @@ pub fn run(set: &Set, near: bool) -> NistOutcome {
             let orders = orders(set.certified.len(), models::exchangeable(&set.name));
             let best = orders.iter().map(as_certified).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
             let sum = regression.chi_square(&found.system);
-            let other = (sum > OTHER_MINIMUM * set.sum_of_squares).then_some((sum, set.sum_of_squares));
-            outcome(Some(found.iterations), best.0, best.1, None, other)
+            NistOutcome {
+                iterations: Some(found.iterations),
+                digits: best.0,
+                deviation_digits: best.1,
+                other_minimum: (sum > OTHER_MINIMUM * set.sum_of_squares).then_some((sum, set.sum_of_squares)),
+                ..nothing
+            }
         }
     }
 }
