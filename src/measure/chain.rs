@@ -97,7 +97,7 @@ fn finish(
 ) -> Option<()> {
     apply_image_effects(problem, stages, frame, context, out)?;
     if let Some(chain) = &frame.interior_chain {
-        through_interior_effects(stages, chain, out);
+        through_interior_effects(chain, out);
     }
     if problem.tie_dc_to_pp {
         for row in &mut out.d_camera {
@@ -259,15 +259,21 @@ fn multiply<const N: usize>(by_point: &[[f64; 2]; 2], rows: &mut [[f64; N]; 2]) 
 }
 
 /// Derivatives by the interior orientation, so far by that after its effects, through those effects.
-fn through_interior_effects(stages: &Stages, chain: &InteriorChain, out: &mut Prediction) {
-    for i in 0..2 {
-        let by_interior = SMatrix::<f64, 1, PARAMETER_COUNT>::from_row_slice(&out.d_camera[i]);
-        let by_rotation = by_interior * chain.d_rotation;
-        out.d_pose[i].iter_mut().zip(by_rotation.iter()).for_each(|(sum, by_rotation)| *sum += by_rotation);
-        for k in &stages.interior_locals {
-            let column = &chain.d_theta[*k];
-            out.d_theta[i][*k] += column.iter().zip(&out.d_camera[i]).map(|(c, d)| c * d).sum::<f64>();
+fn through_interior_effects(chain: &InteriorChain, out: &mut Prediction) {
+    let Prediction { d_camera, d_pose, d_theta: [d_x, d_y], .. } = out;
+    let [of_x, of_y] = &*d_camera;
+    for (local, entry, value) in &chain.d_theta {
+        d_x[*local] += value * of_x[*entry];
+        d_y[*local] += value * of_y[*entry];
+    }
+    for (d_camera, d_pose) in d_camera.iter_mut().zip(d_pose) {
+        let by_interior = SMatrix::<f64, 1, PARAMETER_COUNT>::from_row_slice(d_camera);
+        if let Some(d_rotation) = &chain.d_rotation {
+            let by_rotation = by_interior * d_rotation;
+            d_pose.iter_mut().zip(by_rotation.iter()).for_each(|(sum, by_rotation)| *sum += by_rotation);
         }
-        out.d_camera[i].copy_from_slice((by_interior * chain.d_interior).as_slice());
+        if let Some(d_interior) = &chain.d_interior {
+            d_camera.copy_from_slice((by_interior * d_interior).as_slice());
+        }
     }
 }

@@ -23,8 +23,6 @@ pub struct Stages {
     pub local_len: usize,
     /// Positions in the local list of the parameters of exposure and ray effects.
     pub ray_locals: Vec<usize>,
-    /// Positions in the local list of the parameters of interior effects.
-    pub interior_locals: Vec<usize>,
 }
 
 impl Stages {
@@ -38,16 +36,12 @@ impl Stages {
             local_offset.push(local_len);
             local_len += instance.slots.len();
         }
-        let locals = |stages: &[Stage]| -> Vec<usize> {
-            let effects = problem.effects.iter().zip(&local_offset);
-            effects
-                .filter(|(instance, _)| stages.contains(&instance.effect.descriptor().stage))
-                .flat_map(|(instance, offset)| *offset..offset + instance.slots.len())
-                .collect()
-        };
-        let ray_locals = locals(&[Stage::Exposure, Stage::Ray]);
-        let interior_locals = locals(&[Stage::Interior]);
-        Self { by_stage, local_offset, local_len, ray_locals, interior_locals }
+        let effects = problem.effects.iter().zip(&local_offset);
+        let ray_locals = effects
+            .filter(|(instance, _)| [Stage::Exposure, Stage::Ray].contains(&instance.effect.descriptor().stage))
+            .flat_map(|(instance, offset)| *offset..offset + instance.slots.len())
+            .collect();
+        Self { by_stage, local_offset, local_len, ray_locals }
     }
 
     /// The effects that change anything at a state: those of a null size are the identity there, and a diagnosis asks with dozens of them.
@@ -65,18 +59,15 @@ impl Stages {
     /// Some effects alone, their parameters where they stand in the whole list: what is left out is taken to change nothing, and its derivatives
     /// are zero.
     pub fn only(&self, problem: &Problem, keep: impl Fn(usize) -> bool) -> Self {
-        let kept = |locals: &[usize]| -> Vec<usize> {
-            let effects = (0..problem.effects.len()).filter(|e| keep(*e));
-            let ranges: Vec<_> =
-                effects.map(|e| self.local_offset[e]..self.local_offset[e] + problem.effects[e].slots.len()).collect();
-            locals.iter().copied().filter(|k| ranges.iter().any(|range| range.contains(k))).collect()
-        };
+        let effects = (0..problem.effects.len()).filter(|e| keep(*e));
+        let kept: Vec<_> =
+            effects.map(|e| self.local_offset[e]..self.local_offset[e] + problem.effects[e].slots.len()).collect();
+        let is_kept = |k: &usize| kept.iter().any(|range| range.contains(k));
         Self {
             by_stage: self.by_stage.each_ref().map(|effects| effects.iter().copied().filter(|e| keep(*e)).collect()),
             local_offset: self.local_offset.clone(),
             local_len: self.local_len,
-            ray_locals: kept(&self.ray_locals),
-            interior_locals: kept(&self.interior_locals),
+            ray_locals: self.ray_locals.iter().copied().filter(is_kept).collect(),
         }
     }
 
@@ -109,12 +100,12 @@ impl Stages {
 /// Derivatives of the interior orientation after its effects.
 #[derive(Debug, Clone)]
 pub struct InteriorChain {
-    /// 12x12, by the camera's interior orientation.
-    pub d_interior: SMatrix<f64, COUNT, COUNT>,
-    /// 12x3, by the rotation `w`.
-    pub d_rotation: SMatrix<f64, COUNT, 3>,
-    /// 12 per local parameter: column `p` is `d_theta[p]`.
-    pub d_theta: Vec<[f64; COUNT]>,
+    /// 12x12, by the camera's interior orientation; `None` where the effects only add to it (identity).
+    pub d_interior: Option<SMatrix<f64, COUNT, COUNT>>,
+    /// 12x3, by the rotation `w`; `None` where no effect depends on it (zero).
+    pub d_rotation: Option<SMatrix<f64, COUNT, 3>>,
+    /// 12 per local parameter, the entries that are not zero: local parameter, entry, value. Most effects move one or four of twelve numbers.
+    pub d_theta: Vec<(usize, usize, f64)>,
 }
 
 /// One image at a state.
@@ -224,7 +215,15 @@ impl Frame {
                 }
             }
         }
-        self.interior_chain = Some(Box::new(InteriorChain { d_interior, d_rotation, d_theta }));
+        let d_theta = d_theta.iter().enumerate().flat_map(|(local, column)| {
+            let entries = column.iter().enumerate().filter(|(_, value)| **value != 0.0);
+            entries.map(move |(entry, value)| (local, entry, *value))
+        });
+        self.interior_chain = Some(Box::new(InteriorChain {
+            d_interior: (d_interior != SMatrix::<f64, COUNT, COUNT>::identity()).then_some(d_interior),
+            d_rotation: (d_rotation != SMatrix::<f64, COUNT, 3>::zeros()).then_some(d_rotation),
+            d_theta: d_theta.collect(),
+        }));
         Ok(())
     }
 }
