@@ -157,8 +157,13 @@ inline Result Evaluate(const misclosure_effect& effect, const Place& place, bool
     result.d_in.assign(m * Inputs(stage), kUnknown);
     result.d_theta.assign(m * effect.parameter_count, kUnknown);
   }
-  result.ok = effect.eval(effect.self, &context, place.in.data(), place.theta.data(), result.out.data(),
-                          derivatives ? result.d_in.data() : nullptr, derivatives ? result.d_theta.data() : nullptr) == 1;
+  const int answer =
+      effect.eval(effect.self, &context, place.in.data(), place.theta.data(), result.out.data(),
+                  derivatives ? result.d_in.data() : nullptr, derivatives ? result.d_theta.data() : nullptr);
+  const auto finite = [](const std::vector<double>& values) {
+    return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  };
+  result.ok = answer == MISCLOSURE_DONE && finite(result.out) && finite(result.d_in) && finite(result.d_theta);
   return result;
 }
 

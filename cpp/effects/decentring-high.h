@@ -19,6 +19,7 @@ struct DecentringHigh {
       Estimated("q2", "px^-3", Scope::kGlobal, 0.0, 1e-15),
   };
   static constexpr std::array<Need, 0> needs = {};
+  static constexpr std::array reads = {0, 1, 5, 6};  // x, y, dcx, dcy
 
   template <class T>
   static bool Apply(const Context&, const T* in, const T* theta, T* out) {

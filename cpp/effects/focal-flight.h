@@ -18,6 +18,7 @@ struct FocalFlight {
       Estimated("a", "px", Scope::kFlightButFirst, 0.0, 3.0),
   };
   static constexpr std::array needs = {Need::kFlights};
+  static constexpr std::array<int, 0> reads = {};
 
   template <class T>
   static bool Apply(const Context&, const T* in, const T* theta, T* out) {

@@ -18,6 +18,7 @@ struct FocalImage {
       Random("a", "px", 1.0, "s"),
   };
   static constexpr std::array<Need, 0> needs = {};
+  static constexpr std::array<int, 0> reads = {};
 
   template <class T>
   static bool Apply(const Context&, const T* in, const T* theta, T* out) {

@@ -22,6 +22,7 @@ struct FocalSpline {
       Estimated("a_5", "px", Scope::kFlight, 0.0, 3.0),
   };
   static constexpr std::array needs = {Need::kTime};
+  static constexpr std::array<int, 0> reads = {};
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

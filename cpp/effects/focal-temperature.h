@@ -25,6 +25,7 @@ struct FocalTemperature {
       Searched("lag", "s", Scope::kGlobal, 0.0, 100.0, Domain::kRange, 0.0, 600.0),
   };
   static constexpr std::array needs = {Need::kTemperature};
+  static constexpr std::array<int, 0> reads = {};
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

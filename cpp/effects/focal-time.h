@@ -20,6 +20,7 @@ struct FocalTime {
       Given("against", "1", 0.0, against),
   };
   static constexpr std::array needs = {Need::kTime};
+  static constexpr std::array<int, 0> reads = {};
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

@@ -17,6 +17,7 @@ struct ForwardMotion {
       Estimated("t_e", "s", Scope::kGlobal, 0.0, 0.004),
   };
   static constexpr std::array needs = {Need::kVelocity};
+  static constexpr std::array<int, 0> reads = {};
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

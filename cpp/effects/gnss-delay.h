@@ -17,6 +17,7 @@ struct GnssDelay {
       Estimated("dt", "s", Scope::kGlobal, 0.0, 0.02),
   };
   static constexpr std::array needs = {Need::kVelocity, Need::kGnss};
+  static constexpr std::array<int, 0> reads = {};
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

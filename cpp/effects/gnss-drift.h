@@ -23,6 +23,7 @@ struct GnssDrift {
       Estimated("bz", "m/s", Scope::kFlight, 0.0, 2e-4),
   };
   static constexpr std::array needs = {Need::kTime, Need::kGnss};
+  static constexpr std::array<int, 0> reads = {};
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

@@ -18,6 +18,7 @@ struct GnssLeverArm {
       Estimated("lz", "m", Scope::kGlobal, 0.0, 0.1),
   };
   static constexpr std::array needs = {Need::kGnss};
+  static constexpr std::array reads = {0, 1, 2};  // r
 
   template <class T>
   static bool Apply(const Context&, const T* in, const T* theta, T* out) {

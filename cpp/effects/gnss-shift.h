@@ -20,6 +20,7 @@ struct GnssShift {
       Estimated("tz", "m", Scope::kGlobal, 0.0, 0.05),
   };
   static constexpr std::array needs = {Need::kGnss};
+  static constexpr std::array<int, 0> reads = {};
 
   template <class T>
   static bool Apply(const Context&, const T* in, const T* theta, T* out) {

@@ -23,6 +23,7 @@ struct GravitySag {
       Estimated("sy_z", "px", Scope::kGlobal, 0.0, 2.0),
   };
   static constexpr std::array<Need, 0> needs = {};
+  static constexpr std::array reads = {12, 13, 14};  // r
 
   template <class T>
   static bool Apply(const Context&, const T* in, const T* theta, T* out) {

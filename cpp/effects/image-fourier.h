@@ -37,6 +37,7 @@ struct ImageFourier {
       FourierTerm("ay_2_1"), FourierTerm("by_2_1"), FourierTerm("ay_2_2"), FourierTerm("by_2_2"),
   };
   static constexpr std::array<Need, 0> needs = {};
+  static constexpr std::array reads = {0, 1};  // x, y
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

@@ -42,6 +42,7 @@ struct ImageGrid {
       Given("centre_x", "px", 0.0), Given("centre_y", "px", 0.0), Given("cell", "px", 0.0, cells),
   };
   static constexpr std::array<Need, 0> needs = {};
+  static constexpr std::array reads = {0, 1};  // x, y
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

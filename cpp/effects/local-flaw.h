@@ -23,6 +23,7 @@ struct LocalFlaw {
       Given("smooth", "1", 0.0, smooth),
   };
   static constexpr std::array<Need, 0> needs = {};
+  static constexpr std::array reads = {0, 1};  // x, y
 
   template <class T>
   static bool Apply(const Context&, const T* in, const T* theta, T* out) {

@@ -23,6 +23,7 @@ struct MapScale {
   };
   // Control or GNSS, that is any datum in which heights mean something.
   static constexpr std::array needs = {Need::kVertical};
+  static constexpr std::array reads = {0, 1};  // x, y
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

@@ -17,6 +17,7 @@ struct PpFlight {
       Estimated("ay", "px", Scope::kFlightButFirst, 0.0, 3.0),
   };
   static constexpr std::array needs = {Need::kFlights};
+  static constexpr std::array<int, 0> reads = {};
 
   template <class T>
   static bool Apply(const Context&, const T* in, const T* theta, T* out) {

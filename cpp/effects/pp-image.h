@@ -19,6 +19,7 @@ struct PpImage {
       Random("ay", "px", 1.0, "s"),
   };
   static constexpr std::array<Need, 0> needs = {};
+  static constexpr std::array<int, 0> reads = {};
 
   template <class T>
   static bool Apply(const Context&, const T* in, const T* theta, T* out) {

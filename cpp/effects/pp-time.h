@@ -16,6 +16,7 @@ struct PpTime {
       Estimated("ay", "px", Scope::kGlobal, 0.0, 3.0),
   };
   static constexpr std::array needs = {Need::kTime};
+  static constexpr std::array<int, 0> reads = {};
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

@@ -16,6 +16,7 @@ struct RadialHigh {
       Estimated("k4", "px^-8", Scope::kGlobal, 0.0, 1e-31),
   };
   static constexpr std::array<Need, 0> needs = {};
+  static constexpr std::array reads = {0, 1, 5, 6};  // x, y, dcx, dcy
 
   template <class T>
   static bool Apply(const Context&, const T* in, const T* theta, T* out) {

@@ -20,6 +20,7 @@ struct Refraction {
       Estimated("kappa", "1/m", Scope::kGlobal, 0.0, 1.3e-8),
   };
   static constexpr std::array<Need, 0> needs = {};
+  static constexpr std::array reads = {3, 4, 5, 6, 7, 8};  // C, P
 
   template <class T>
   static bool Apply(const Context&, const T* in, const T* theta, T* out) {

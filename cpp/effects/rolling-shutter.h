@@ -22,6 +22,7 @@ struct RollingShutter {
       Estimated("t", "s", Scope::kGlobal, 0.0, 0.02),
   };
   static constexpr std::array needs = {Need::kVelocity};
+  static constexpr std::array reads = {0, 1, 2};  // r
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

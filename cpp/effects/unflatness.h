@@ -29,6 +29,7 @@ struct Unflatness {
       Estimated("c_40", "px", Scope::kGlobal, 0.0, 0.5),
   };
   static constexpr std::array<Need, 0> needs = {};
+  static constexpr std::array reads = {0, 1, 2, 3, 4};  // x, y, f, ppx, ppy
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

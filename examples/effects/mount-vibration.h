@@ -28,6 +28,7 @@ struct MountVibrationEffect {
       Given("readout", "s", 0.02),
   };
   static constexpr std::array<Need, 1> needs = {Need::kTime};
+  static constexpr std::array reads = {0, 1, 2};  // r
 
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {

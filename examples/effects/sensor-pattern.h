@@ -25,6 +25,7 @@ struct SensorPatternEffect {
       Given("wavelength", "px", 250.0),
   };
   static constexpr std::array<Need, 0> needs = {};
+  static constexpr std::array reads = {0};  // x
 
   template <class T>
   static bool Apply(const Context&, const T* in, const T* theta, T* out) {

@@ -125,6 +125,28 @@ pub fn compare(
     Ok(agreement)
 }
 
+/// Holds the derivatives that plug-ins give themselves against differences of their values, at a solution: where one solver runs alone there
+/// is no other to disagree.
+///
+/// # Errors
+/// [`AdjustError::WrongDerivative`].
+pub fn check_own_derivatives(problem: &Problem, solver: &dyn Solver, state: &State) -> Result<(), AdjustError> {
+    if !problem.effects.iter().any(|instance| instance.effect.has_one_derivation()) {
+        return Ok(());
+    }
+    let (part, state) = problem.thinned(state, COMPARED_MEASUREMENTS);
+    let of_values = solver.evaluate(&part, &state)?;
+    let own = solver.evaluate(&part.with_own_derivatives(), &state)?;
+    match jacobian_worst(&part, &of_values, &own) {
+        (relative, Some((row, column))) if relative >= JACOBIAN_REL => Err(AdjustError::WrongDerivative {
+            column: part.unknown_name(column),
+            place: place(&part, row, column),
+            relative,
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// Largest difference of residuals, unweighted; infinite where the lists do not match.
 pub fn residual_difference(problem: &Problem, a: &Evaluation, b: &Evaluation) -> f64 {
     if a.residuals.len() != b.residuals.len() || a.residuals.len() != problem.residual_count() {

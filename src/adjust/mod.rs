@@ -252,6 +252,19 @@ pub enum AdjustError {
         /// The option, and what can be done instead.
         option: String,
     },
+    /// A plug-in whose derivatives are not those of its values.
+    #[error(
+        "the derivative by {column} ({place}) is not that of the effect's values: they differ by {relative:.1e} of the column's largest; \
+         `misclosure effects check FILE.so` tells more"
+    )]
+    WrongDerivative {
+        /// The unknown.
+        column: String,
+        /// Stage, image, point.
+        place: String,
+        /// Largest difference.
+        relative: f64,
+    },
     /// The C++ side reported an error.
     #[error("ceres: {0}")]
     Bridge(String),

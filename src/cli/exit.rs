@@ -90,7 +90,9 @@ fn adjustment(error: &AdjustError) -> Exit {
         AdjustError::Singular { .. } | AdjustError::RaysDoNotMeet { .. } | AdjustError::NotConverged { .. } => {
             Exit::AdjustmentFailed
         }
-        AdjustError::BadStart { .. } | AdjustError::Unsupported { .. } => Exit::BadInput,
+        AdjustError::BadStart { .. } | AdjustError::Unsupported { .. } | AdjustError::WrongDerivative { .. } => {
+            Exit::BadInput
+        }
         AdjustError::Cancelled { .. } | AdjustError::Bridge(_) => Exit::Other,
     }
 }

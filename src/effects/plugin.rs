@@ -5,12 +5,12 @@
 
 #![allow(unsafe_code)] // loading
 
-use super::abi::{AbiError, CEffect, EvalFault, RawEffect};
+use super::abi::{AbiError, CEffect, EvalFault, RawEffect, Watched};
 use super::*;
 use libloading::os::unix;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 /// Why a plug-in was not loaded.
 #[derive(Debug, thiserror::Error)]
@@ -94,10 +94,8 @@ pub struct Plugin {
 }
 
 struct Loaded {
-    effect: CEffect, // before the library: dropped first
+    effect: Watched, // before the library: dropped first
     origin: Origin,
-    /// Of the effect's faults since it was last asked the one that comes first in the block.
-    fault: Mutex<Option<Fault>>,
     _library: libloading::Library,
 }
 
@@ -152,7 +150,7 @@ pub fn open(path: &Path) -> Result<Plugin, PluginError> {
     let effect =
         unsafe { CEffect::new(table) }.map_err(|source| PluginError::Abi { path: path.to_path_buf(), source })?;
     let origin = Origin { path: path.to_path_buf(), sha256 };
-    let loaded = Arc::new(Loaded { effect, origin, fault: Mutex::new(None), _library: library });
+    let loaded = Arc::new(Loaded { effect: Watched::new(effect), origin, _library: library });
     Ok(Plugin { loaded, derivatives: Derivatives::OfValues })
 }
 
@@ -181,7 +179,7 @@ fn segments_end(bytes: &[u8]) -> Option<u64> {
 impl Plugin {
     /// The effect as its library gives it, derivatives included.
     pub fn table(&self) -> &CEffect {
-        &self.loaded.effect
+        self.loaded.effect.effect()
     }
 
     /// The file.
@@ -200,18 +198,13 @@ impl Plugin {
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
         self.table().evaluate(context, input, theta, out, d_input, d_theta).map_err(|what| {
-            self.note(Fault { what, image: context.image.image, observed: [context.column_px, context.row_px] });
+            self.loaded.effect.note(Fault {
+                what,
+                image: context.image.image,
+                observed: [context.column_px, context.row_px],
+            });
             OutsideDomain
         })
-    }
-
-    /// Keeps the fault that comes first in the block, whichever thread met it first.
-    fn note(&self, fault: Fault) {
-        let place = |fault: &Fault| (fault.image, fault.observed.map(f64::to_bits));
-        let mut first = self.loaded.fault.lock().unwrap_or_else(PoisonError::into_inner);
-        if first.as_ref().is_none_or(|first| place(&fault) < place(first)) {
-            *first = Some(fault);
-        }
     }
 }
 
@@ -249,7 +242,7 @@ impl Effect for Plugin {
     }
 
     fn c_abi(&self) -> Option<*const std::ffi::c_void> {
-        Some(self.table().raw().cast())
+        Some(self.loaded.effect.raw().cast())
     }
 
     fn origin(&self) -> Option<&Origin> {
@@ -257,7 +250,7 @@ impl Effect for Plugin {
     }
 
     fn take_fault(&self) -> Option<Fault> {
-        self.loaded.fault.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.loaded.effect.take_fault()
     }
 }
 

@@ -93,7 +93,8 @@ struct {type_name} {{
 
   // {values}.
   // T is double, or a number that carries derivatives: write `using std::sin;` and `sin(x)`, and branch on values alone.
-  // Returns false where the formula has no meaning.
+  // Returns false where the formula has no meaning. `reads`, which is optional, lists the places of `in` that the formula depends on,
+  // where it only hands on the others; derivatives cost less then: static constexpr std::array reads = {{0, 1}};
   template <class T>
   static bool Apply(const Context& {context}, const T* in, const T* theta, T* out) {{
 {body}  }}

@@ -5,6 +5,7 @@
 
 use super::{Progress, distortion_centre, loose_poses};
 use crate::adjust::agreement::{self, Agreement};
+use crate::adjust::native::Native;
 use crate::adjust::{AdjustError, Options, Solution, Solver};
 use crate::problem::{Problem, State};
 
@@ -53,6 +54,9 @@ pub fn solve(
         && let Some(Err(failure)) = found.drain(..).next()
     {
         return Err(distortion_centre::explain(failure, problem, solvers[0], options, progress));
+    }
+    if let [Ok(solution)] = found.as_slice() {
+        agreement::check_own_derivatives(problem, &Native, &solution.state)?;
     }
     let mut solved = Solved { solutions: Vec::new(), failures: Vec::new(), agreement };
     for (solver, outcome) in solvers.iter().zip(found) {
@@ -142,7 +146,6 @@ fn cancelled(outcome: &Result<Solution, AdjustError>) -> Option<AdjustError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::adjust::native::Native;
     use crate::adjust::{Covariance, Evaluation, ReducedSystem};
     use crate::model::Model;
     use crate::scenario::{Scenario, add_noise, simulate};

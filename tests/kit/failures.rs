@@ -83,6 +83,28 @@ fn a_wrong_derivative_is_told_by_the_check_and_by_an_adjustment() {
     let told = run.errors.replace('\n', " ");
     assert!(told.contains("at longer.a (interior stage, image ") && told.contains(", point "), "{told}");
     assert!(told.contains("misclosure effects check FILE.so tells"), "{told}");
+    // Without a second solver it is held against the values.
+    for solver in ["native", "ceres"] {
+        let run =
+            place.run(&format!("adjust block -o {solver} --plugin longer.so --add longer --fix f --solver {solver}"));
+        assert_eq!(run.code, Some(2), "{}", run.errors);
+        assert!(run.errors.contains("the derivative by longer.a (interior stage, image "), "{}", run.errors);
+    }
+}
+
+/// A formula that depends on more than it says, and one that names an input that the stage has not.
+#[test]
+fn an_input_that_reads_forgets_is_found() {
+    let place = Place::new();
+    let header = |reads: &str| example("sensor-pattern.h").replace("reads = {0};", &format!("reads = {{{reads}}};"));
+    place.build("forgets", &header("1"));
+    let run = place.run("effects check forgets.so");
+    assert_eq!(run.code, Some(2));
+    assert!(run.text.contains("derivatives: output 0 by input 0:"), "{}", run.text);
+    place.write("beyond.h", &header("14"));
+    let run = place.run("effects build beyond.h -o beyond.so");
+    assert_eq!(run.code, Some(2));
+    assert!(run.errors.contains("`reads` lists places among the inputs of the stage"), "{}", run.errors);
 }
 
 #[test]
@@ -99,10 +121,13 @@ fn a_fault_in_an_adjustment_is_named_with_its_image() {
             name,
             &with_formula(name, &format!("{SOUND}\n    if (theta[0] != 0.0) {fault};\n    out[0] += theta[0];")),
         );
-        let run = place.run(&format!("adjust block -o run --plugin {name}.so --add {name} --fix f"));
-        assert_eq!(run.code, Some(3), "{}", run.errors);
-        let told = format!("{name}.so: effect `{name}` (interior stage) {expected}, in image `");
-        assert!(run.errors.contains(&told), "{}", run.errors);
+        for solver in ["both", "native", "ceres"] {
+            let run =
+                place.run(&format!("adjust block -o run --plugin {name}.so --add {name} --fix f --solver {solver}"));
+            assert_eq!(run.code, Some(3), "{}", run.errors);
+            let told = format!("{name}.so: effect `{name}` (interior stage) {expected}, in image `");
+            assert!(run.errors.contains(&told), "{solver}: {}", run.errors);
+        }
     }
 }
 
