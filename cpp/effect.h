@@ -308,7 +308,9 @@ int Eval(void*, const misclosure_context* context, const double* in, const doubl
   constexpr auto& reads = ReadsOf<E>::value;
   constexpr int r = static_cast<int>(reads.size());
   constexpr int width = r + DifferentiableCount<E>();
-  using Jet = ceres::Jet<double, (width > 0 ? width : 1)>;
+  // An even number, so that Eigen aligns the derivatives: of an odd one they straddle the pairs in which a compiler stores them, and each
+  // load waits for two stores.
+  using Jet = ceres::Jet<double, width == 0 ? 2 : (width + 1) / 2 * 2>;
   Jet jet_in[n], jet_theta[p > 0 ? p : 1], jet_out[m];
   for (int k = 0; k < n; ++k) jet_in[k] = Jet(in[k]);
   for (int k = 0; k < r; ++k) jet_in[reads[k]].v[k] = 1.0;
