@@ -4,12 +4,13 @@
 mod beside;
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../small/mod.rs"]
+mod small;
 
 mod additions;
 mod adjusted;
 mod metashape;
 mod micmac;
-mod mutated;
 mod opensfm;
 mod photomodeler;
 mod pix4d;
