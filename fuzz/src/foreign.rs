@@ -29,7 +29,7 @@ const fn file(name: &'static str, files: &'static [&'static str]) -> Case {
 }
 
 /// The first byte of an input is the number of one of these.
-pub const CASES: [Case; 25] = [
+pub const CASES: [Case; 26] = [
     folder("colmap", &["cameras.bin", "images.bin", "points3D.bin", "rigs.bin", "verification.csv"]),
     folder("colmap-text", &["cameras.txt", "images.txt", "points3D.txt", "rigs.txt", "verification.csv"]),
     file("bundler", &["bundle.out", "list.txt", "verification.csv"]),
@@ -75,6 +75,7 @@ pub const CASES: [Case; 25] = [
     folder("pix4d", &[PIX4D[0], PIX4D[1], PIX4D[2], "p_tp_pix4d.txt"]),
     folder("pix4d", &[PIX4D[0], PIX4D[1], PIX4D[2], "p_tp_bingo.txt"]),
     file("photomodeler", &["x.txt"]),
+    folder("aicon", &["p.ior", "p.eor", "p.obc", "p.phc"]),
     file("gcp", &["gcp_list.txt"]),
     file("gcp", &["ground_control_points.json"]),
     file("gcp", &["table.csv"]),

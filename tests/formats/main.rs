@@ -9,6 +9,7 @@ mod small;
 
 mod additions;
 mod adjusted;
+mod aicon;
 mod metashape;
 mod micmac;
 mod opensfm;

@@ -49,7 +49,7 @@ fn foreign_files() {
     for (seed, case) in seeds.iter().zip(&targets::foreign::CASES) {
         targets::foreign::take(seed).unwrap_or_else(|error| panic!("{} {:?}: {error}", case.name, case.files));
     }
-    run("foreign", seeds, 2500, targets::foreign::run);
+    run("foreign", seeds, 2600, targets::foreign::run);
 }
 
 #[test]

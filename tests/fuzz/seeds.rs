@@ -1,6 +1,6 @@
 //! Inputs to begin with: the repository's own files, and what the program writes.
 
-use super::small::{additions, metashape, micmac, opensfm, photomodeler, pix4d};
+use super::small::{additions, aicon, metashape, micmac, opensfm, photomodeler, pix4d};
 use super::targets::{SEPARATOR, block, foreign, run_folder};
 use misclosure::effects;
 use misclosure::io::block::{read_block, write_block};
@@ -84,6 +84,7 @@ pub fn foreign() -> Seeds {
 fn small_file(format: &str, name: &str) -> Option<Vec<u8>> {
     let project = metashape::project();
     let [of_a, of_b] = project.projections;
+    let aicon = || aicon::files().into_iter().find(|(other, _)| *other == name).map(|(_, text)| text);
     let pix4d = || pix4d::FILES.into_iter().find(|(other, _)| *other == name).map(|(_, text)| text);
     Some(match (format, name.rsplit('!').next()?) {
         ("metashape", "cameras.xml") => metashape::document(metashape::RELATIVE, metashape::MARKERS).into(),
@@ -120,6 +121,7 @@ fn small_file(format: &str, name: &str) -> Option<Vec<u8>> {
         ("pix4d", "p_tp_bingo.txt") => pix4d::BINGO.into(),
         ("pix4d", _) => pix4d()?.into(),
         ("photomodeler", "x.txt") => photomodeler::file().into(),
+        ("aicon", _) => aicon()?.into(),
         ("gcp", "gcp_list.txt") => additions::LIST.into(),
         ("gcp", "ground_control_points.json") => additions::CONTROL.into(),
         ("gcp", "table.csv") => additions::TABLE.into(),

@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "each test program uses a part of it")]
 
 pub mod additions;
+pub mod aicon;
 pub mod metashape;
 pub mod micmac;
 pub mod opensfm;
