@@ -6,7 +6,8 @@
 //! 4. [`effects_of_your_own`]: one that the catalogue has not, in C++ or Rust; [`effect_header`] is its reference, and
 //!    [`what_an_effect_is_not`] says where the rest would go.
 //! 5. [`crate::adjust`] and [`crate::diagnose`]: the solvers, and how a cause is told from another.
-//! 6. [`your_own_block`]: a block from another program, diagnosed and taken back; [`formats`] has what each format can hold.
+//! 6. [`your_own_block`]: a block from another program, diagnosed and taken back; [`your_odm_project`]: one of OpenDroneMap; [`formats`] has
+//!    what each format can hold.
 //! 7. [`validation`]: problems whose answers are certain.
 
 #[doc = include_str!("../CONVENTIONS.md")]
@@ -32,6 +33,11 @@ pub mod what_an_effect_is_not {}
 #[doc = ""]
 #[doc = include_str!("../docs/your-own-block.md")]
 pub mod your_own_block {}
+
+#[doc = "[your-own-block.md]: crate::book::your_own_block"]
+#[doc = ""]
+#[doc = include_str!("../docs/your-odm-project.md")]
+pub mod your_odm_project {}
 
 #[doc = include_str!("../docs/formats.md")]
 pub mod formats {}

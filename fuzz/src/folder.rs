@@ -19,7 +19,10 @@ pub fn with_files(names: &[&str], data: &[u8], read: impl FnOnce(&Path)) {
         let end = bytes.windows(SEPARATOR.len()).position(|part| part == SEPARATOR);
         let content = end.map_or(bytes, |end| &bytes[..end]);
         rest = end.map(|end| &bytes[end + SEPARATOR.len()..]);
-        std::fs::write(folder.path().join(name), content).expect("a file in a temporary folder");
+        let path = folder.path().join(name);
+        // Every name has a folder: at least the temporary one.
+        std::fs::create_dir_all(path.parent().unwrap_or(&path)).expect("a folder in a temporary folder");
+        std::fs::write(path, content).expect("a file in a temporary folder");
     }
     read(folder.path());
 }

@@ -5,6 +5,7 @@ pub mod adjust;
 pub mod block;
 pub mod descriptor;
 mod folder;
+pub mod foreign;
 pub mod model;
 pub mod recipe;
 pub mod run_folder;

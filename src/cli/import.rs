@@ -67,14 +67,15 @@ pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
     let (format, mut notes) = format(name, paths)?;
     let mut imported = format.import(given(name, paths)?, &options)?;
     notes.append(&mut imported.notes);
-    imported.notes = notes;
-    imported.notes.iter().for_each(tell(console, arguments.verbose));
-    output.write(&[], BLOCK_FILE, |dir| {
+    notes.iter().for_each(tell(console, arguments.verbose));
+    imported.notes.clone_from(&notes);
+    let block = output.write(&[], BLOCK_FILE, |dir| {
         write_imported(&imported, dir)?;
+        // Before the block is read: there are some with ten million measurements.
+        drop(imported);
         usable(dir)
     })?;
-    let folder = output.folder();
-    Ok(answer(format.name(), &read_block(folder)?.block, &imported.notes, folder))
+    Ok(answer(format.name(), &block, &notes, output.folder()))
 }
 
 /// Says notes as they come.

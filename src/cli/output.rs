@@ -5,6 +5,7 @@
 //! run as it was.
 
 use super::Usage;
+use crate::block::Block;
 use crate::io::block::{is_block, read_block};
 use crate::run::folder::{FILES, SUMMARY};
 use anyhow::Context;
@@ -65,18 +66,18 @@ impl Output {
     }
 
     /// Has `work` write files into a folder that it is given; they move to the output when it is done, the file `last` at the end: where it is,
-    /// everything is. Of an older run the files `own` that are not written again are removed.
+    /// everything is. Of an older run the files `own` that are not written again are removed. Gives what `work` gives.
     ///
     /// # Errors
     /// Those of `work`, and what cannot be written; until the files move, the output is as it was.
-    pub fn write(
+    pub fn write<T>(
         &self,
         own: &[&str],
         last: &str,
-        work: impl FnOnce(&Path) -> anyhow::Result<()>,
-    ) -> anyhow::Result<()> {
+        work: impl FnOnce(&Path) -> anyhow::Result<T>,
+    ) -> anyhow::Result<T> {
         let new = !self.folder.exists();
-        let written = self.stage(work).and_then(|staged| self.take(staged.path(), own, last));
+        let written = self.stage(work).and_then(|(staged, made)| self.take(staged.path(), own, last).map(|()| made));
         if new && written.is_err() {
             // Only an empty one goes.
             let _ = fs::remove_dir(&self.folder);
@@ -84,7 +85,7 @@ impl Output {
         written
     }
 
-    fn stage(&self, work: impl FnOnce(&Path) -> anyhow::Result<()>) -> anyhow::Result<tempfile::TempDir> {
+    fn stage<T>(&self, work: impl FnOnce(&Path) -> anyhow::Result<T>) -> anyhow::Result<(tempfile::TempDir, T)> {
         let cannot = || format!("{}: cannot write", self.folder.display());
         fs::create_dir_all(&self.folder).with_context(cannot)?;
         for entry in fs::read_dir(&self.folder).with_context(cannot)?.flatten() {
@@ -94,8 +95,8 @@ impl Output {
             }
         }
         let staged = tempfile::Builder::new().prefix(UNFINISHED).tempdir_in(&self.folder).with_context(cannot)?;
-        work(staged.path())?;
-        Ok(staged)
+        let made = work(staged.path())?;
+        Ok((staged, made))
     }
 
     fn take(&self, staged: &Path, own: &[&str], last: &str) -> anyhow::Result<()> {
@@ -154,12 +155,12 @@ pub fn beside_blocks(folder: &Path, read: Option<&Path>) -> Result<(), Usage> {
     }
 }
 
-/// Refuses a block that was just written and that no command could read: what was asked for does not make one.
+/// A block that was just written, read again; refuses one that no command could read: what was asked for does not make one.
 ///
 /// # Errors
 /// What is wrong with it.
-pub fn usable(block: &Path) -> anyhow::Result<()> {
-    read_block(block).map(drop).context("what was asked for makes no block that could be adjusted")
+pub fn usable(block: &Path) -> anyhow::Result<Block> {
+    read_block(block).map(|loaded| loaded.block).context("what was asked for makes no block that could be adjusted")
 }
 
 fn refused(folder: &Path, what: &str) -> Usage {

@@ -1,17 +1,17 @@
 //! What is added to a block: only where it has nothing, and nothing more the second time.
 
+use super::small::additions::MRK;
+use super::small::{additions as small, opensfm};
 use super::write;
-use exif::experimental::Writer;
-use exif::{Field, In, Rational, Tag, Value};
 use misclosure::block::{Block, Role};
 use misclosure::io::foreign::{ImportOptions, Note, additions};
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
 /// Two images of 5120 x 3840 px, whose names and coordinate system are given, without anything that is optional.
-pub(super) fn block(names: [&str; 2], crs: &str) -> Block {
+fn block(names: [&str; 2], crs: &str) -> Block {
     let folder = tempfile::tempdir().unwrap();
-    let [reconstruction, tracks, _] = super::opensfm::small_files();
+    let [reconstruction, tracks] = [opensfm::RECONSTRUCTION, opensfm::ROWS[2]];
     write(folder.path(), "reconstruction.json", reconstruction.replace("4000", "5120").replace("3000", "3840"));
     write(folder.path(), "tracks.csv", tracks);
     let (mut block, _) = super::import("opensfm", &[folder.path().to_owned()]);
@@ -38,10 +38,7 @@ fn add(name: &str, block: &mut Block, paths: &[PathBuf]) -> Vec<Note> {
     notes
 }
 
-pub(super) const LOCAL: &str = "local east, north, up at latitude 48, longitude 2, height 0 m (WGS84)";
-pub(super) const MRK: &str = "1\t302400.5\t[2300]\t   12,N\t  -34,E\t  150,V\t48.001,Lat\t2.0,Lon\t100.25,Ellh\t0.01, 0.02, 0.03\t50,Q\n\
-    2\t302403.057\t[2300]\t   12,N\t  -34,E\t  150,V\t48.0,Lat\t2.001,Lon\t101.25,Ellh\t0.01, 0.02, 0.03\t16,Q\n\
-    3\t302405.0\t[2300]\t   12,N\t  -34,E\t  150,V\t48.0,Lat\t2.0,Lon\t101.25,Ellh\t0.01, 0.02, 0.03\t50,Q\n";
+const LOCAL: &str = "local east, north, up at latitude 48, longitude 2, height 0 m (WGS84)";
 
 #[test]
 fn mrk_gives_times_positions_and_lever_arms() {
@@ -104,38 +101,8 @@ fn a_block_without_a_place_gets_one_and_one_with_other_positions_does_not() {
     assert!(message.contains("says nothing of latitude and longitude"), "{message}");
 }
 
-fn rational(values: &[(u32, u32)]) -> Value {
-    Value::Rational(values.iter().map(|(num, denom)| Rational { num: *num, denom: *denom }).collect())
-}
-
-/// A JPEG of nothing but its EXIF and XMP.
-pub(super) fn image(folder: &Path, name: &str, time: &str, sub_second: &str, below: bool, xmp: &str) -> PathBuf {
-    let ascii = |text: &str| Value::Ascii(vec![text.as_bytes().to_vec()]);
-    let fields = [
-        (Tag::DateTimeOriginal, ascii(time)),
-        (Tag::SubSecTimeOriginal, ascii(sub_second)),
-        (Tag::OffsetTimeOriginal, ascii("+02:00")),
-        (Tag::ExposureTime, rational(&[(1, 800)])),
-        (Tag::GPSLatitudeRef, ascii("N")),
-        (Tag::GPSLatitude, rational(&[(48, 1), (0, 1), (36, 10)])),
-        (Tag::GPSLongitudeRef, ascii("E")),
-        (Tag::GPSLongitude, rational(&[(2, 1), (0, 1), (0, 1)])),
-        (Tag::GPSAltitudeRef, Value::Byte(vec![u8::from(below)])),
-        (Tag::GPSAltitude, rational(&[(125, 10)])),
-    ]
-    .map(|(tag, value)| Field { tag, ifd_num: In::PRIMARY, value });
-    let mut writer = Writer::new();
-    fields.iter().for_each(|field| writer.push_field(field));
-    let mut tiff = std::io::Cursor::new(Vec::new());
-    writer.write(&mut tiff, true).unwrap();
-    let segment = |content: &[u8]| [&[0xff, 0xe1][..], &(content.len() as u16 + 2).to_be_bytes(), content].concat();
-    let exif = segment(&[b"Exif\0\0", &tiff.into_inner()[..]].concat());
-    let packet = format!(
-        "http://ns.adobe.com/xap/1.0/\0<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:RDF xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\">\
-         <rdf:Description xmlns:drone-dji=\"http://www.dji.com/drone-dji/1.0/\" {xmp}/></rdf:RDF></x:xmpmeta>"
-    );
-    let xmp = if xmp.is_empty() { Vec::new() } else { segment(packet.as_bytes()) };
-    write(folder, name, [&[0xff, 0xd8][..], &exif, &xmp, &[0xff, 0xd9]].concat())
+fn image(folder: &Path, name: &str, time: &str, sub_second: &str, below: bool, xmp: &str) -> PathBuf {
+    write(folder, name, small::image(time, sub_second, below, xmp))
 }
 
 #[test]
@@ -161,10 +128,7 @@ fn exif_of_two_flights() {
 #[test]
 fn dji_xmp_goes_before_exif() {
     let folder = tempfile::tempdir().unwrap();
-    let xmp = "drone-dji:GpsLatitude=\"+48.0\" drone-dji:GpsLongitude=\"+2.001\" drone-dji:AbsoluteAltitude=\"+99.5\" drone-dji:RtkStdLon=\"0.03\" \
-               drone-dji:RtkStdLat=\"0.01\" drone-dji:RtkStdHgt=\"0.05\" drone-dji:FlightXSpeed=\"+1.0\" drone-dji:FlightYSpeed=\"+2.0\" \
-               drone-dji:FlightZSpeed=\"-0.5\" drone-dji:SensorTemperature=\"31.5\" drone-dji:AltitudeType=\"RtkAlt\"";
-    let a = image(folder.path(), "a.jpg", "2001:09:09 03:46:40", "0", false, xmp);
+    let a = image(folder.path(), "a.jpg", "2001:09:09 03:46:40", "0", false, small::XMP);
     let mut block = block(["a.jpg", "b.jpg"], LOCAL);
     add("exif", &mut block, std::slice::from_ref(&a));
     let image = &block.images[0];

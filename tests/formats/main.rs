@@ -4,12 +4,14 @@
 mod beside;
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../small/mod.rs"]
+mod small;
 
 mod additions;
 mod adjusted;
+mod aicon;
 mod metashape;
 mod micmac;
-mod mutated;
 mod opensfm;
 mod photomodeler;
 mod pix4d;

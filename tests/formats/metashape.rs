@@ -1,3 +1,4 @@
+use super::small::metashape::{MARKERS, POINTER, Project, RELATIVE, document, project, whole};
 use super::{format, has, import, reprojection_errors, rms, sample, try_import, write};
 use misclosure::block::Role;
 use misclosure::io::block::read_block;
@@ -35,35 +36,6 @@ fn the_real_project_is_the_block_that_others_made_of_it() {
     }
     assert_eq!(block.marks.len(), reference.marks.len());
 }
-
-pub(super) fn small() -> String {
-    document(RELATIVE, MARKERS)
-}
-
-/// One camera with everything, two images, two markers with one location each that nobody pinned.
-fn document(calibration: &str, markers: &str) -> String {
-    format!(
-        "<?xml version=\"1.0\"?>\n<document version=\"1.5.0\"><chunk label=\"c\" enabled=\"true\">\n\
-         <sensors><sensor id=\"7\" label=\"cam\" type=\"frame\"><resolution width=\"4000\" height=\"3000\"/>\n\
-         <calibration type=\"frame\" class=\"adjusted\"><resolution width=\"4000\" height=\"3000\"/>{calibration}</calibration></sensor></sensors>\n\
-         <cameras><group id=\"0\" label=\"morning\" type=\"folder\">\n\
-         <camera id=\"3\" sensor_id=\"7\" label=\"a.jpg\"><transform>1 0 0 0  0 1 0 0  0 0 1 0  0 0 0 1</transform></camera></group>\n\
-         <camera id=\"4\" sensor_id=\"7\" label=\"b.jpg\"><transform>0 -1 0 2  1 0 0 0  0 0 1 0  0 0 0 1</transform></camera>\n\
-         <camera id=\"5\" sensor_id=\"7\" label=\"lost.jpg\"/></cameras>\n\
-         <transform><rotation>1 0 0 0 0 1 0 -1 0</rotation><translation>10 20 30</translation><scale>2</scale></transform>\n\
-         {markers}</chunk></document>"
-    )
-}
-
-const MARKERS: &str = "<markers><marker id=\"0\" label=\"G1\"><reference x=\"10\" y=\"30\" z=\"30\" sx=\"0.3\" sy=\"0.4\" sz=\"0.1\" enabled=\"true\"/></marker>\
-    <marker id=\"1\" label=\"K1\"><reference x=\"11\" y=\"31\" z=\"30\" enabled=\"0\"/></marker>\
-    <marker id=\"2\" label=\"T1\"/></markers>\
-    <frames><frame id=\"0\"><markers>\
-    <marker marker_id=\"0\"><location camera_id=\"3\" pinned=\"true\" x=\"2000.5\" y=\"1500\"/><location camera_id=\"4\" pinned=\"0\" x=\"9\" y=\"9\"/></marker>\
-    <marker marker_id=\"1\"><location camera_id=\"4\" pinned=\"1\" x=\"5\" y=\"6\"/></marker>\
-    <marker marker_id=\"2\"><location camera_id=\"3\" x=\"7\" y=\"8\"/><location camera_id=\"4\" x=\"17\" y=\"18\"/></marker>\
-    </markers></frame></frames>";
-const RELATIVE: &str = "<f>2500</f><cx>3</cx><cy>-4</cy><k1>-0.1</k1><k2>0.05</k2><p1>0.001</p1><p2>-0.002</p2>";
 
 fn of_text(text: &str) -> Result<(misclosure::block::Block, Vec<misclosure::io::foreign::Note>), String> {
     let folder = tempfile::tempdir().unwrap();
@@ -157,37 +129,25 @@ fn what_is_exported_is_read_again_and_verified() {
 }
 
 #[test]
-fn a_project_in_several_zip_files() {
+fn a_project_in_one_zip_file_and_in_several() {
     let folder = tempfile::tempdir().unwrap();
-    let chunk = document(
-        RELATIVE,
-        "<markers><marker id=\"0\" label=\"G1\"><reference x=\"10\" y=\"30\" z=\"30\"/></marker></markers>",
-    );
-    let chunk = chunk.split_once("<chunk").unwrap().1.replace("</chunk></document>", "");
-    let chunk = format!("<chunk{chunk}<frames><frame id=\"0\" path=\"0/frame.zip\"/></frames></chunk>");
-    let frame = "<frame><markers><marker marker_id=\"0\"><location camera_id=\"3\" pinned=\"1\" x=\"2003\" y=\"1496\"/></marker></markers>\
-                 <point_cloud path=\"point_cloud/point_cloud.zip\"/></frame>";
-    let cloud = "<point_cloud><points path=\"points0.ply\"/><projections camera_id=\"3\" path=\"p3.ply\"/><projections camera_id=\"4\" path=\"p4.ply\"/></point_cloud>";
-    write(folder.path(), "p.psx", "<document version=\"1.2.0\" path=\"{projectname}.files/project.zip\"/>");
+    let Project { project, chunk, frame, cloud, points, projections: [a, b] } = project();
+    write(folder.path(), "p.psx", POINTER);
     let files = folder.path().join("p.files");
     std::fs::create_dir_all(files.join("0/0/point_cloud")).unwrap();
-    zip(
-        &files.join("project.zip"),
-        &[("doc.xml", b"<document><chunks><chunk id=\"0\" path=\"0/chunk.zip\"/></chunks></document>")],
-    );
-    zip(&files.join("0/chunk.zip"), &[("doc.xml", chunk.as_bytes())]);
-    zip(&files.join("0/0/frame.zip"), &[("doc.xml", frame.as_bytes())]);
-    let points = ply("float x\nproperty float y\nproperty float z\nproperty uint id", &[[0.0, 0.0, 5.0, 8.0]]);
-    let [a, b] = [[100.0, 200.0, 2.0, 8.0], [300.0, 400.0, 2.0, 8.0]].map(|seen| {
-        ply("float x\nproperty float y\nproperty float size\nproperty int id", &[seen, [1.0, 1.0, 1.0, 9.0]])
-    });
-    let members = [("doc.xml", cloud.as_bytes()), ("points0.ply", &points), ("p3.ply", &a), ("p4.ply", &b)];
+    zip(&files.join("project.zip"), &[("doc.xml", &project)]);
+    zip(&files.join("0/chunk.zip"), &[("doc.xml", &chunk)]);
+    zip(&files.join("0/0/frame.zip"), &[("doc.xml", &frame)]);
+    let members: [(&str, &[u8]); 4] = [("doc.xml", &cloud), ("points0.ply", &points), ("p3.ply", &a), ("p4.ply", &b)];
     zip(&files.join("0/0/point_cloud/point_cloud.zip"), &members);
-    let (block, notes) = import("metashape", &[folder.path().join("p.psx")]);
-    assert_eq!(block.tie_points[0].position, Some(Vector3::new(10.0, 30.0, 30.0)));
-    assert_eq!(block.ties.iter().map(|tie| [tie.x, tie.y]).collect::<Vec<_>>(), [[100.0, 200.0], [300.0, 400.0]]);
-    assert_eq!(block.marks.len(), 1);
-    assert!(has(&notes, Kind::Loss, "1 tie points have no coordinates"), "{notes:?}");
+    zip(&folder.path().join("p.psz"), &[&[("doc.xml", whole().as_bytes())], &members[1..]].concat());
+    for file in ["p.psx", "p.psz"] {
+        let (block, notes) = import("metashape", &[folder.path().join(file)]);
+        assert_eq!(block.tie_points[0].position, Some(Vector3::new(10.0, 30.0, 30.0)));
+        assert_eq!(block.ties.iter().map(|tie| [tie.x, tie.y]).collect::<Vec<_>>(), [[100.0, 200.0], [300.0, 400.0]]);
+        assert_eq!(block.marks.len(), 1);
+        assert!(has(&notes, Kind::Loss, "1 tie points have no coordinates"), "{notes:?}");
+    }
 }
 
 fn zip(path: &Path, members: &[(&str, &[u8])]) {
@@ -197,21 +157,6 @@ fn zip(path: &Path, members: &[(&str, &[u8])]) {
         zip.write_all(bytes).unwrap();
     }
     zip.finish().unwrap();
-}
-
-/// Three 32-bit floating-point numbers and an integer each.
-fn ply(properties: &str, rows: &[[f32; 4]]) -> Vec<u8> {
-    let count = rows.len();
-    let mut bytes =
-        format!("ply\nformat binary_little_endian 1.0\nelement vertex {count}\nproperty {properties}\nend_header\n")
-            .into_bytes();
-    for [x, y, z, id] in rows {
-        for value in [x, y, z] {
-            bytes.extend(value.to_le_bytes());
-        }
-        bytes.extend((*id as u32).to_le_bytes());
-    }
-    bytes
 }
 
 #[test]

@@ -1,3 +1,4 @@
+use super::small::micmac::{CALIBRATION, PAIRS, PAIRS_BACK, PMUL, binary_pairs, binary_pmul, orientation};
 use super::{format, has, import, sample, try_import, write};
 use misclosure::block::{Block, Role};
 use misclosure::camera::fraser::project;
@@ -51,19 +52,6 @@ fn the_same_project_in_both_versions() {
     }
 }
 
-pub(super) const CALIBRATION: &str = "<ExportAPERO><CalibrationInternConique><KnownConv>eConvApero_DistM2C</KnownConv><PP>1999.5 1499.5</PP><F>3000</F>
-<SzIm>4000 3000</SzIm><PixelSzIm>0.004 0.004</PixelSzIm><CalibDistortion><ModPhgrStd><RadialePart><CDist>2009.5 1489.5</CDist><CoeffDist>-1e-8</CoeffDist>
-<CoeffDist>2e-16</CoeffDist><PPaEqPPs>false</PPaEqPPs></RadialePart><P1>1e-7</P1><P2>-2e-7</P2><b1>1e-4</b1><b2>-3e-5</b2></ModPhgrStd></CalibDistortion>
-</CalibrationInternConique></ExportAPERO>";
-
-pub(super) fn orientation(centre: &str) -> String {
-    format!(
-        "<ExportAPERO><OrientationConique><OrIntImaM2C><I00>0 0</I00><V10>1 0</V10><V01>0 1</V01></OrIntImaM2C><TypeProj>eProjStenope</TypeProj>
-<FileInterne>Ori-A/AutoCal.xml</FileInterne><Externe><Centre>{centre}</Centre><ParamRotation><CodageMatr><L1>0 -1 0</L1><L2>1 0 0</L2><L3>0 0 1</L3>
-</CodageMatr></ParamRotation></Externe></OrientationConique></ExportAPERO>"
-    )
-}
-
 /// A project of two images with ties in `ties`: path below the project, content.
 fn project_with(ties: &[(&str, &[u8])]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -81,41 +69,15 @@ fn project_with(ties: &[(&str, &[u8])]) -> tempfile::TempDir {
     folder
 }
 
-pub(super) const PMUL: &str = "BeginHeader-MicMacTiePointFormat\n   Version=0.0.0\nEndHeader\n#=*=\n1\n#Number of attribute\n3\na.jpg=0\nc.jpg=1\nb.jpg=2\n2\n2 3\n0 1 2\n\
-    10 20 1 1 30.5 40 0.5\n11 21 1 1 31 41 0.5\n#====\n1 2\n2 1\n5 6 7 8 1\n";
-
-pub(super) fn binary_pmul() -> Vec<u8> {
-    let mut bytes = b"BeginHeader-MicMacTiePointFormat\n   Version=0.0.0\nEndHeader\n".to_vec();
-    bytes.extend([1u32, 3].into_iter().flat_map(u32::to_le_bytes));
-    bytes.extend(b"a.jpg=0\nc.jpg=1\nb.jpg=2\n");
-    bytes.extend([2u32, 2, 3, 0, 1, 2].into_iter().flat_map(u32::to_le_bytes));
-    let points = [10.0, 20.0, 1.0, 1.0, 30.5, 40.0, 0.5, 11.0, 21.0, 1.0, 1.0, 31.0, 41.0, 0.5];
-    bytes.extend(points.into_iter().flat_map(f64::to_le_bytes));
-    bytes.extend([1u32, 2, 2, 1].into_iter().flat_map(u32::to_le_bytes));
-    bytes.extend([5.0, 6.0, 7.0, 8.0, 1.0].into_iter().flat_map(f64::to_le_bytes));
-    bytes
-}
-
-fn binary_pairs() -> Vec<u8> {
-    let mut bytes = [2u32, 2].into_iter().flat_map(u32::to_le_bytes).collect::<Vec<u8>>();
-    for pair in [[1.0, 10.0, 20.0, 30.5, 40.0], [1.0, 11.0, 21.0, 31.0, 41.0]] {
-        bytes.extend(2u32.to_le_bytes());
-        bytes.extend(pair.into_iter().flat_map(f64::to_le_bytes));
-    }
-    bytes
-}
-
 /// Four forms of the same tie points. They count from the centre of the first pixel, ours from its corner.
 #[test]
 fn ties_as_text_and_binary_multiple_and_in_pairs() {
     let (pmul, pairs) = (binary_pmul(), binary_pairs());
-    let text_pairs = b"10 20 30.5 40 1.0\n11 21 31 41\n";
-    let back = b"30.5 40 10 20 1.0\n31 41 11 21\n";
     for ties in [
         &[("Homol/PMul.txt", PMUL.as_bytes())][..],
         &[("Homol/PMul.dat", &pmul)],
         &[("Homol_Ratafia/Pastisa.jpg/b.jpg.dat", &pairs)],
-        &[("Homol/Pastisa.jpg/b.jpg.txt", text_pairs), ("Homol/Pastisb.jpg/a.jpg.txt", back)],
+        &[("Homol/Pastisa.jpg/b.jpg.txt", PAIRS.as_bytes()), ("Homol/Pastisb.jpg/a.jpg.txt", PAIRS_BACK.as_bytes())],
     ] {
         let folder = project_with(ties);
         assert!(format("micmac").recognises(folder.path()));

@@ -1,3 +1,4 @@
+use super::small::photomodeler::{HEAD, LISTS, PHOTOS};
 use super::{beside, has, sample, try_import, write};
 use misclosure::io::block::read_block;
 use misclosure::io::foreign::{ImportOptions, Kind};
@@ -34,15 +35,6 @@ fn the_real_export_is_the_block_that_others_made_of_it() {
     assert!((a.interior[0] / b.interior[0] - 1.0).abs() < 1e-3, "{:?} {:?}", a.interior, b.interior);
     let errors = super::rms(&super::reprojection_errors(&block));
     println!("photomodeler {errors} px {:?}", a.interior);
-}
-
-const HEAD: &str =
-    "PhotoModeler x\n 0.1 20 200 100\n 1 1 1 1 1 1 1 1 1\n 10 1 0.5 2 1 0 0 0 0 0\n 0 0 0 0 0 0 0 0 0 0\n";
-const PHOTOS: &str = " 0 a.jpg\n 0 0 0 5 0 0 0\n 0 0 0 0 0 0 0\n\n 0 10 1 0.5 2 1 0 0 0 0 0\n 0 0 0 0 0 0 0 0 0 0 0\n 1 b.jpg\n 1 1 0 5 0 0 0\n 1 0 0 0 0 0 0\n\n 1 10 1 0.5 2 1 0 0 0 0 0\n 1 0 0 0 0 0 0 0 0 0 0\n\n";
-const LISTS: &str = "9 0 0 0 0.1 0.1 0.2\n\n7 0 0 0\n\n0 7 50 50 0.1 0.1\n1 7 60 50 0.1 0.1\n0 9 70 20 0.1 0.1\n\n";
-
-pub(super) fn small() -> String {
-    format!("{HEAD}{PHOTOS}{LISTS}")
 }
 
 #[test]

@@ -3,6 +3,8 @@
 
 mod mutation;
 mod seeds;
+#[path = "../small/mod.rs"]
+mod small;
 #[path = "../../fuzz/src/lib.rs"]
 mod targets;
 
@@ -39,6 +41,15 @@ fn run(name: &str, seeds: Seeds, mutations: usize, target: fn(&[u8])) {
 #[test]
 fn blocks() {
     run("block", seeds::blocks(), 600, targets::block::run);
+}
+
+#[test]
+fn foreign_files() {
+    let seeds = seeds::foreign();
+    for (seed, case) in seeds.iter().zip(&targets::foreign::CASES) {
+        targets::foreign::take(seed).unwrap_or_else(|error| panic!("{} {:?}: {error}", case.name, case.files));
+    }
+    run("foreign", seeds, 2600, targets::foreign::run);
 }
 
 #[test]

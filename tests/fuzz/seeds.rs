@@ -1,8 +1,10 @@
 //! Inputs to begin with: the repository's own files, and what the program writes.
 
-use super::targets::{SEPARATOR, block, run_folder};
+use super::small::{additions, aicon, metashape, micmac, opensfm, photomodeler, pix4d};
+use super::targets::{SEPARATOR, block, foreign, run_folder};
 use misclosure::effects;
-use misclosure::io::block::write_block;
+use misclosure::io::block::{read_block, write_block};
+use misclosure::io::foreign::{ExportOptions, registry};
 use misclosure::io::model::write_model;
 use misclosure::model::{EffectRef, EffectTerm, Model, Prior};
 use misclosure::scenario::{Scenario, add_noise, simulate};
@@ -49,6 +51,85 @@ pub fn blocks() -> Seeds {
     let path = folder.path().join("block");
     write_small(&path, 8.0);
     vec![bundle(&path, &block::FILES)]
+}
+
+/// One of each case: small files of the tests, and a small block as it is exported.
+pub fn foreign() -> Seeds {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write_small(&folder.path().join("block"), 8.0);
+    let small = read_block(&folder.path().join("block")).expect("a block").block;
+    let seed = |(number, case): (usize, &foreign::Case)| {
+        let files = folder.path().join(format!("{number}"));
+        fs::create_dir(&files).expect("a folder");
+        for name in case.files {
+            if let Some(content) = small_file(case.name, name) {
+                let path = files.join(name);
+                fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+                fs::write(path, content).expect("a file");
+            }
+        }
+        if fs::read_dir(&files).expect("a folder").next().is_none() {
+            let exporter = registry().iter().find(|format| format.name() == case.name).and_then(|f| f.exporter());
+            let options = ExportOptions { approximate: true };
+            exporter.expect("what has no small file is exported").export(&small, &files, &options).expect("exported");
+        }
+        // A file that is not there at the end of an input is not written.
+        let last = case.files.iter().rposition(|name| files.join(name).exists()).expect("a file");
+        [&[number as u8], &bundle(&files, &case.files[..=last])[..]].concat()
+    };
+    foreign::CASES.iter().enumerate().map(seed).collect()
+}
+
+/// The small file of a format, or of an addition, that has this name.
+fn small_file(format: &str, name: &str) -> Option<Vec<u8>> {
+    let project = metashape::project();
+    let [of_a, of_b] = project.projections;
+    let aicon = || aicon::files().into_iter().find(|(other, _)| *other == name).map(|(_, text)| text);
+    let pix4d = || pix4d::FILES.into_iter().find(|(other, _)| *other == name).map(|(_, text)| text);
+    Some(match (format, name.rsplit('!').next()?) {
+        ("metashape", "cameras.xml") => metashape::document(metashape::RELATIVE, metashape::MARKERS).into(),
+        ("metashape", "p.psx") => metashape::POINTER.into(),
+        ("metashape", "doc.xml") => match name {
+            "p.psz!doc.xml" => metashape::whole().into(),
+            "p.files/project.zip!doc.xml" => project.project,
+            "p.files/0/chunk.zip!doc.xml" => project.chunk,
+            "p.files/0/0/frame.zip!doc.xml" => project.frame,
+            _ => project.cloud,
+        },
+        ("metashape", "points0.ply") => project.points,
+        ("metashape", "p3.ply") => of_a,
+        ("metashape", "p4.ply") => of_b,
+        ("opensfm", "reconstruction.json") => opensfm::RECONSTRUCTION.into(),
+        ("opensfm", "tracks.csv") => opensfm::ROWS[2].into(),
+        ("opensfm", "ground_control_points.json") => opensfm::CONTROL.into(),
+        ("opensfm", "gcp_list.txt") => opensfm::LIST.into(),
+        ("micmac", "Ori-A/AutoCal.xml") => micmac::CALIBRATION.into(),
+        ("micmac", "Ori-A/Orientation-a.jpg.xml") => micmac::orientation("1 2 3").into(),
+        ("micmac", "Ori-A/Orientation-b.jpg.xml") => micmac::orientation("4 5 6").into(),
+        ("micmac", "Homol/PMul.txt") => micmac::PMUL.into(),
+        ("micmac", "Homol/PMul.dat") => micmac::binary_pmul(),
+        ("micmac", "Homol/Pastisa.jpg/b.jpg.txt") => micmac::PAIRS.into(),
+        ("micmac", "Homol/Pastisb.jpg/a.jpg.txt") => micmac::PAIRS_BACK.into(),
+        ("micmac", "Homol/Pastisa.jpg/b.jpg.dat") => micmac::binary_pairs(),
+        ("micmac", "Ground.xml") => micmac::GROUND.into(),
+        ("micmac", "Marks.xml") => micmac::MARKS.into(),
+        ("micmac", "Calib-A.xml") => micmac::SECOND_CALIBRATION.into(),
+        ("micmac", "Ori-a.xml") => micmac::second_orientation("a.jpg", "1 2 3").into(),
+        ("micmac", "Ori-b.xml") => micmac::second_orientation("b.jpg", "4 5 6").into(),
+        ("micmac", "MesGCP.xml") => micmac::SECOND_GROUND.into(),
+        ("micmac", "MesIm-a.xml") => micmac::SECOND_MARKS.into(),
+        ("pix4d", "p_tp_bingo.txt") => pix4d::BINGO.into(),
+        ("pix4d", _) => pix4d()?.into(),
+        ("photomodeler", "x.txt") => photomodeler::file().into(),
+        ("aicon", _) => aicon()?.into(),
+        ("gcp", "gcp_list.txt") => additions::LIST.into(),
+        ("gcp", "ground_control_points.json") => additions::CONTROL.into(),
+        ("gcp", "table.csv") => additions::TABLE.into(),
+        ("mrk", _) => additions::MRK.into(),
+        ("exif", "a.jpg") => additions::image("2001:09:09 03:46:40", "5", false, additions::XMP),
+        ("geo", "geo.txt") => additions::GEO.into(),
+        _ => return None,
+    })
 }
 
 pub fn models() -> Seeds {

@@ -7,6 +7,5 @@ mod blocks_exchange;
 mod colmap;
 mod commands;
 mod fixture;
-mod mutation;
 mod snavely;
 mod tutorial;

@@ -5,6 +5,7 @@
 //! is a [`Note`]. What formats share stands beside them: text ([`text`]), poses ([`pose`]), tie points ([`tracks`]), cameras that are
 //! no Fraser camera ([`fit`]), geographic coordinates ([`geographic`]), and points that prove a transfer ([`verification`]).
 
+mod aicon;
 mod binary;
 mod blocks_exchange;
 mod colmap;
@@ -36,8 +37,9 @@ pub use note::{Kind, Note};
 
 use super::atomic::AtomicFile;
 use super::error::{Error, Place};
-use crate::block::{Block, FlightId, Image, Sigma};
+use crate::block::{Block, FlightId, Image, Measurement, PointId, Sigma, SurveyedPoint};
 use crate::camera::Interior;
+use std::collections::{HashMap, HashSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -135,7 +137,7 @@ pub fn registry() -> &'static [&'static dyn Format] {
     &FORMATS
 }
 
-static FORMATS: [&dyn Format; 10] = [
+static FORMATS: [&dyn Format; 11] = [
     &colmap::BINARY,
     &colmap::TEXT,
     &snavely::Bundler,
@@ -145,6 +147,7 @@ static FORMATS: [&dyn Format; 10] = [
     &opensfm::OpenSfm,
     &micmac::MicMac,
     &pix4d::Pix4d,
+    &aicon::Aicon,
     &photomodeler::PhotoModeler,
 ];
 
@@ -219,6 +222,42 @@ fn write_file(path: &Path, fill: impl FnOnce(&mut dyn io::Write) -> io::Result<(
     let mut file = AtomicFile::create(path)?;
     fill(&mut file).map_err(|source| Error::Write { path: path.to_owned(), source })?;
     file.commit()
+}
+
+/// The one file of a folder whose name ends so.
+fn file_that_ends(folder: &Path, end: &str) -> Result<Option<PathBuf>, Error> {
+    let failed = |source| Error::Read { path: folder.to_owned(), source };
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(end)) {
+            found.push(path);
+        }
+    }
+    match found.len() {
+        0 | 1 => Ok(found.pop()),
+        count => Err(refuse(folder, format!("{count} files end with {end}; expected one"))),
+    }
+}
+
+/// Control points that no image measures serve nothing.
+fn keep_seen(surveyed: &mut Vec<SurveyedPoint>, marks: &mut [Measurement], notes: &mut Vec<Note>) {
+    let seen: HashSet<PointId> = marks.iter().map(|mark| mark.point).collect();
+    let mut kept = 0;
+    let mut renumbered = HashMap::new();
+    let mut old = (0..).map(PointId);
+    let before = surveyed.len();
+    surveyed.retain(|_| {
+        let Some(point) = old.next().filter(|point| seen.contains(point)) else { return false };
+        renumbered.insert(point, PointId(kept));
+        kept += 1;
+        true
+    });
+    marks.iter_mut().for_each(|mark| mark.point = renumbered[&mark.point]);
+    if surveyed.len() < before {
+        let count = before - surveyed.len();
+        notes.push(Note::loss(format!("{count} control points are measured in no image: left out")));
+    }
 }
 
 /// The block as cameras of a format would have seen it: its cameras the nearest that the format holds, and every image point moved by what

@@ -14,7 +14,7 @@ use super::super::error::{Error, shown};
 use super::fit::{Formula, fit_fraser};
 use super::text::{Line, Lines};
 use super::tracks::Tracks;
-use super::{Format, GUESSED, ImportOptions, Imported, Note, pose, refuse};
+use super::{Format, GUESSED, ImportOptions, Imported, Note, keep_seen, pose, refuse};
 use crate::block::{Block, Image, ImageId, Measurement, PointId, Pose, Role, Sigma, SurveyedPoint};
 use crate::camera::Camera;
 use nalgebra::Vector3;
@@ -255,26 +255,6 @@ fn read_marks(
         }
     }
     Ok(marks)
-}
-
-/// Control points that no photo measures serve nothing.
-fn keep_seen(surveyed: &mut Vec<SurveyedPoint>, marks: &mut [Measurement], notes: &mut Vec<Note>) {
-    let seen: HashSet<PointId> = marks.iter().map(|mark| mark.point).collect();
-    let mut kept = 0;
-    let mut renumbered = HashMap::new();
-    let mut old = (0..).map(PointId);
-    let before = surveyed.len();
-    surveyed.retain(|_| {
-        let Some(point) = old.next().filter(|point| seen.contains(point)) else { return false };
-        renumbered.insert(point, PointId(kept));
-        kept += 1;
-        true
-    });
-    marks.iter_mut().for_each(|mark| mark.point = renumbered[&mark.point]);
-    if surveyed.len() < before {
-        let count = before - surveyed.len();
-        notes.push(Note::loss(format!("{count} control points are measured in no photo: left out")));
-    }
 }
 
 type Cameras = (Vec<Camera>, Vec<usize>);

@@ -14,7 +14,7 @@
 use super::super::error::{Error, shown};
 use super::text::Lines;
 use super::tracks::Tracks;
-use super::{Format, ImportOptions, Imported, Note, flight_of, guessed_sigma, pose, refuse};
+use super::{Format, ImportOptions, Imported, Note, file_that_ends, flight_of, guessed_sigma, pose, refuse};
 use crate::block::{Block, Image, ImageId, PointId, Pose};
 use crate::camera::{Camera, Interior};
 use nalgebra::{Matrix3, Vector3};
@@ -44,7 +44,7 @@ impl Format for Pix4d {
     }
 
     fn recognises(&self, path: &Path) -> bool {
-        path.is_dir() && ending(path, CAMERAS).is_ok_and(|file| file.is_some())
+        path.is_dir() && file_that_ends(path, CAMERAS).is_ok_and(|file| file.is_some())
     }
 
     fn import(&self, paths: &[PathBuf], options: &ImportOptions) -> Result<Imported, Error> {
@@ -57,27 +57,11 @@ impl Format for Pix4d {
     }
 }
 
-/// The one file of a folder whose name ends so.
-fn ending(folder: &Path, end: &str) -> Result<Option<PathBuf>, Error> {
-    let failed = |source| Error::Read { path: folder.to_owned(), source };
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        if path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(end)) {
-            found.push(path);
-        }
-    }
-    match found.len() {
-        0 | 1 => Ok(found.pop()),
-        count => Err(refuse(folder, format!("{count} files end with {end}; expected one"))),
-    }
-}
-
 fn block(folder: &Path, options: &ImportOptions, notes: &mut Vec<Note>) -> Result<Block, Error> {
-    let path =
-        ending(folder, CAMERAS)?.ok_or_else(|| refuse(folder, format!("has no file that ends with {CAMERAS}")))?;
+    let path = file_that_ends(folder, CAMERAS)?
+        .ok_or_else(|| refuse(folder, format!("has no file that ends with {CAMERAS}")))?;
     let sigma = guessed_sigma(options, notes);
-    let offset = match ending(folder, OFFSET)? {
+    let offset = match file_that_ends(folder, OFFSET)? {
         Some(path) => Lines::open(&path)?.expect_words("three coordinates")?.numbers::<3>("a coordinate")?.into(),
         None => Vector3::zeros(),
     };
@@ -114,7 +98,7 @@ fn block(folder: &Path, options: &ImportOptions, notes: &mut Vec<Note>) -> Resul
             focus_m: None,
         });
     }
-    if let Some(path) = ending(folder, EXTERNAL)? {
+    if let Some(path) = file_that_ends(folder, EXTERNAL)? {
         compare(&path, &images)?;
     }
     if offset != Vector3::zeros() {
@@ -123,7 +107,7 @@ fn block(folder: &Path, options: &ImportOptions, notes: &mut Vec<Note>) -> Resul
             offset.x, offset.y, offset.z
         )));
     }
-    let tracks = match (ending(folder, TIES)?, ending(folder, BINGO)?) {
+    let tracks = match (file_that_ends(folder, TIES)?, file_that_ends(folder, BINGO)?) {
         (Some(path), _) => tie_points(&path, &images, &cameras, false, notes)?,
         (None, Some(path)) => {
             let text = "*_tp_bingo.txt has a part of the tie points, chosen by a grid, and control points among them as tie points";

@@ -29,6 +29,16 @@ impl Tracks {
         self.ties.push(tie);
     }
 
+    /// The measurements so far, in the order in which they came.
+    pub fn measurements(&self) -> &[Measurement] {
+        &self.ties
+    }
+
+    /// Changes each measurement, and leaves out those of which `change` says no.
+    pub fn change_measurements(&mut self, change: impl FnMut(&mut Measurement) -> bool) {
+        self.ties.retain_mut(change);
+    }
+
     /// The points that intersect, with their measurements in the order in which they came. What is left out is said: a point at two places of
     /// one image (which of them it is, nobody knows), and points with fewer than two images.
     pub fn finish(self, notes: &mut Vec<Note>) -> (Vec<TiePoint>, Vec<Measurement>) {

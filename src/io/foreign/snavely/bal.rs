@@ -4,7 +4,7 @@ use super::super::super::error::Error;
 use super::super::text::Lines;
 use super::super::{ExportOptions, Exporter, Format, ImportOptions, Imported, Note, refuse};
 use super::{Scene, View, pose_of, write};
-use crate::block::{Block, PointId};
+use crate::block::Block;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::path::{Path, PathBuf};
 
@@ -80,7 +80,7 @@ fn read(file: &Path) -> Result<Scene, Error> {
     for _ in 0..measurements {
         let image = lines.whole("the number of an image", images as u64)?;
         let point = lines.whole("the number of a point", points as u64)?;
-        scene.seen.push((image, PointId::from(point), lines.numbers("an image coordinate")?));
+        scene.tracks.measure(image.into(), point.into(), lines.numbers("an image coordinate")?);
     }
     for _ in 0..images {
         let turn: [f64; 3] = lines.numbers("a component of a rotation")?;

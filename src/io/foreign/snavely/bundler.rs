@@ -102,7 +102,7 @@ fn read(file: &Path) -> Result<Scene, Error> {
         for _ in 0..lines.whole("the number of images that see a point", u64::from(u32::MAX))? {
             let image = lines.whole("the number of an image", images as u64)?;
             lines.word("the number of a feature")?;
-            scene.seen.push((image, number, lines.numbers("an image coordinate")?));
+            scene.tracks.measure(image.into(), number, lines.numbers("an image coordinate")?);
         }
     }
     Ok(scene)

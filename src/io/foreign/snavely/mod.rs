@@ -21,7 +21,7 @@ use super::super::error::Error;
 use super::text::Lines;
 use super::tracks::Tracks;
 use super::{ImportOptions, Imported, Note, guessed_sigma, pose, refuse, verification};
-use crate::block::{Block, CameraId, FlightId, Image, ImageId, Pose};
+use crate::block::{Block, CameraId, FlightId, Image, ImageId, Measurement, Pose};
 use crate::camera::{Camera, Interior};
 use nalgebra::Vector3;
 use std::path::Path;
@@ -43,16 +43,15 @@ struct View {
 struct Scene {
     /// By number in the file; `None` for images that were not oriented.
     views: Vec<Option<View>>,
+    /// The image of a measurement is its number in the file; places count from the middle of the image, y up.
     tracks: Tracks,
-    /// Image (number in the file), point, and place from the middle of the image, y up.
-    seen: Vec<(usize, crate::block::PointId, [f64; 2])>,
 }
 
 impl Scene {
     fn block(mut self, file: &Path, options: &ImportOptions) -> Result<Imported, Error> {
         let mut notes = Vec::new();
         let names = names(file, self.views.len(), &mut notes)?;
-        let size = size(&self.seen, options, &mut notes);
+        let size = size(self.tracks.measurements(), options, &mut notes);
         let half = size.map(|side| 0.5 * f64::from(side));
         let mut cameras: Vec<Camera> = Vec::new();
         let mut interiors: Vec<[f64; 3]> = Vec::new();
@@ -89,11 +88,11 @@ impl Scene {
                 cameras.len()
             )));
         }
-        for (image, point, [x, y]) in std::mem::take(&mut self.seen) {
-            if let Some(image) = numbers[image] {
-                self.tracks.measure(image, point, [half[0] + x, half[1] - y]);
-            }
-        }
+        self.tracks.change_measurements(|tie| {
+            let Some(image) = numbers[tie.image.index()] else { return false };
+            (tie.image, tie.x, tie.y) = (image, half[0] + tie.x, half[1] - tie.y);
+            true
+        });
         let (tie_points, ties) = self.tracks.finish(&mut notes);
         notes.push(Note::fact("place, orientation and scale of the object coordinates are arbitrary"));
         let block = Block {
@@ -174,13 +173,13 @@ fn names(file: &Path, count: usize, notes: &mut Vec<Note>) -> Result<Vec<String>
 }
 
 /// The size of the images: as given, else the smallest about the principal point that holds every measurement.
-fn size(seen: &[(usize, crate::block::PointId, [f64; 2])], options: &ImportOptions, notes: &mut Vec<Note>) -> [u32; 2] {
+fn size(seen: &[Measurement], options: &ImportOptions, notes: &mut Vec<Note>) -> [u32; 2] {
     if let Some(size) = options.size_px {
         return size;
     }
-    let most = |k: usize| seen.iter().map(|(.., xy)| xy[k].abs()).fold(0.0, f64::max);
-    let side = |k: usize| 2 * (most(k).ceil().clamp(1.0, f64::from(u32::MAX / 4)) as u32);
-    let size = [side(0), side(1)];
+    let most = |side: fn(&Measurement) -> f64| seen.iter().map(|tie| side(tie).abs()).fold(0.0, f64::max);
+    let side = |side: fn(&Measurement) -> f64| 2 * (most(side).ceil().clamp(1.0, f64::from(u32::MAX / 4)) as u32);
+    let size = [side(|tie| tie.x), side(|tie| tie.y)];
     notes.push(Note::guess(format!(
         "the images are {} x {} px, the least that holds every measurement (--size says how large they are)",
         size[0], size[1]
