@@ -1,20 +1,21 @@
 #!/usr/bin/env python3
 """compare_solvers.py OUT [PROBLEM ...]: our solvers and others on the problems of the validation suite, judged by its certificates.
 
-Needs `misclosure` on the path and, from PyPI, pycolmap and gtsam: what is not installed is left out, and said. Each solve is a process of
-its own, whose time is that of the solve alone and whose memory is its peak. The table is printed as Markdown (docs/validation.md has it) and
-stands in OUT/comparison.json with everything else.
+Needs `misclosure` on the path, from PyPI pycolmap and gtsam, and cargo for apex-solver (scripts/apex, built here): what is not installed
+is left out, and said. Each solve is a process of its own, whose time is that of the solve alone and whose memory is its peak. The table is
+printed as Markdown (docs/validation.md has it) and stands in OUT/comparison.json with everything else.
 """
 
 import importlib.util
 import json
 import resource
+import shutil
 import subprocess
 import sys
 import time
 from pathlib import Path
 
-OTHERS = ["pycolmap", "pycolmap-tight", "gtsam"]
+OTHERS = ["pycolmap", "pycolmap-tight", "gtsam", "apex-solver", "apex-solver-tight", "apex-solver-gn"]
 
 
 def adjust_with_pycolmap(entry, folder, tight):
@@ -97,8 +98,8 @@ def adjust_with_gtsam(entry, folder):
     return model, seconds
 
 
-def solve(solver, suite, name, out):
-    """One solve in this process; prints what it took."""
+def solve(solver, suite, name, result):
+    """One solve in this process; writes the result and prints what it took."""
     entry = next(entry for entry in problems(suite) if entry["name"] == name)
     folder = suite / name
     if solver == "gtsam":
@@ -108,7 +109,6 @@ def solve(solver, suite, name, out):
     if solved is None:
         return print(json.dumps({"expressible": False}))
     model, seconds = solved
-    result = out / solver / name
     result.mkdir(parents=True, exist_ok=True)
     model.write(result)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
@@ -143,10 +143,25 @@ def ours(solver, suite, names):
     return rows
 
 
-def others(solver, suite, names, out):
+def apex(out):
+    """The program that solves with apex-solver, built where cargo is at hand; else None."""
+    if shutil.which("cargo") is None:
+        return None
+    target = (out / "apex-target").resolve()
+    manifest = Path(__file__).parent / "apex" / "Cargo.toml"
+    command = ["cargo", "build", "--release", "--locked", "--manifest-path", manifest, "--target-dir", target]
+    if subprocess.run([str(part) for part in command], stdout=sys.stderr).returncode != 0:
+        print("scripts/apex cannot be built", file=sys.stderr)
+        return None
+    return target / "release" / "apex"
+
+
+def others(solver, suite, names, out, program):
+    """Any other solver: a program that gets the solver, the suite, the problem and where the result goes, and says what it took."""
+    shutil.rmtree(out / solver, ignore_errors=True)
     rows = {}
     for name in names:
-        command = [sys.executable, __file__, "--solve", solver, suite, name, out]
+        command = [*program, solver, suite, name, out / solver / name]
         done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
         lines = done.stdout.strip().splitlines()
         if done.returncode != 0 or not lines:
@@ -167,11 +182,16 @@ def main(out, names):
     listed = problems(suite)
     expressible = [entry["name"] for entry in listed if entry["colmap"]]
     table = {solver: ours(solver, suite, expressible) for solver in ("native", "ceres")}
+    rust = apex(out)
     for solver in OTHERS:
-        if importlib.util.find_spec(solver.split("-")[0]) is None:
+        if solver.startswith("apex"):
+            program = rust and [rust]
+        else:
+            program = importlib.util.find_spec(solver.split("-")[0]) and [sys.executable, __file__, "--solve"]
+        if program is None:
             print(f"{solver} is not installed: left out", file=sys.stderr)
             continue
-        table[solver] = others(solver, suite, expressible, out)
+        table[solver] = others(solver, suite, expressible, out, program)
     (out / "comparison.json").write_text(json.dumps({"problems": listed, "results": table}, indent=1))
 
     def cell(row):
@@ -191,6 +211,10 @@ def main(out, names):
             why.setdefault(entry["not_expressible"], []).append(entry["name"])
     for reason, those in why.items():
         print(f"\nNot expressible for {reason}: {', '.join(those)}.")
+    for solver, rows in table.items():
+        for reason in sorted({row["why"] for row in rows.values() if "why" in row}):
+            those = [name for name, row in rows.items() if row.get("why") == reason]
+            print(f"\n{solver} has {reason}: {', '.join(those)}.")
 
 
 if __name__ == "__main__":
