@@ -70,7 +70,8 @@ impl Effect for LocalFlaw {
             matrix.fill(0.0);
         }
         let q = [input[0] - centre_x, input[1] - centre_y];
-        let s = q[0].hypot(q[1]);
+        // Of pixels, no square overflows: `hypot` would cost more than all the rest.
+        let s = (q[0] * q[0] + q[1] * q[1]).sqrt();
         let sharp = smooth == 0.0;
         if sharp && s == 0.0 {
             return Ok(());

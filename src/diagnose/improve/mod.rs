@@ -226,7 +226,8 @@ impl Improvement {
         settings: &Settings<'_>,
     ) -> Result<bool, DiagnoseError> {
         let situation = linearised.situation(settings, &self.refused);
-        let Some(Event::Removed { id, why }) = challenge::rule(&situation, structures) else { return Ok(false) };
+        let event = linearised.null.pool().install(|| challenge::rule(&situation, structures));
+        let Some(Event::Removed { id, why }) = event else { return Ok(false) };
         self.take_out(block, &id, &why, settings)?;
         self.refused.insert(id);
         Ok(true)

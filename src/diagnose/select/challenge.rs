@@ -1,7 +1,8 @@
 //! What is left may take an effect out only where it could itself be the effect.
 
-use super::{Event, Situation};
+use super::{Event, Situation, Taken};
 use crate::diagnose::test::{System, separability, variance_factor};
+use rayon::prelude::*;
 
 /// A structure overlaps an effect where it could take the larger part of what the effect explains.
 const OVERLAP: f64 = 0.5;
@@ -21,32 +22,33 @@ pub struct Shape {
 /// The effect that a structure takes out: one that beside it is not significant any more, or one that it overlaps and that explains less than
 /// half of what both explain together.
 pub fn rule(situation: &Situation<'_>, structures: &[Shape]) -> Option<Event> {
-    for taken in situation.taken.iter().filter(|taken| taken.removable) {
-        let id = &situation.sets[taken.set].id;
-        let without = situation.without(id);
-        let beside = without.beside();
-        let Some(judged) = without.judge(taken.set, &beside) else { continue };
-        for structure in structures {
-            let pattern = beside.pivoted(&structure.columns);
-            let overlaps = separability::seen_by(&beside, &judged.pivoted, &pattern).powi(2) > OVERLAP;
-            let share = share_beside(&beside, &judged.pivoted.kept, structure, judged.drop);
-            // A field of many columns holds every smooth law: that nothing is left beside it says nothing.
-            let rich = structure.columns.len() > FIELD_COLUMNS;
+    let removable = situation.taken.par_iter().filter(|taken| taken.removable);
+    removable.find_map_first(|taken| challenged(situation, taken, structures))
+}
+
+fn challenged(situation: &Situation<'_>, taken: &Taken, structures: &[Shape]) -> Option<Event> {
+    let id = &situation.sets[taken.set].id;
+    let without = situation.without(id);
+    let beside = without.beside();
+    let judged = without.judge(taken.set, &beside)?;
+    structures.iter().find_map(|structure| {
+        let pattern = beside.pivoted(&structure.columns);
+        let overlaps = separability::seen_by(&beside, &judged.pivoted, &pattern).powi(2) > OVERLAP;
+        let share = share_beside(&beside, &judged.pivoted.kept, structure, judged.drop);
+        // A field of many columns holds every smooth law: that nothing is left beside it says nothing.
+        let rich = structure.columns.len() > FIELD_COLUMNS;
+        let significant = rich || {
             let with_structure = beside.and(&structure.columns);
-            let significant = rich
-                || without.judge(taken.set, &with_structure).is_some_and(|judged| judged.ln_p < situation.ln_level);
-            if (overlaps && share < SHARE) || !significant {
-                let why = format!(
-                    "explains {:.0} % of what {} and it explain together{}",
-                    100.0 * share,
-                    structure.name,
-                    if significant { "" } else { ", and nothing beside it" }
-                );
-                return Some(Event::Removed { id: id.clone(), why });
-            }
-        }
-    }
-    None
+            without.judge(taken.set, &with_structure).is_some_and(|judged| judged.ln_p < situation.ln_level)
+        };
+        let why = format!(
+            "explains {:.0} % of what {} and it explain together{}",
+            100.0 * share,
+            structure.name,
+            if significant { "" } else { ", and nothing beside it" }
+        );
+        ((overlaps && share < SHARE) || !significant).then(|| Event::Removed { id: id.clone(), why })
+    })
 }
 
 /// Share of the effect in what both explain together, less what chance explains with as many columns.

@@ -259,7 +259,7 @@ impl NullModel {
         };
         let with_base = Mat::from_fn(n + border, q, |i, c| match (i < n, own(places[c])) {
             (true, k) if k < d => sums.image_dense[i * d + k],
-            (true, k) => sums.image_local[i * l + k - d],
+            (true, k) => sums.image_local(i, self.structure.dim, k - d),
             (false, k) if k < d => sums.dense_dense[(i - n) * d + k],
             (false, k) => sums.local_dense[(k - d) * d + i - n],
         });

@@ -391,7 +391,7 @@ fn take_base_out(source: &Source<'_>, carry: &Carry, rows: &[Row], panel: &mut [
 }
 
 /// `line += a x`.
-#[inline]
+#[inline(always)]
 pub(super) fn add(line: &mut [f64], a: f64, x: &[f64]) {
     for (l, x) in line.iter_mut().zip(x) {
         *l += a * x;

@@ -1,25 +1,28 @@
 //! Sums over the rows of all points: normal matrices of columns among each other and with the base, in an order that depends neither on the
 //! number of threads nor on how the columns are split.
 //!
-//! Points go through in waves of batches. The rows of a wave are made side by side; then each part of the sums is added up by one thread, over
-//! the batches in their order.
+//! Points go through in waves of batches. The rows of a wave are made side by side, while each part of the sums over the wave before is added
+//! up by one thread, over the batches in their order.
 
 use super::rows::{Batch, Share, Source, add};
 use crate::adjust::AdjustError;
+use crate::adjust::native::MAX_DIM;
 use crate::adjust::native::structure::NONE;
+use crate::adjust::native::vectors::dispatch;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;
 
 /// Image measurements of a batch: its rows then stay in the processor's cache while they are summed.
 const BATCH_MEASUREMENTS: usize = 400;
-/// Batches of a wave: enough to keep some threads busy, few enough that their rows take some 50 MB.
-const WAVE: usize = 24;
+/// Batches of a wave: enough to keep some threads busy, few enough that the rows of two waves take some 50 MB.
+const WAVE: usize = 12;
 /// Columns of a product that one task sums.
 const TASK_COLUMNS: usize = 48;
-/// Tasks that the images, and the local columns, are split into: each looks through all rows of a wave.
-const LINE_TASKS: usize = 8;
+/// Tasks per thread that the images, and the local columns, are split into: each looks through all rows of a wave.
+const LINE_TASKS: usize = 2;
 
 /// Sums over all rows. `d` dense columns (the base's border first), `l` local ones.
 pub(super) struct Sums {
@@ -33,8 +36,8 @@ pub(super) struct Sums {
     pub local_local: Vec<f64>,
     /// Image unknowns with dense columns, row by row.
     pub image_dense: Vec<f64>,
-    /// Image unknowns with local columns, row by row.
-    pub image_local: Vec<f64>,
+    /// Image unknowns with local columns: by image, then column, then unknown of the image, which are summed side by side.
+    image_local: Vec<f64>,
     /// `D'v`.
     pub score_dense: Vec<f64>,
     /// `L'v`.
@@ -51,19 +54,25 @@ pub(super) struct Sums {
 }
 
 /// Calls `each` with the batches of every wave in turn: points first, then antennas.
-pub(super) fn waves(source: &Source<'_>, mut each: impl FnMut(&[Batch])) -> Result<(), AdjustError> {
+pub(super) fn waves(source: &Source<'_>, mut each: impl FnMut(&[Batch]) + Send) -> Result<(), AdjustError> {
     let mut ranges = point_ranges(source);
     let points = ranges.len();
     ranges.extend(ranges_of(source.problem.gnss.len(), BATCH_MEASUREMENTS));
     let numbered: Vec<(usize, Range<usize>)> = ranges.into_iter().enumerate().collect();
+    let rows = |wave: &[(usize, Range<usize>)]| -> Result<Vec<Batch>, AdjustError> {
+        wave.par_iter()
+            .map(|(number, range)| match *number < points {
+                true => source.batch(range.clone()),
+                false => source.antennas(range.clone()),
+            })
+            .collect()
+    };
+    let mut made: Vec<Batch> = Vec::new();
     for wave in numbered.chunks(WAVE) {
-        let make = |(number, range): &(usize, Range<usize>)| match *number < points {
-            true => source.batch(range.clone()),
-            false => source.antennas(range.clone()),
-        };
-        let batches: Result<Vec<Batch>, AdjustError> = wave.par_iter().map(make).collect();
-        each(&batches?);
+        let (next, ()) = rayon::join(|| rows(wave), || each(&made));
+        made = next?;
     }
+    each(&made);
     Ok(())
 }
 
@@ -84,7 +93,24 @@ fn ranges_of(count: usize, size: usize) -> Vec<Range<usize>> {
     (0..count.div_ceil(size)).map(|k| k * size..((k + 1) * size).min(count)).collect()
 }
 
+/// A loop over rows, compiled for wide registers: numbers side by side are added each for itself, so that every width gives the same.
+struct Wide<F>(F);
+
+impl<F: FnOnce()> WithSimd for Wide<F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        (self.0)();
+    }
+}
+
 impl Sums {
+    /// Image unknown `row` (by rank, then unknown) with a local column.
+    pub fn image_local(&self, row: usize, dim: usize, column: usize) -> f64 {
+        self.image_local[(row / dim * self.local + column) * dim + row % dim]
+    }
+
     /// Sums over everything. `diagonal_alone`: of `L'L` its diagonal.
     pub fn of(source: &Source<'_>, diagonal_alone: bool) -> Result<Self, AdjustError> {
         let (d, l) = (source.dense(), source.local());
@@ -111,36 +137,30 @@ impl Sums {
 
     fn add(&mut self, source: &Source<'_>, batches: &[Batch]) {
         let (d, l, dim) = (self.dense, self.local, source.structure.dim);
-        let [images, locals] = [source.structure.images, l].map(|lines| lines.div_ceil(LINE_TASKS).max(1));
+        let tasks = LINE_TASKS * rayon::current_num_threads();
+        let [images, locals] = [source.structure.images, l].map(|lines| lines.div_ceil(tasks).max(1));
         let local_width = if self.diagonal_alone { 1 } else { l };
         let (score_dense, length_dense) = (&mut self.score_dense, &mut self.length_dense);
         let squares_dense = &mut self.squares_dense;
         rayon::scope(|scope| {
-            scope.spawn(move |_| {
-                let mut part = vec![0.0; d];
-                for batch in batches {
-                    add(length_dense, 1.0, &batch.length);
-                    let rows: Vec<_> = batch.rows.iter().zip(batch.panel.chunks_exact(d)).collect();
-                    for of_point in rows.chunk_by(|(a, _), (b, _)| a.group == b.group) {
-                        part.fill(0.0);
-                        for (row, line) in of_point {
-                            add(&mut part, row.v, line);
-                        }
-                        add(score_dense, 1.0, &part);
-                        squares_dense.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part * part);
-                    }
-                }
-            });
+            let dense = DenseScores { score: score_dense, length: length_dense, squares: squares_dense };
+            scope.spawn(move |_| dispatch(Wide(|| dense.add(batches))));
             for (task, columns) in self.dense_dense.chunks_mut((TASK_COLUMNS * d).max(1)).enumerate() {
                 scope.spawn(move |_| multiply(batches, d, task * TASK_COLUMNS, columns));
             }
             let dense = self.image_dense.chunks_mut((images * dim * d).max(1));
             for (task, lines) in dense.enumerate() {
-                scope.spawn(move |_| add_images_dense(batches, d, dim, task * images, lines));
+                scope.spawn(move |_| dispatch(Wide(|| add_images_dense(batches, d, dim, task * images, lines))));
             }
             let local = self.image_local.chunks_mut((images * dim * l).max(1));
             for (task, lines) in local.enumerate() {
-                scope.spawn(move |_| add_images_local(batches, l, dim, task * images, lines));
+                let first = task * images;
+                scope.spawn(move |_| match dim {
+                    6 => dispatch(Wide(|| add_images_local::<6>(batches, l, first, lines))),
+                    7 => dispatch(Wide(|| add_images_local::<7>(batches, l, first, lines))),
+                    8 => dispatch(Wide(|| add_images_local::<8>(batches, l, first, lines))),
+                    _ => dispatch(Wide(|| add_images_local::<MAX_DIM>(batches, l, first, lines))),
+                });
             }
             let dense = self.local_dense.chunks_mut((locals * d).max(1));
             let local = self.local_local.chunks_mut((locals * local_width).max(1));
@@ -151,9 +171,36 @@ impl Sums {
             for (task, ((((dense, local), score), length), squares)) in parts.enumerate() {
                 let first = task * locals;
                 let lines = LocalLines { first, d, width: local_width, dense, local, score, length, squares };
-                scope.spawn(move |_| lines.add(batches));
+                scope.spawn(move |_| dispatch(Wide(|| lines.add(batches))));
             }
         });
+    }
+}
+
+/// Scores and lengths of the dense columns.
+struct DenseScores<'a> {
+    score: &'a mut [f64],
+    length: &'a mut [f64],
+    squares: &'a mut [f64],
+}
+
+impl DenseScores<'_> {
+    #[inline(always)]
+    fn add(self, batches: &[Batch]) {
+        let d = self.score.len();
+        let mut part = vec![0.0; d];
+        for batch in batches {
+            add(self.length, 1.0, &batch.length);
+            let rows: Vec<_> = batch.rows.iter().zip(batch.panel.chunks_exact(d)).collect();
+            for of_point in rows.chunk_by(|(a, _), (b, _)| a.group == b.group) {
+                part.fill(0.0);
+                for (row, line) in of_point {
+                    add(&mut part, row.v, line);
+                }
+                add(self.score, 1.0, &part);
+                self.squares.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part * part);
+            }
+        }
     }
 }
 
@@ -168,6 +215,7 @@ fn multiply(batches: &[Batch], d: usize, first: usize, columns: &mut [f64]) {
     }
 }
 
+#[inline(always)]
 fn add_images_dense(batches: &[Batch], d: usize, dim: usize, first: usize, lines: &mut [f64]) {
     let images = first..first + lines.len() / (dim * d).max(1);
     for batch in batches {
@@ -184,23 +232,29 @@ fn add_images_dense(batches: &[Batch], d: usize, dim: usize, first: usize, lines
     }
 }
 
-fn add_images_local(batches: &[Batch], l: usize, dim: usize, first: usize, lines: &mut [f64]) {
-    let images = first..first + lines.len() / (dim * l).max(1);
+#[inline(always)]
+fn add_images_local<const D: usize>(batches: &[Batch], l: usize, first: usize, lines: &mut [f64]) {
+    let images = first..first + lines.len() / (D * l).max(1);
     for batch in batches {
         for row in &batch.rows {
             let rank = row.rank as usize;
             if row.rank == NONE || !images.contains(&rank) {
                 continue;
             }
-            let own = &mut lines[(rank - first) * dim * l..(rank - first + 1) * dim * l];
-            for (sum, value) in own.chunks_exact_mut(l).zip(row.image) {
-                for (column, entry) in &batch.locals[row.locals.clone()] {
-                    sum[*column as usize] += value * entry;
+            let own = &mut lines[(rank - first) * D * l..(rank - first + 1) * D * l];
+            let (own, _) = own.as_chunks_mut::<D>();
+            let image: [f64; D] = std::array::from_fn(|k| row.image[k]);
+            let add = |sums: &mut [f64; D], entry: f64| {
+                for (sum, value) in sums.iter_mut().zip(image) {
+                    *sum += value * entry;
                 }
-                for share in &batch.shares[batch.groups[row.group as usize].clone()] {
-                    let taken: f64 = (0..3).map(|a| row.point[a] * share.taken[a]).sum();
-                    sum[share.column as usize] -= value * taken;
-                }
+            };
+            for (column, entry) in &batch.locals[row.locals.clone()] {
+                add(&mut own[*column as usize], *entry);
+            }
+            for share in &batch.shares[batch.groups[row.group as usize].clone()] {
+                let taken: f64 = (0..3).map(|a| row.point[a] * share.taken[a]).sum();
+                add(&mut own[share.column as usize], -taken);
             }
         }
     }
@@ -220,6 +274,7 @@ struct LocalLines<'a> {
 }
 
 impl LocalLines<'_> {
+    #[inline(always)]
     fn add(self, batches: &[Batch]) {
         let Self { first, d, width, dense, local, score, length, squares } = self;
         let own = first..first + score.len();
