@@ -7,7 +7,8 @@
 //!    [`what_an_effect_is_not`] says where the rest would go.
 //! 5. [`crate::adjust`] and [`crate::diagnose`]: the solvers, and how a cause is told from another.
 //! 6. [`your_own_block`]: a block from another program, diagnosed and taken back; [`formats`] has what each format can hold.
-//! 7. [`validation`]: problems whose answers are certain.
+//! 7. [`laboratory`]: the page in which all that is done with the mouse.
+//! 8. [`validation`]: problems whose answers are certain.
 
 #[doc = include_str!("../CONVENTIONS.md")]
 pub mod conventions {}
@@ -35,6 +36,9 @@ pub mod your_own_block {}
 
 #[doc = include_str!("../docs/formats.md")]
 pub mod formats {}
+
+#[doc = include_str!("../docs/laboratory.md")]
+pub mod laboratory {}
 
 #[doc = include_str!("../docs/validation.md")]
 pub mod validation {}
