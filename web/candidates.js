@@ -162,7 +162,7 @@ function facts(c) {
   const rows = [
     ["In the images", c.size_px !== null && c.size_px !== undefined && `${significant(c.size_px, 2)} px RMS`],
     ["In height", c.impact_height_mm && `${significant(c.impact_height_mm)} mm`],
-    ["Expected drop of v'Pv, the weighted sum of squares", c.predicted_drop && significant(c.predicted_drop, 4)],
+    ["Expected drop of v'Pv", c.predicted_drop && significant(c.predicted_drop, 4)],
     ["Detectable from", c.detectable && `${significant(c.detectable.size, 2)} ${unitText(c.detectable.unit)}`],
   ].filter(([, value]) => value);
   return [h("dl", {}, rows.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]))];
