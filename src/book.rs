@@ -8,7 +8,8 @@
 //! 5. [`crate::adjust`] and [`crate::diagnose`]: the solvers, and how a cause is told from another.
 //! 6. [`your_own_block`]: a block from another program, diagnosed and taken back; [`your_odm_project`]: one of OpenDroneMap; [`formats`] has
 //!    what each format can hold.
-//! 7. [`validation`]: problems whose answers are certain.
+//! 7. [`laboratory`]: the page in which all that is done with the mouse.
+//! 8. [`validation`]: problems whose answers are certain.
 
 #[doc = include_str!("../CONVENTIONS.md")]
 pub mod conventions {}
@@ -41,6 +42,9 @@ pub mod your_odm_project {}
 
 #[doc = include_str!("../docs/formats.md")]
 pub mod formats {}
+
+#[doc = include_str!("../docs/laboratory.md")]
+pub mod laboratory {}
 
 #[doc = include_str!("../docs/validation.md")]
 pub mod validation {}

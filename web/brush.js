@@ -64,6 +64,12 @@ function moved(plot, brush, from, to) {
 
 export const clearBrush = () => set({ brush: null });
 
+/** Images from one to another, as the server takes them: those whose bars a rectangle touches. */
+function imageRange([low, high]) {
+  const [first, last] = [Math.max(1, Math.ceil(low - 0.4)), Math.floor(high + 0.4)];
+  return first === last ? `image ${first}` : `images ${first} … ${last}`;
+}
+
 /** A brush in words. */
 export function brushWords(brush, block) {
   const round = (value) => String(Number(value.toPrecision(4))).replace("-", "−");
@@ -73,10 +79,11 @@ export function brushWords(brush, block) {
   switch (brush.view) {
     case "sensor": return `sensor${camera}: x ${range(brush.x)}, y ${range(brush.y, "px")}`;
     case "image": return `${block.images[brush.image]?.name}: x ${range(brush.x)}, y ${range(brush.y, "px")}`;
-    case "images": return brush.ids ? `${brush.ids.length} images` : `images ${Math.ceil(brush.range[0])} … ${Math.floor(brush.range[1])}`;
+    case "images": return brush.ids ? `${brush.ids.length} images` : imageRange(brush.range);
     case "profile": return `${quantity?.label ?? brush.against} ${range(brush.range, quantity?.unit)}`;
     case "plan": case "height": return `points: E ${range(brush.e)}, N ${range(brush.n, "m")}`;
     case "flights": return `cameras: E ${range(brush.e)}, N ${range(brush.n, "m")}`;
+    case "space": return "points as seen in 3D";
     case "histogram": return `residual in ${brush.component} ${range(brush.range, "px")}`;
     default: return brush.view;
   }

@@ -7,6 +7,8 @@ import { probability, significant, unitText, withSigma } from "./numbers.js";
 import { chosen, on, set, state } from "./state.js";
 import { change } from "./steps.js";
 
+/** Findings that are read at a glance. */
+const SHOWN = 4;
 let answer = null;
 let asked = null;
 let open = null;
@@ -49,18 +51,20 @@ function draw(body) {
   drawn = answer;
   fill(body,
     answer.sentence && h("p.sentence", {}, answer.sentence),
+    next(),
     h("div.candidates", { onpointerleave: () => { quiet = false; preview(null); } },
-      section("Causes", list(strong.filter(physical)), "No physical effect of the catalogue is significant at this step."),
+      section("Causes", list(strong.filter(physical)), "No physical effect of the catalogue is significant at this step.", "mm: how far it moves the points, RMS. Hover over one to see the figures with it, click it for what it is."),
       strong.some((c) => !physical(c)) && section("Shapes", list(strong.filter((c) => !physical(c))), "", "Empirical fields: they show what shape is left, and name no cause.")),
     folded("Not significant", tested.filter((c) => !c.significant), (c) => card(c, most)),
     folded("Cannot be tested on this block", all.filter((c) => !c.tested), untested),
     left());
 }
 
-/** The candidate whose test is clearest among those that are possible. */
-function clearest() {
-  const possible = answer.candidates.filter((c) => c.significant && c.plausible !== false);
-  return possible.reduce((best, c) => (!best || c.rank < best.rank ? c : best), null)?.effect;
+/** What to do first: the list is ordered by harm, but what shows most makes the tests of the others clearer. */
+function next() {
+  const effect = answer.recommended[0];
+  return effect && h("div.next", {}, button(`Add ${effect}`, () => add(effect), { title: "A step with it in the model; then look at what is left", kind: "main" }),
+    h("span.quiet", {}, "first, then look at what is left. Do all, above, goes on so to the end."));
 }
 
 function section(title, cards, none, remark) {
@@ -77,8 +81,11 @@ function untested(c) {
 }
 
 function left() {
-  const shapes = [...(answer.left ?? [])];
-  return shapes.length > 0 && h("section.left", {}, h("h3", {}, "Left in the residuals"), h("ul", {}, shapes.map((text) => h("li", {}, typeof text === "string" ? text : text.description))));
+  const shapes = answer.left ?? [];
+  const items = (some) => h("ul", {}, some.map((text) => h("li", {}, text)));
+  const [first, more] = [shapes.slice(0, SHOWN), shapes.slice(SHOWN)];
+  return shapes.length > 0 && h("section.left", {}, h("h3", {}, "Left in the residuals"), h("p.quiet", {}, "What the tests still see at this step, clearest first."),
+    items(first), more.length > 0 && h("details", {}, h("summary", {}, "More", h("small", {}, ` ${more.length}`)), items(more)));
 }
 
 const ask = later(120, (effect) => set({ predicted: effect }));
@@ -98,31 +105,33 @@ on(["predicted"], async () => {
   set({ prediction: { ...words, node } });
 });
 
+function add(effect) {
+  quiet = true;
+  preview(null);
+  change({ kind: "add", effect });
+}
+
 function card(c, most) {
   const bar = h("span.bar");
   bar.style.width = `${(100 * Math.min(c.impact_mm ?? 0, most)) / most}%`;
-  const add = () => {
-    quiet = true;
-    preview(null);
-    change({ kind: "add", effect: c.effect });
-  };
-  const details = h("div.details", {}, ...facts(c), ...(c.sentences ?? []).map((text) => h("p", {}, text)));
+  const details = h("div.details", {}, ...facts(c), ...(c.sentences ?? []).slice(1).map((text) => h("p", {}, text)));
   const box = h("article.candidate", {
     tabindex: "0", data: { effect: c.effect }, "aria-expanded": String(open === c.effect),
     onpointerenter: () => preview(c.effect), onpointerleave: () => { quiet = false; }, onfocus: () => preview(c.effect), onblur: () => preview(null),
     onclick: (event) => event.target.closest("button") || unfold(box, c.effect),
     onkeydown: (event) => {
       if (event.target !== box) return;
-      if (event.key === "Enter") add();
+      if (event.key === "Enter") add(c.effect);
       if (event.key === " ") { unfold(box, c.effect); event.preventDefault(); }
     },
   },
     h("div.top", {}, h("h4", {}, c.effect),
       h("span.impact", { title: impactTitle(c) }, c.impact_mm === null || c.impact_mm === undefined ? "–" : h("b", {}, significant(c.impact_mm)), h("span.unit", {}, " mm")),
-      button("Add", add, { title: `A step with ${c.effect} in the model`, key: "Enter", kind: "add" })),
+      button("Add", () => add(c.effect), { title: `A step with ${c.effect} in the model`, key: "Enter", kind: "add" })),
     h("div.scale", { title: impactTitle(c) }, bar),
+    c.sentences?.length > 0 && h("div.what", { title: c.sentences[0] }, c.sentences[0]),
     h("div.size", {}, sizes(c.estimate)),
-    h("div.sure", {}, ...sure(c), c.effect === clearest() && h("span.flag.first", { title: "The test is clearest for this one; the list is ordered by what it does to the points" }, "shows most"), c.plausible === false && h("span.flag", { title: "The estimate is beyond what physics allows of this effect: a shape that looks like it" }, "beyond what is possible")),
+    h("div.sure", {}, ...sure(c), c.effect === answer.recommended[0] && h("span.flag.first", { title: "The rules of the diagnosis would add this one next; the list is ordered by what it does to the points" }, "shows most"), c.plausible === false && h("span.flag", { title: "The estimate is beyond what physics allows of this effect: a shape that looks like it" }, "beyond what is possible")),
     c.inseparable_from?.length > 0 && h("div.partners", { title: "This block cannot tell them apart" }, "or ", c.inseparable_from.map((name) => h("span.chip", {}, name))),
     details);
   return box;

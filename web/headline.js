@@ -1,13 +1,14 @@
 // What the chosen step did, in figures: before and after, and the words for it.
 
 import { button, fill, h } from "./dom.js";
-import { count, fixed, mm, px } from "./numbers.js";
+import { count, fixed, mm, px, significant } from "./numbers.js";
 import { before, chosen, nodeOf, on, set, state } from "./state.js";
 
 const FIGURES = [
   ["check points", "mm", (f) => f.check_rms_m, mm, "3D RMS of the check points, which no adjustment uses"],
   ["in height", "mm", (f) => f.check_height_rms_m, mm, "RMS of the check points in height"],
   ["tie points", "px", (f) => f.tie_rms_px, px, "RMS per coordinate of the tie points' residuals"],
+  ["GNSS", "m", (f) => f.gnss_rms_m, (v) => significant(v, 3), "3D RMS of the GNSS positions: computed minus measured"],
   ["held-out", "px", (f) => f.heldout_px, px, "RMS per coordinate in images that the estimate did not see"],
   ["sigma0", "", (f) => f.sigma0, (v) => fixed(v, 3), "A-posteriori standard deviation of unit weight: one where the stated precisions fit"],
   ["set aside", "", (f) => f.outliers, count, "Measurements set aside as outliers"],

@@ -20,9 +20,11 @@ const KEYS = [
 
 const READ = [
   ["Steps", "Each is a complete run, kept in a folder of its own, and never changed. A click goes to it; Ctrl+click compares the chosen step with it. Whatever you change on the right starts a new step under the one you look at."],
-  ["Figures", "Drag a rectangle on any of them: the same measurements stand out in all others. Drag the rectangle on to sweep through time or over the sensor. Shift+drag takes what is in both. A double click on the head of a figure gives it all the room."],
+  ["Figures", "Drag a rectangle on any of them: the same measurements stand out in all others. Drag the rectangle on to sweep through time or over the sensor. Shift+drag takes what is in both. In 3D a drag turns the view; Ctrl+drag, or Brush, takes the points in the rectangle. A double click on the head of a figure gives it all the room."],
   ["Missing?", "Effects that the model does not have, the one that does most to the points first. Hover over one: the figures show what the residuals would look like with it, before any adjustment. Add it: both solvers adjust anew."],
-  ["Signs", "Residuals are observed minus computed, px. At control and check points it is computed minus surveyed: there the survey is the reference."],
+  ["Where to begin", "Read the sentence at the top right, then add what shows most, and look whether the error falls: at the check points where there are any, else at the held-out measurements or the GNSS positions. A step that does not help is left by a click on the one before. Do all does this by the rules of misclosure improve."],
+  ["Words", "v'Pv: the weighted sum of squared residuals. Held-out: images predicted from the others, which no fit of the cause has seen. sigma0: one where the stated precisions fit. p: how often chance alone would show as much. Beyond what is possible: the estimate is larger than physics allows, so that it only looks like this cause. Or …: effects that this block cannot tell apart."],
+  ["Signs", "Residuals are observed minus computed, px. At control and check points it is computed minus surveyed, at GNSS positions computed minus measured, m."],
 ];
 
 export function help() {

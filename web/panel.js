@@ -10,12 +10,13 @@ import { savePicture } from "./export.js";
 import { showImage, VIEWS } from "./views.js";
 
 const COMPONENTS = [["x,y", "x and y"], ["radial,tangential", "radial and tangential"], ["along,across", "along and across the motion"]];
+const GNSS = [["plan", "in plan"], ["height", "in height"], ["time", "against time"], ["heading", "against heading"]];
 
 export class Panel {
   constructor(view) {
     this.view = view;
     this.about = VIEWS.find((one) => one.id === view);
-    this.own = { camera: view === "sensor" ? 0 : null, component: view === "profile" ? "x,y" : null };
+    this.own = { camera: view === "sensor" ? 0 : null, component: view === "profile" ? "x,y" : null, show: view === "gnss" ? "plan" : null };
     this.node = null; // step that the figure was last drawn for
     this.figure = this.make();
     this.earlier = this.make(); // the step before, side by side
@@ -59,6 +60,10 @@ export class Panel {
       const quantities = block.quantities.map((one) => [one.id, `against ${one.label}`]);
       parts.push(choice("Against", quantities, quantity(), (value) => set({ against_quantity: value })));
       parts.push(choice("Component", COMPONENTS, this.own.component, (value) => { this.own.component = value; redraw(); }));
+    }
+    if (this.view === "gnss") {
+      const recorded = GNSS.filter(([id]) => !["time", "heading"].includes(id) || block.quantities.some((one) => one.id === id));
+      parts.push(choice("Shown", recorded, this.own.show, (value) => { this.own.show = value; redraw(); }));
     }
     if (this.view === "image") {
       const go = (by) => set({ image: (state.image + by + block.images.length) % block.images.length });

@@ -1,6 +1,6 @@
 // The figures in the middle: which are shown, how many side by side, and one that has all the room.
 
-import { fill } from "./dom.js";
+import { fill, h } from "./dom.js";
 import { chosen, on, set, state } from "./state.js";
 import { Panel } from "./panel.js";
 import { SpacePanel } from "./space_panel.js";
@@ -8,6 +8,12 @@ import { fitScales } from "./scales.js";
 import { shownViews } from "./views.js";
 
 const panels = new Map();
+
+/** What one waits for in an empty middle. */
+const WAITS = [
+  "The figures of this step appear here when it is done; the line above says what is being computed.",
+  "Outliers are searched, both solvers adjust the block, and every effect of the catalogue is tested on what is left: some seconds with a hundred images, minutes with a thousand. The steps that are done can be looked at meanwhile.",
+];
 
 export function startPanels() {
   on(["views", "large", "beside"], arrange);
@@ -35,11 +41,12 @@ function arrange() {
 }
 
 function refresh() {
-  if (chosen()?.state !== "done") {
-    document.getElementById("panels").classList.toggle("waiting", Boolean(chosen()));
-    return;
-  }
-  document.getElementById("panels").classList.remove("waiting");
+  const now = chosen()?.state;
+  document.getElementById("panels").classList.toggle("waiting", Boolean(now) && now !== "done");
+  const waits = document.getElementById("waiting");
+  waits.hidden = !["waiting", "running"].includes(now);
+  if (!waits.hidden) fill(waits, h("p", {}, WAITS[0]), h("p.quiet", {}, WAITS[1]));
+  if (now !== "done") return;
   for (const view of shown()) panelOf(view).refresh();
 }
 

@@ -5,10 +5,10 @@ import { on, state } from "./state.js";
 
 /** Scale of arrows and range of the vertical axis by kind of figure, as the server answered them. */
 const held = new Map();
-const CHARTS = ["profile", "images", "histogram"];
+const CHARTS = ["profile", "images", "histogram", "gnss"];
 
 /** A brush has a range of its own: it would not do to leave the axes wide when it is gone. */
-const keyOf = (view, { camera, against, component, brush } = {}) => [view, camera, against, component, brush ? "brush" : ""].join("|");
+const keyOf = (view, { camera, against, component, show, brush } = {}) => [view, camera, against, component, show, brush ? "brush" : ""].join("|");
 const heldFor = (view, options) => held.get(keyOf(view, options)) ?? held.get(keyOf(view, { ...options, brush: null }));
 
 on(["brush"], () => {
@@ -19,7 +19,7 @@ on(["brush"], () => {
 const bound = ({ predicted, earlier, brush }) => Boolean(state.locked || predicted || earlier || brush);
 
 /**
- * Path of a figure. `options`: camera, against, component, image, width, brush, `predicted` (effect) and `earlier` (drawn to be compared
+ * Path of a figure. `options`: camera, against, component, show, image, width, brush, `predicted` (effect) and `earlier` (drawn to be compared
  * with the chosen step).
  */
 export function figureQuery(node, view, options = {}) {
@@ -29,9 +29,9 @@ export function figureQuery(node, view, options = {}) {
   return query(path, { ...parameters, scale: scale?.arrows, y: scale?.range?.join(",") });
 }
 
-/** Range of the vertical axes of a chart; null of anything else. */
+/** Range of the vertical axes of a chart; null of what has arrows. */
 function rangeOf(view, drawing) {
-  if (!CHARTS.includes(view)) return null;
+  if (!CHARTS.includes(view) || drawing.dataset.scale) return null;
   const plots = [...drawing.querySelectorAll("rect.plot[data-y]")].filter((plot) => plot.dataset.ylog !== "1");
   const values = plots.flatMap((plot) => plot.dataset.y.split(" ").map(Number)).filter(Number.isFinite);
   return values.length ? [Math.min(...values), Math.max(...values)] : null;

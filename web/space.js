@@ -58,7 +58,7 @@ export class Space {
     box[2][0] = ends[2][0];
     this.renderer.setClearColor(look.dark ? "#14181c" : "#ffffff");
     this.parts = [this.grid(box, spacing, look), ...this.axes(box, spacing, look), this.ties(data.ties, end, look), this.stations(data.stations, radius, look),
-      ...this.vectors(data.checks, factor, CHECK), ...this.vectors(data.control, factor, look.dark ? "#56B4E9" : CONTROL)].filter(Boolean);
+      ...this.surveyed(data.checks, factor, CHECK, look), ...this.surveyed(data.control, factor, look.dark ? "#56B4E9" : CONTROL, look)].filter(Boolean);
     this.scene.add(...this.parts);
     this.render();
     return { factor, end, spacing };
@@ -125,10 +125,18 @@ export class Space {
     return lines(places, null, colours);
   }
 
-  /** Surveyed points and their errors: a shaft and a head each, so that the direction is seen from every side. */
-  vectors(points, factor, colour) {
+  /** Surveyed points and their errors; those without a brushed mark are dimmed. */
+  surveyed(points, factor, colour, look) {
+    const brushed = look.brushed && points.of("brushed");
+    if (!brushed) return this.vectors(points, factor, colour);
+    const dim = look.dark ? "#3a424a" : "#cfd3d7";
+    return [[false, dim], [true, colour]].flatMap(([wanted, own]) => this.vectors(points, factor, own, (row) => brushed(row) > 0 === wanted));
+  }
+
+  /** A shaft and a head for each error, so that the direction is seen from every side. */
+  vectors(points, factor, colour, wanted = () => true) {
     const error = points.triple("dx", "dy", "dz");
-    const rows = Array.from({ length: points.rows }, (_, row) => row);
+    const rows = Array.from({ length: points.rows }, (_, row) => row).filter(wanted);
     const known = rows.filter((row) => error(row).every(Number.isFinite));
     const thick = 0.0035 * this.radius;
     const material = () => new MeshBasicMaterial({ color: colour });
@@ -145,6 +153,12 @@ export class Space {
       heads.setMatrixAt(i, new Matrix4().compose(from.add(along), turn, new Vector3(Math.min(1, length / thick / 6), head, Math.min(1, length / thick / 6))));
     });
     return [cloud(rows.flatMap((row) => points.place(row)), { size: points.rows > 500 ? 2.5 : 4.5, color: colour }), shafts, heads];
+  }
+
+  /** From metres about the block's origin to the picture, column by column. */
+  matrix() {
+    const { projectionMatrix, matrixWorldInverse } = this.orbit.camera;
+    return new Matrix4().multiplyMatrices(projectionMatrix, matrixWorldInverse).toArray();
   }
 
   /** Place of a point of the block on the canvas, px of the screen. */

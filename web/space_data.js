@@ -51,3 +51,9 @@ export function extent({ stations, ties, checks, control }) {
   const radius = Math.hypot(...ends.map(([low, high]) => high - low)) / 2 || 1;
   return { centre, radius, ends, places };
 }
+
+/** A rectangle of the screen in the coordinates of the picture: -1 to 1, upwards. */
+export function rectangle([x0, y0], [x1, y1], [width, height]) {
+  const sorted = (a, b) => (a <= b ? [a, b] : [b, a]);
+  return { x: sorted((2 * x0) / width - 1, (2 * x1) / width - 1), y: sorted(1 - (2 * y0) / height, 1 - (2 * y1) / height) };
+}

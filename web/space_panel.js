@@ -7,6 +7,7 @@ import { before, chosen, on, state } from "./state.js";
 import { enlarge } from "./panels.js";
 import { savePicture } from "./export.js";
 import { showImage } from "./views.js";
+import { SpaceBrush } from "./space_brush.js";
 
 const NEAR = 10;
 const night = matchMedia("(prefers-color-scheme: dark)");
@@ -15,17 +16,20 @@ const dark = () => (state.theme === "auto" ? night.matches : state.theme === "da
 export class SpacePanel {
   constructor() {
     this.view = "space";
-    this.canvas = h("canvas", { tabindex: "0", "aria-label": "The block in space: drag turns, Shift and drag shifts, the wheel comes closer" });
+    this.canvas = h("canvas", { tabindex: "0", "aria-label": "The block in space: drag turns, Shift and drag shifts, Ctrl and drag brushes, the wheel comes closer" });
     this.legend = h("div.legend");
     this.tip = h("div.tip", { hidden: true });
     this.room = h("div.room", {}, this.canvas, this.legend, this.tip);
     this.factors = h("span");
+    this.brushing = false;
+    this.brushes = button("Brush", () => this.toggleBrushing(), { title: "A drag brushes points instead of turning the view", key: "Ctrl+drag", "aria-pressed": "false" });
     this.element = h("section.panel.space", { data: { view: "space" }, "aria-label": "The block in space" },
       h("header", { ondblclick: (event) => event.target.closest("button, select") || enlarge("space") }, h("h3", {}, "3D"),
-        h("div.controls", {}, this.factors, button("Fit", () => this.space?.orbit.look(...this.space.orbit.home), { title: "All of the block", key: "double click" }), h("span.space"),
+        h("div.controls", {}, this.brushes, this.factors, button("Fit", () => this.space?.orbit.look(...this.space.orbit.home), { title: "All of the block", key: "double click" }), h("span.space"),
           button("PNG", () => savePicture(this, "png"), { title: "Save this view as PNG", kind: "plain" }),
           button("⤢", () => enlarge("space"), { title: "All the room for this view, or back", kind: "plain" }))),
       this.room);
+    new SpaceBrush(this.room, this.canvas, () => this.space.matrix(), () => this.brushing);
     this.factor = null;
     this.canvas.addEventListener("pointermove", (event) => this.point(event));
     this.canvas.addEventListener("pointerdown", (event) => { this.pressed = [event.clientX, event.clientY]; });
@@ -34,6 +38,13 @@ export class SpacePanel {
     new ResizeObserver(() => this.space?.resize(this.room.clientWidth, this.room.clientHeight)).observe(this.room);
     night.addEventListener("change", () => this.draw());
     on(["theme", "brushedImages"], () => this.draw());
+  }
+
+  toggleBrushing() {
+    this.brushing = !this.brushing;
+    this.brushes.setAttribute("aria-pressed", String(this.brushing));
+    this.brushes.classList.toggle("on", this.brushing);
+    this.canvas.classList.toggle("brushing", this.brushing);
   }
 
   /** three.js is read when the view is first asked for. */
@@ -68,18 +79,20 @@ export class SpacePanel {
 
   draw() {
     if (!this.data) return;
-    const held = state.locked ? this.held : null;
+    const fixed = state.locked ? this.held : null;
     const brushed = state.brush && state.brushedImages ? new Set(state.brushedImages.map((one) => one.image)) : null;
-    const shown = this.space.show(this.data, { dark: dark(), brushed, factor: this.factor ?? held?.factor, end: held?.end });
-    this.held = { factor: held?.factor ?? shown.factor, end: shown.end };
+    const shown = this.space.show(this.data, { dark: dark(), brushed, factor: this.factor ?? fixed?.factor, end: fixed?.end });
+    this.held = { factor: fixed?.factor ?? shown.factor, end: shown.end };
     const steps = [1, 10, 100, 1000, 10000, 100000].flatMap((k) => [k, 2 * k, 5 * k]);
     fill(this.factors, choice("Error vectors enlarged", [["", `errors × ${count(shown.factor)}`], ...steps.map((k) => [k, `errors × ${count(k)}`])], this.factor ?? "", (value) => { this.factor = value ? Number(value) : null; this.draw(); }));
     this.legend.dataset.dark = String(dark());
+    const held = brushed && this.data.ties.of("brushed");
+    const marked = held && Array.from({ length: this.data.ties.rows }, (_, row) => held(row) > 0).filter(Boolean).length;
     const surveyed = this.data.checks.rows + this.data.control.rows > 0;
     this.factors.hidden = !surveyed;
     fill(this.legend,
       surveyed && h("div", {}, h("i.check"), "check points, ", h("i.control"), `control points, errors enlarged ${count(shown.factor)} times`),
-      h("div", {}, h("i.ramp"), brushed && this.data.ties.of("brushed") ? "tie points; brushed ones stand out" : `tie points, residual RMS 0 to ${significant(shown.end, 2)} px and more`),
+      h("div", {}, h("i.ramp"), held ? `${count(marked)} of ${count(this.data.ties.rows)} tie points brushed` : `tie points, residual RMS 0 to ${significant(shown.end, 2)} px and more`),
       h("div.quiet", {}, `grid ${significant(shown.spacing, 1)} m; cameras ${brushed ? "of brushed measurements stand out" : "by flight"}`));
   }
 

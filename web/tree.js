@@ -10,7 +10,12 @@ import { figureQuery } from "./scales.js";
 const ROW = 46;
 const LANE = 14;
 
-const COLUMNS = [["check", "mm", (f) => mm(f.check_rms_m)], ["held", "px", (f) => px(f.heldout_px)], ["tie", "px", (f) => px(f.tie_rms_px)], ["σ₀", "", (f) => fixed(f.sigma0, 3)]];
+const COLUMNS = [
+  ["check", "mm", (f) => mm(f.check_rms_m), "3D RMS of the check points, which no adjustment uses"],
+  ["held", "px", (f) => px(f.heldout_px), "RMS of measurements that the estimate did not see (held out)"],
+  ["tie", "px", (f) => px(f.tie_rms_px), "RMS of the tie points' residuals, per coordinate"],
+  ["σ₀", "", (f) => fixed(f.sigma0, 3), "Standard deviation of unit weight: one where the stated precisions fit"],
+];
 
 /** Check points come first, what nothing was fitted to; a block without any has no column of them. */
 const columns = () => (state.block.surveyed.some((point) => point.role === "check") ? COLUMNS : COLUMNS.slice(1));
@@ -32,7 +37,7 @@ function draw() {
   const focused = document.activeElement?.classList.contains("tree");
   fill(document.getElementById("steps"),
     h("h2", {}, "Steps"),
-    h("div.columns", { "aria-hidden": "true" }, [["check", "mm"], ["tie", "px"], ["held", "px"], ["σ₀", ""]].map(([name, unit]) => h("span", {}, name, h("br"), unit))),
+    h("div.columns", {}, columns().map(([name, unit, , title]) => h("span", { title }, name, h("br"), unit))),
     tree,
     h("div.ledger", {}, ledger.element),
     h("p.folder", { title: "Every step is a run folder; misclosure report opens it as well" }, state.tree.folder));

@@ -11,7 +11,7 @@ use crate::model::Datum;
 use crate::report::numbers::significant;
 use crate::report::run::write_page;
 use crate::run::summary::Summary;
-use crate::run::{self, folder, residual_rows};
+use crate::run::{self, folder, gnss_residuals, residual_rows};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -77,9 +77,11 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     if !idle.is_empty() {
         console.message(&format!("{} images have too few measurements to take part: {}", idle.len(), idle.join(", ")));
     }
-    let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
+    let (state, comparison) = (&run.solution().state, run.comparison.as_ref());
+    let rows = residual_rows(block, &run.problem, state, comparison)?;
+    let gnss = gnss_residuals(block, &run.problem, state, comparison)?;
     output.write(&folder::FILES, folder::SUMMARY, |dir| {
-        folder::write(dir, block, &model, &run, &rows)?;
+        folder::write(dir, block, &model, &run, &rows, &gnss)?;
         folder::write_outliers(dir, outliers)?;
         folder::write_source(dir, &arguments.block)?;
         write_page(dir)

@@ -1,4 +1,5 @@
-//! The page, embedded in the program: a table of what there is. No path that a user names is ever looked up on the disk.
+//! The page, embedded in the program: a table of what there is. No path that a user names is ever looked up on the
+//! disk.
 
 /// Declares the table: the files of `web`, by their path below it.
 macro_rules! page {
@@ -41,6 +42,7 @@ page! {
     "side.css"
     "side.js"
     "space.js"
+    "space_brush.js"
     "space_data.js"
     "space_panel.js"
     "state.js"

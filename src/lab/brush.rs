@@ -1,6 +1,7 @@
 //! A brush: which measurements were chosen in a figure. The figures of a node mark the same ones.
 
-use super::columns::{Columns, Component, Quantity};
+use super::columns::Columns;
+use super::quantity::{Component, Quantity};
 use serde::{Deserialize, Serialize};
 
 /// One choice.
@@ -58,6 +59,16 @@ pub enum Choice {
         /// North, from and to, m.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         n: Option<[f64; 2]>,
+    },
+    /// Measurements of the points in a rectangle of the picture in space.
+    Space {
+        /// From metres about the block's origin to the picture, column by column: clip coordinates, as graphics
+        /// libraries have them.
+        matrix: [f64; 16],
+        /// From and to, from -1 at the left edge of the picture to 1 at the right.
+        x: [f64; 2],
+        /// From and to, from -1 at the lower edge of the picture to 1 at the upper.
+        y: [f64; 2],
     },
     /// A range of a component of the residual.
     Histogram {
@@ -125,6 +136,13 @@ fn beside(value: f64, range: Option<[f64; 2]>) -> bool {
     range.is_none_or(|range| within(value, range))
 }
 
+/// Where a place (m about the block's origin) lies in the picture of a camera; `None` behind the camera.
+fn in_picture(matrix: &[f64; 16], [x, y, z]: [f64; 3]) -> Option<[f64; 2]> {
+    let row = |i: usize| matrix[i] * x + matrix[4 + i] * y + matrix[8 + i] * z + matrix[12 + i];
+    let depth = row(3);
+    (depth > 0.0).then(|| [row(0) / depth, row(1) / depth])
+}
+
 impl Choice {
     /// Leaves those that are in this choice, too.
     fn keep(&self, columns: &Columns, chosen: &mut [bool]) {
@@ -158,6 +176,12 @@ impl Choice {
                     beside(x + east, *e) && beside(y + north, *n)
                 });
             }
+            Choice::Space { matrix, x, y } => {
+                keep(&|k| {
+                    let at = in_picture(matrix, columns.place(k));
+                    at.is_some_and(|[right, up]| within(right, *x) && within(up, *y))
+                });
+            }
             Choice::Flights { e, n } => {
                 let table = of_images(&|i| {
                     let centre = columns.images[i].centre;
@@ -173,6 +197,16 @@ impl Choice {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_place_is_in_the_picture_where_it_lies_before_the_camera() {
+        // A camera at (0, 0, 10) that looks down, with half a field of view of 45 degrees: right is x, up is y, depth
+        // 10 - z.
+        let mut matrix = [0.0; 16];
+        (matrix[0], matrix[5], matrix[11], matrix[15]) = (1.0, 1.0, -1.0, 10.0);
+        assert_eq!(in_picture(&matrix, [5.0, -10.0, 0.0]), Some([0.5, -1.0]));
+        assert_eq!(in_picture(&matrix, [5.0, -10.0, 20.0]), None);
+    }
 
     #[test]
     fn a_brush_is_an_object_or_a_list_and_anything_else_is_named() {

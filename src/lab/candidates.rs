@@ -17,7 +17,8 @@ pub fn candidates(lab: &Lab, id: u32) -> Result<Value> {
     let Some(diagnosis) = &view.run.diagnosis else { anyhow::bail!("step {id} was not diagnosed") };
     let mut all: Vec<&CandidateEntry> = diagnosis.candidates.iter().collect();
     let impact = |one: &CandidateEntry| one.impact.as_ref().map_or(0.0, |impact| impact.rms_m);
-    // Significant ones by what they do to the points, those that name a possible cause first; others by rank, which puts the untested last.
+    // Significant ones by what they do to the points, those that name a possible cause first; others by rank, which
+    // puts the untested last.
     all.sort_by(|a, b| {
         let cause = |one: &CandidateEntry| one.kind == "physical" && one.plausible;
         let group = |one: &CandidateEntry| (!one.significant, one.significant && !cause(one));
@@ -34,6 +35,7 @@ pub fn candidates(lab: &Lab, id: u32) -> Result<Value> {
     });
     Ok(json!({
         "verdict": diagnosis.verdict, "sentence": sentence(diagnosis), "left": diagnosis.left,
+        "recommended": diagnosis.recommended,
         "candidates": all.into_iter().map(candidate).collect::<Vec<_>>(),
         "found": diagnosis.found.iter().map(found).collect::<Vec<_>>(),
         "structure": structure.collect::<Vec<_>>(),

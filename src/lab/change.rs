@@ -171,7 +171,8 @@ impl Change {
         }
     }
 
-    /// The model with this change, where it is one of the model's settings: then effects and measurements stay as they are.
+    /// The model with this change, where it is one of the model's settings: then effects and measurements stay as they
+    /// are.
     ///
     /// # Errors
     /// A name that nothing has; a change that changes nothing.

@@ -1,84 +1,31 @@
 //! Every measurement of a node as columns, with what was recorded of its image and point.
 
+use super::quantity::{Component, Quantity};
 use crate::block::Block;
 use crate::problem::context::image_contexts;
-use crate::run::folder::{ImageRow, PointRow, ResidualLine};
-use crate::run::{ResidualKind, ResidualRow};
+use crate::run::folder::{ImageRow, PointRow, ResidualRef};
+use crate::run::{ResidualKind, ResidualRow, heading_deg};
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-/// What residuals can be held against.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Quantity {
-    /// Time of exposure.
-    Time,
-    /// Temperature of the camera.
-    Temperature,
-    /// Place of the image in the block's order.
-    Order,
-    /// Row of the sensor.
-    Row,
-    /// Column of the sensor.
-    Column,
-    /// Distance from the middle of the sensor.
-    Radius,
-    /// Depth of the point in front of the camera.
-    Depth,
-    /// Speed of the platform.
-    Speed,
-    /// Heading of the platform.
-    Heading,
-    /// Height of the camera.
-    CameraHeight,
-    /// Height of the point.
-    PointHeight,
-    /// East of the point.
-    East,
-    /// North of the point.
-    North,
+/// Positions in a block by name.
+pub struct Names<'a> {
+    images: HashMap<&'a str, u32>,
+    ties: HashMap<&'a str, u32>,
+    surveyed: HashMap<&'a str, u32>,
 }
 
-/// Component of a residual.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Component {
-    /// To the right in the image.
-    X,
-    /// Down in the image.
-    Y,
-    /// Away from the middle of the sensor.
-    Radial,
-    /// Across that, clockwise.
-    Tangential,
-    /// Along the motion of the platform.
-    Along,
-    /// Across that.
-    Across,
-}
-
-impl Quantity {
-    /// Every quantity, with name and unit.
-    pub const ALL: [(Self, &'static str, &'static str); 13] = [
-        (Self::Time, "time", "s"),
-        (Self::Temperature, "temperature", "degrees Celsius"),
-        (Self::Order, "image, in the order of the block", ""),
-        (Self::Row, "row", "px"),
-        (Self::Column, "column", "px"),
-        (Self::Radius, "distance from the middle of the sensor", "px"),
-        (Self::Depth, "depth in front of the camera", "m"),
-        (Self::Speed, "speed", "m/s"),
-        (Self::Heading, "heading, from north to east", "degrees"),
-        (Self::CameraHeight, "height of the camera", "m"),
-        (Self::PointHeight, "height of the point", "m"),
-        (Self::East, "east", "m"),
-        (Self::North, "north", "m"),
-    ];
-
-    /// Name and unit.
-    pub fn about(self) -> (&'static str, &'static str) {
-        Self::ALL.iter().find(|(quantity, ..)| *quantity == self).map_or(("", ""), |(_, name, unit)| (*name, *unit))
+impl<'a> Names<'a> {
+    /// Those of a block.
+    pub fn of(block: &'a Block) -> Self {
+        fn positions<'a>(names: impl Iterator<Item = &'a String>) -> HashMap<&'a str, u32> {
+            names.enumerate().map(|(k, name)| (name.as_str(), k as u32)).collect()
+        }
+        Self {
+            images: positions(block.images.iter().map(|image| &image.name)),
+            ties: positions(block.tie_points.iter().map(|point| &point.name)),
+            surveyed: positions(block.surveyed.iter().map(|point| &point.name)),
+        }
     }
 }
 
@@ -161,7 +108,7 @@ impl Columns {
                 time: context.time_s,
                 temperature: context.temperature_c,
                 speed: velocity.norm(),
-                heading: velocity.x.atan2(velocity.y).to_degrees().rem_euclid(360.0),
+                heading: heading_deg(&velocity),
                 centre: pose.centre.into(),
                 view: (inverse * Vector3::z()).into(),
                 up: (inverse * -Vector3::y()).into(),
@@ -191,22 +138,13 @@ impl Columns {
         }
     }
 
-    /// Takes in the residuals of a folder; those of strangers to the block are left out.
-    pub fn with_lines(mut self, block: &Block, lines: &[ResidualLine]) -> Self {
-        let numbers = |names: Vec<&str>| -> HashMap<String, u32> {
-            names.into_iter().enumerate().map(|(k, name)| (name.to_string(), k as u32)).collect()
-        };
-        let images = numbers(block.images.iter().map(|image| image.name.as_str()).collect());
-        let ties = numbers(block.tie_points.iter().map(|point| point.name.as_str()).collect());
-        let surveyed = numbers(block.surveyed.iter().map(|point| point.name.as_str()).collect());
-        for line in lines {
-            let tie = line.kind == "tie";
-            let points = if tie { &ties } else { &surveyed };
-            if let (Some(image), Some(point)) = (images.get(&line.image), points.get(&line.point)) {
-                self.push([*image, *point], tie, [line.x, line.y], [line.rx, line.ry], line.sigma);
-            }
+    /// Takes in a residual of a folder; that of a stranger to the block is left out.
+    pub fn take(&mut self, names: &Names<'_>, row: &ResidualRef<'_>) {
+        let tie = row.kind == "tie";
+        let points = if tie { &names.ties } else { &names.surveyed };
+        if let (Some(image), Some(point)) = (names.images.get(row.image), points.get(row.point)) {
+            self.push([*image, *point], tie, [row.x, row.y], [row.rx, row.ry], row.sigma);
         }
-        self
     }
 
     /// The same images and points with other residuals.

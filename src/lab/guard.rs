@@ -1,5 +1,6 @@
-//! Who is answered: a page of this server in a browser on this machine, which has the token. A page of elsewhere may send requests to
-//! 127.0.0.1, too, and by a name of its own may even read the answers; host, origin and token keep it out.
+//! Who is answered: a page of this server in a browser on this machine, which has the token. A page of elsewhere may
+//! send requests to 127.0.0.1, too, and by a name of its own may even read the answers; host, origin and token keep it
+//! out.
 
 use super::server::Shared;
 use axum::Json;

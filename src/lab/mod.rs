@@ -1,15 +1,19 @@
-//! The laboratory: compare a model with measurements, see where it fails, add what is missing, watch the error fall, and step back.
+//! The laboratory: compare a model with measurements, see where it fails, add what is missing, watch the error fall,
+//! and step back.
 //!
-//! A server on this machine alone draws the figures of [`crate::report`] on request and keeps every model that was tried:
+//! A server on this machine alone draws the figures of [`crate::report`] on request and keeps every model that was
+//! tried:
 //!
 //! - [`api`]: what the page and the server say to each other, in one place.
 //! - [`change`]: what a step changes; [`step`] carries it out; [`tree`] keeps its result as the folder of a run.
-//! - [`columns`] and [`brush`]: every measurement of a node with what was recorded of it, and which of them are chosen.
-//! - [`figures`], [`candidates`], [`predicted`], [`space`]: what is shown of a node.
+//! - [`columns`], [`quantity`] and [`brush`]: every measurement of a node with what was recorded of it,
+//!   and which of them are chosen.
+//! - [`figures`] as [`asked`], [`candidates`], [`predicted`], [`space`]: what is shown of a node.
 //! - [`simulated`]: a block whose errors one chooses.
 //! - [`server`]: HTTP; [`guard`] says who is answered.
 
 pub mod api;
+pub mod asked;
 pub mod assets;
 pub mod brush;
 pub mod candidates;
@@ -17,8 +21,13 @@ pub mod change;
 pub mod columns;
 pub mod figures;
 pub mod guard;
+pub mod live;
+pub mod measurements;
+pub mod node;
 pub mod predicted;
+pub mod quantity;
 pub mod server;
+pub mod setup;
 pub mod simulated;
 pub mod space;
 pub mod state;
@@ -27,6 +36,8 @@ pub mod tree;
 pub mod view;
 
 mod about;
+mod changing;
 mod events;
+mod kept;
 mod routes;
 mod worker;

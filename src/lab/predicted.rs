@@ -1,13 +1,14 @@
 //! What the residuals would be with an effect in the model, from the null model of the node: before any refit.
 
 use super::columns::Columns;
+use super::live::Live;
 use super::state::{Lab, locked};
 use crate::block::Role;
 use crate::diagnose::select::{Nature, Taken};
 use crate::measure::{MeasureError, Predictor};
 use crate::problem::{Problem, State};
-use crate::run::folder::CheckRow;
-use crate::run::{compare_state, residual_rows, tie_rms_px};
+use crate::run::folder::{CheckRow, GnssRow, gnss_rows};
+use crate::run::{compare_state, gnss_residuals, gnss_rms_m, residual_rows, tie_rms_px};
 use anyhow::{Result, bail};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
@@ -20,12 +21,18 @@ pub struct Predicted {
     pub columns: Columns,
     /// Its surveyed points.
     pub checks: Vec<CheckRow>,
+    /// Its GNSS positions.
+    pub gnss: Vec<GnssRow>,
     /// Per coordinate, px.
     pub tie_rms_px: f64,
+    /// 3D RMS of the GNSS positions, m; `None` without any.
+    pub gnss_rms_m: Option<f64>,
     /// 3D RMS at check points, m; `None` without any.
     pub check_rms_m: Option<f64>,
 }
 
+/// An effect explains something: residuals that grow by more than this with it are no prediction.
+const MOST_GROWTH: f64 = 1.1;
 /// Steps of an intersection; from where a point nearly is two suffice.
 const STEPS: usize = 2;
 
@@ -55,12 +62,20 @@ fn intersected(problem: &Problem, state: &State) -> Result<Vec<Vector3<f64>>, Me
 /// The prediction of a candidate of a node.
 ///
 /// # Errors
-/// An effect that is no candidate of the node; a state that cannot be projected.
+/// An effect that is no candidate of the node, or that changes more than a prediction of first order can tell; a state
+/// that cannot be projected.
 pub fn predicted(lab: &Lab, id: u32, effect: &str) -> Result<Arc<Predicted>> {
     let live = lab.live(id)?;
-    if let Some(known) = locked(&live.predicted).get(effect) {
-        return Ok(known.clone());
-    }
+    // All figures of a page ask at once: one computes, the others wait for it.
+    let mut known = locked(&live.predicted);
+    let found = known.entry(effect.to_string()).or_insert_with(|| {
+        let found = compute(lab, id, &live, effect);
+        found.map(Arc::new).map_err(|error| format!("{error:#}"))
+    });
+    found.clone().map_err(anyhow::Error::msg)
+}
+
+fn compute(lab: &Lab, id: u32, live: &Live, effect: &str) -> Result<Predicted> {
     let stop = Default::default();
     let settings = lab.settings(&stop, false, &|_| {});
     let linearised = &live.linearised;
@@ -83,6 +98,7 @@ pub fn predicted(lab: &Lab, id: u32, effect: &str) -> Result<Arc<Predicted>> {
     state.points = intersected(problem, &state)?;
     let comparison = compare_state(block, problem, &state)?;
     let rows = residual_rows(block, problem, &state, comparison.as_ref())?;
+    let gnss = gnss_residuals(block, problem, &state, comparison.as_ref())?;
     let check = |row: &crate::evaluate::CheckRow| CheckRow {
         point: block.surveyed[row.point.index()].name.clone(),
         role: if row.role == Role::Check { "check" } else { "control" }.into(),
@@ -93,12 +109,19 @@ pub fn predicted(lab: &Lab, id: u32, effect: &str) -> Result<Arc<Predicted>> {
         y: row.position.y + block.origin.y,
         z: row.position.z + block.origin.z,
     };
-    let predicted = Arc::new(Predicted {
+    let tie_rms_px = tie_rms_px(block, problem, &state)?;
+    if let Some(now) = lab.saved(id)?.figures.tie_rms_px.filter(|now| tie_rms_px > MOST_GROWTH * now) {
+        bail!(
+            "{effect} would move the block so far that a prediction of first order does not hold (tie points {now:.3} → \
+             {tie_rms_px:.3} px): only a step with it in the model tells what it does"
+        );
+    }
+    Ok(Predicted {
         columns: lab.view(id)?.columns.with_rows(&rows),
         checks: comparison.iter().flat_map(|comparison| &comparison.rows).map(check).collect(),
-        tie_rms_px: tie_rms_px(block, problem, &state)?,
+        gnss_rms_m: gnss_rms_m(&gnss),
+        gnss: gnss_rows(block, &gnss).collect(),
+        tie_rms_px,
         check_rms_m: comparison.and_then(|comparison| comparison.check).map(|check| check.rms_m.xyz),
-    });
-    locked(&live.predicted).insert(effect.to_string(), predicted.clone());
-    Ok(predicted)
+    })
 }

@@ -1,14 +1,15 @@
 //! Requests and their answers, as [`super::api`] says.
 
-use super::about::{self, Page};
+use super::about;
+use super::asked::Asked;
 use super::assets::asset;
-use super::brush::Brush;
 use super::change::Change;
-use super::columns::{Component, Quantity};
-use super::figures::{Asked, NAMES, draw};
+use super::figures::{NAMES, draw};
 use super::guard::Refusal;
+use super::measurements::{Page, measurements};
+use super::node::Absent;
 use super::server::Shared;
-use super::state::{Absent, Lab};
+use super::state::Lab;
 use super::{candidates, predicted, simulated, space};
 use axum::extract::{Path, Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
@@ -151,56 +152,6 @@ async fn cancel(State(shared): App, Path(id): Path<String>) -> Answer {
     Ok(Json(json!({})).into_response())
 }
 
-/// What a query asks of a figure.
-fn asked(query: &HashMap<String, String>) -> Result<Asked, Refusal> {
-    let get = |key: &str| query.get(key).map(String::as_str).filter(|text| !text.is_empty());
-    let real = |key: &str, text: &str| {
-        let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
-        number.ok_or_else(|| bad(format!("{key}={text}: expected a number")))
-    };
-    let whole = |key: &str| match get(key) {
-        Some(text) => text.parse().map_err(|_| bad(format!("{key}={text}: expected a whole number from 0"))),
-        None => Ok(0),
-    };
-    let against = match get("against") {
-        Some(text) => Some(
-            serde_json::from_value::<Quantity>(json!(text)).map_err(|error| bad(format!("against={text}: {error}")))?,
-        ),
-        None => None,
-    };
-    let components = get("component").map_or(Vec::new(), |text| text.split(',').collect());
-    let components = components.into_iter().map(|text| {
-        serde_json::from_value::<Component>(json!(text)).map_err(|error| bad(format!("component={text}: {error}")))
-    });
-    let y = match get("y").map(|text| (text, text.split_once(','))) {
-        Some((_, Some((low, high)))) => Some([real("y", low)?, real("y", high)?]),
-        Some((text, None)) => return Err(bad(format!("y={text}: expected two numbers, as -1,1"))),
-        None => None,
-    };
-    let above_zero = |key: &str| -> Result<Option<f64>, Refusal> {
-        let number = get(key).map(|text| real(key, text)).transpose()?;
-        match number.filter(|number| *number <= 0.0) {
-            Some(number) => Err(bad(format!("{key}={number}: expected a number above 0"))),
-            None => Ok(number),
-        }
-    };
-    let role = get("role").map(String::from);
-    if let Some(role) = role.as_ref().filter(|role| !["check", "control"].contains(&role.as_str())) {
-        return Err(bad(format!("role={role}: expected check or control")));
-    }
-    Ok(Asked {
-        brush: get("brush").map(Brush::parse).transpose().map_err(bad)?,
-        scale: above_zero("scale")?,
-        width: above_zero("width")?,
-        y,
-        camera: whole("camera")?,
-        image: whole("image")?,
-        against,
-        components: components.collect::<Result<_, _>>()?,
-        role,
-    })
-}
-
 fn figure_name(name: &str) -> Result<String, Refusal> {
     let known = name.strip_suffix(".svg").filter(|name| NAMES.contains(name));
     let expected =
@@ -213,7 +164,7 @@ fn svg(text: String) -> Response {
 }
 
 async fn figure(State(shared): App, Path((id, name)): Path<(String, String)>, Query(query): Parameters) -> Answer {
-    let (id, name, asked) = (number(&id)?, figure_name(&name)?, asked(&query)?);
+    let (id, name, asked) = (number(&id)?, figure_name(&name)?, Asked::read(&query).map_err(bad)?);
     blocking(shared, move |lab| Ok(svg(draw(lab, id, &name, None, &asked)?))).await
 }
 
@@ -222,7 +173,7 @@ async fn predicted_figure(
     Path((id, effect, name)): Path<(String, String, String)>,
     Query(query): Parameters,
 ) -> Answer {
-    let (id, name, asked) = (number(&id)?, figure_name(&name)?, asked(&query)?);
+    let (id, name, asked) = (number(&id)?, figure_name(&name)?, Asked::read(&query).map_err(bad)?);
     blocking(shared, move |lab| Ok(svg(draw(lab, id, &name, Some(&effect), &asked)?))).await
 }
 
@@ -234,6 +185,7 @@ async fn prediction(State(shared): App, Path((id, effect)): Path<(String, String
         let after = super::tree::Figures {
             tie_rms_px: Some(found.tie_rms_px),
             check_rms_m: found.check_rms_m,
+            gnss_rms_m: found.gnss_rms_m,
             ..Default::default()
         };
         let words = super::figures::difference(&before, &after);
@@ -248,7 +200,7 @@ async fn prediction(State(shared): App, Path((id, effect)): Path<(String, String
 async fn node(State(shared): App, Path((id, what)): Path<(String, String)>, Query(query): Parameters) -> Answer {
     let id = number(&id)?;
     let page = Page {
-        brush: asked(&query)?.brush,
+        brush: Asked::read(&query).map_err(bad)?.brush,
         offset: count(&query, "offset", 0)?,
         limit: count(&query, "limit", 100)?.min(MOST_ROWS),
         by_size: query.get("sort").is_none_or(|sort| sort != "image"),
@@ -256,7 +208,7 @@ async fn node(State(shared): App, Path((id, what)): Path<(String, String)>, Quer
     blocking(shared, move |lab| {
         let json = |value: Value| Json(value).into_response();
         Ok(match what.as_str() {
-            "measurements" => json(about::measurements(lab, id, &page)?),
+            "measurements" => json(measurements(lab, id, &page)?),
             "model" => json(about::model(lab, id)?),
             "candidates" => json(candidates::candidates(lab, id)?),
             "commands" => json(about::commands(lab, id)?),

@@ -2,7 +2,8 @@
 
 use super::guard::guard;
 use super::routes;
-use super::state::{Lab, Setup};
+use super::setup::Setup;
+use super::state::Lab;
 use super::worker::work;
 use anyhow::{Context, Result};
 use axum::middleware::from_fn_with_state;

@@ -33,7 +33,8 @@ impl Simulated {
         Change::Simulate { errors: self.errors.clone(), seed: self.seed }
     }
 
-    /// Measures the block under `errors` and writes it to `folder`, whole or not at all. Survey and receiver err as stated.
+    /// Measures the block under `errors` and writes it to `folder`, whole or not at all. Survey and receiver err as
+    /// stated.
     ///
     /// # Errors
     /// An error that there is not, or that the block cannot have.

@@ -1,9 +1,11 @@
-//! A node in space: cameras, tie points, errors of surveyed points, as bytes that a page draws without reading them one by one.
+//! A node in space: cameras, tie points, errors of surveyed points, as bytes that a page draws without reading them one
+//! by one.
 
 use super::brush::Brush;
 use super::state::Lab;
 use anyhow::Result;
 use serde_json::{Value, json};
+use std::collections::HashSet;
 
 /// The bytes: length of the header, header, arrays.
 ///
@@ -45,20 +47,27 @@ pub fn space(lab: &Lab, id: u32, brush: Option<&Brush>) -> Result<Vec<u8>> {
             [place[0], place[1], place[2], (sum / *n as f64).sqrt() as f32, *brushed as f32]
         })
         .collect();
-    match chosen {
+    match &chosen {
         Some(_) => array("ties", &["x", "y", "z", "rms_px", "brushed"], None, ties.concat()),
         None => {
             array("ties", &["x", "y", "z", "rms_px"], None, ties.iter().flat_map(|row| row[..4].to_vec()).collect())
         }
     }
     let origin = block.origin;
+    let marked = chosen.map(|chosen| {
+        let marks = (0..columns.len()).filter(|k| chosen[*k] && !columns.tie[*k]);
+        marks.map(|k| block.surveyed[columns.point[k] as usize].name.as_str()).collect::<HashSet<_>>()
+    });
     for (name, role) in [("checks", "check"), ("control", "control")] {
         let rows = || view.run.checks.iter().filter(|row| row.role == role);
         let values = rows().flat_map(|row| {
-            [row.x - origin.x, row.y - origin.y, row.z - origin.z, row.dx, row.dy, row.dz].map(|v| v as f32)
+            let place = [row.x - origin.x, row.y - origin.y, row.z - origin.z];
+            let brushed = marked.as_ref().map(|marked| f64::from(u8::from(marked.contains(row.point.as_str()))));
+            place.into_iter().chain([row.dx, row.dy, row.dz]).chain(brushed).map(|v| v as f32)
         });
         let ids = rows().map(|row| row.point.as_str()).collect();
-        array(name, &["x", "y", "z", "dx", "dy", "dz"], Some(ids), values.collect());
+        let names = ["x", "y", "z", "dx", "dy", "dz", "brushed"];
+        array(name, &names[..if marked.is_some() { 7 } else { 6 }], Some(ids), values.collect());
     }
     let mut header = json!({ "origin": <[f64; 3]>::from(origin), "arrays": arrays }).to_string().into_bytes();
     header.resize(header.len().next_multiple_of(4), b' ');

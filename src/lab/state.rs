@@ -2,21 +2,20 @@
 
 use super::change::Change;
 use super::events::Event;
-use super::simulated::Simulated;
-use super::step::Live;
-use super::tree::{Figures, Folder, Saved};
+use super::kept::Kept;
+use super::live::Live;
+use super::node::{Absent, Node, State};
+use super::setup::{Setup, Source};
+use super::tree::{Figures, Saved};
 use super::view::View;
 use super::worker::Job;
-use crate::adjust::{Options, Solver, Stop};
-use crate::block::Block;
+use crate::adjust::{Options, Stop};
 use crate::diagnose::improve::Settings;
 use crate::effects;
 use crate::io::block::read_block;
-use crate::model::{EffectRef, Model};
-use crate::run::folder::OutlierRow;
+use crate::model::EffectRef;
 use anyhow::{Context, Result, bail};
 use std::collections::{BTreeMap, HashMap};
-use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::broadcast;
@@ -28,98 +27,6 @@ const LIVES: usize = 3;
 /// Events that a slow listener may be behind.
 const EVENTS: usize = 1024;
 
-/// What the laboratory was opened with.
-pub struct Setup {
-    /// Folder of the block.
-    pub source: PathBuf,
-    /// The block, about its centre.
-    pub block: Block,
-    /// Measurements that the run of `--model` set aside.
-    pub set_aside: Vec<OutlierRow>,
-    /// The base model.
-    pub model: Model,
-    /// Effects of plug-ins.
-    pub plugins: Vec<EffectRef>,
-    /// The solvers of every step.
-    pub solvers: Vec<&'static dyn Solver>,
-    /// Are outliers searched at the base?
-    pub snoop: bool,
-    /// Probability with which an adequate block is told that something is missing.
-    pub significance: f64,
-    /// Threads.
-    pub threads: usize,
-    /// Where steps are kept.
-    pub folder: Folder,
-    /// Of a block whose errors one chooses.
-    pub simulated: Option<Simulated>,
-}
-
-/// A block that was measured, and where it stands.
-pub struct Source {
-    /// Its folder.
-    pub path: PathBuf,
-    /// The block, about its centre.
-    pub block: Block,
-}
-
-/// How far a node is.
-#[derive(Debug, Clone, PartialEq)]
-pub enum State {
-    /// In the queue.
-    Waiting,
-    /// Being computed.
-    Running,
-    /// In its folder.
-    Done(Box<Saved>),
-    /// Why it failed.
-    Failed(String),
-    /// Somebody did not want it any more.
-    Cancelled,
-}
-
-/// A node of the tree.
-#[derive(Debug, Clone)]
-pub struct Node {
-    /// The node that it changes; none for a root.
-    pub parent: Option<u32>,
-    /// What it changes.
-    pub change: Change,
-    /// How far it is.
-    pub state: State,
-    /// Its figures as soon as the solvers are done; what is left is tested after that.
-    pub figures: Option<Figures>,
-    /// Ends it.
-    pub stop: Stop,
-}
-
-/// What is kept of the nodes used last.
-struct Kept<T> {
-    most: usize,
-    list: Vec<(u32, Arc<T>)>,
-}
-
-impl<T> Kept<T> {
-    fn new(most: usize) -> Self {
-        Self { most, list: Vec::new() }
-    }
-
-    fn get(&mut self, id: u32) -> Option<Arc<T>> {
-        let at = self.list.iter().position(|(own, _)| *own == id)?;
-        let used = self.list.remove(at);
-        let found = used.1.clone();
-        self.list.push(used);
-        Some(found)
-    }
-
-    fn put(&mut self, id: u32, value: Arc<T>) {
-        self.list.retain(|(own, _)| *own != id);
-        self.list.push((id, value));
-        if self.list.len() > self.most {
-            self.list.remove(0);
-        }
-    }
-}
-
 /// The laboratory.
 pub struct Lab {
     /// What it was opened with.
@@ -127,6 +34,7 @@ pub struct Lab {
     nodes: Mutex<BTreeMap<u32, Node>>,
     sources: Mutex<HashMap<u32, Arc<Source>>>,
     views: Mutex<Kept<View>>,
+    reading: Mutex<()>,
     lives: Mutex<Kept<Live>>,
     jobs: Mutex<Sender<Job>>,
     events: broadcast::Sender<Event>,
@@ -156,6 +64,7 @@ impl Lab {
             nodes: Mutex::new(nodes),
             sources: Mutex::default(),
             views: Mutex::new(Kept::new(VIEWS)),
+            reading: Mutex::default(),
             lives: Mutex::new(Kept::new(LIVES)),
             jobs: Mutex::new(jobs),
             events: broadcast::channel(EVENTS).0,
@@ -310,6 +219,11 @@ impl Lab {
             return Ok(view);
         }
         self.saved(id)?;
+        // One reads, the other figures of the page wait for it: each by itself would take as long as all together.
+        let _reads = locked(&self.reading);
+        if let Some(view) = locked(&self.views).get(id) {
+            return Ok(view);
+        }
         let view = Arc::new(View::read(&self.setup.folder.step(id), &self.source(id)?.block)?);
         locked(&self.views).put(id, view.clone());
         Ok(view)
@@ -362,15 +276,4 @@ impl Lab {
         }
         Ok(())
     }
-}
-
-/// A node that cannot be shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum Absent {
-    /// It is not there.
-    #[error("there is no step {0}")]
-    NoNode(u32),
-    /// It is not done.
-    #[error("step {0} is not done")]
-    NotDone(u32),
 }

@@ -1,5 +1,6 @@
-//! The folder of a laboratory: one folder per step, each the complete folder of a run and a `step.json`. A step is never changed. It is written under
-//! another name and renamed when it is complete: who kills the program loses the step in progress and nothing else.
+//! The folder of a laboratory: one folder per step, each the complete folder of a run and a `step.json`. A step is
+//! never changed. It is written under another name and renamed when it is complete: who kills the program loses the
+//! step in progress and nothing else.
 
 use super::change::Change;
 use crate::io::table::write_json;
@@ -32,6 +33,9 @@ pub struct Figures {
     pub check_rms_m: Option<f64>,
     /// In height, m.
     pub check_height_rms_m: Option<f64>,
+    /// Of the GNSS positions, 3D, m.
+    #[serde(default)]
+    pub gnss_rms_m: Option<f64>,
     /// `sqrt(v'Pv / redundancy)`.
     pub sigma0: Option<f64>,
     /// Number of unknowns.
@@ -83,7 +87,8 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Opens the laboratory of a block in `path`, or begins it there. What a program that was killed left half done is removed.
+    /// Opens the laboratory of a block in `path`, or begins it there. What a program that was killed left half done is
+    /// removed.
     ///
     /// # Errors
     /// A folder of another block, or one with other things in it.

@@ -1,9 +1,9 @@
 //! A node as it is shown: what its folder says, and its measurements as columns.
 
-use super::columns::Columns;
+use super::columns::{Columns, Names};
 use crate::block::Block;
 use crate::report::run::RunFolder;
-use crate::run::folder::{OutlierRow, PointRow, read_outliers, read_points};
+use crate::run::folder::{OutlierRow, each_residual, read_outliers, read_points};
 use anyhow::Result;
 use std::path::Path;
 
@@ -13,8 +13,6 @@ pub struct View {
     pub run: RunFolder,
     /// Its measurements.
     pub columns: Columns,
-    /// Its tie points.
-    pub points: Vec<PointRow>,
     /// What was set aside.
     pub outliers: Vec<OutlierRow>,
 }
@@ -25,11 +23,12 @@ impl View {
     /// # Errors
     /// A file that is missing or cannot be read.
     pub fn read(dir: &Path, block: &Block) -> Result<Self> {
-        let mut run = RunFolder::read(dir)?;
+        let run = RunFolder::read_without_residuals(dir)?;
         let points = read_points(dir)?;
         let outliers = read_outliers(dir)?.map_or(Vec::new(), |(_, rows)| rows);
-        let lines = std::mem::take(&mut run.residuals);
-        let columns = Columns::of_block(block, &run.images, &points).with_lines(block, &lines);
-        Ok(Self { run, columns, points, outliers })
+        let mut columns = Columns::of_block(block, &run.images, &points);
+        let names = Names::of(block);
+        each_residual(dir, |row| columns.take(&names, &row))?;
+        Ok(Self { run, columns, outliers })
     }
 }

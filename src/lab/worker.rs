@@ -2,7 +2,8 @@
 
 use super::change::Change;
 use super::events::Event;
-use super::state::{Lab, State};
+use super::node::State;
+use super::state::Lab;
 use super::step::Step;
 use crate::adjust::Stop;
 use crate::diagnose::select::Event as Asked;

@@ -1,11 +1,11 @@
 //! The pictures of a run as data: what the page of a run draws, and whoever shows the same run in another way.
 
 use super::figures::{
-    Arrow, ArrowSet, Axis, FlightPlan, Histogram, ImageBar, ImageBars, PlanArrows, PlanSigned, Sample, Station,
-    VectorField,
+    Arrow, ArrowSet, Axis, FlightPlan, Histogram, ImageBar, ImageBars, LineChart, LineStyle, Panel, PlanArrows,
+    PlanSigned, Sample, Series, Station, VectorField,
 };
 use super::run::RunFolder;
-use crate::run::folder::{CheckRow, SensorRow};
+use crate::run::folder::{CheckRow, GnssRow, SensorRow};
 
 /// Cells below this p-value are marked. A cell is one of hundreds: 1e-5 marks no cell of a clean block in most pictures.
 pub const MARKED_P: f64 = 1e-5;
@@ -109,4 +109,85 @@ pub fn check_histogram(name: &str, rows: &[&CheckRow]) -> Histogram {
         bins: ((rows.len() as f64).sqrt().ceil() as usize).clamp(5, 40),
         ..Histogram::default()
     }
+}
+
+/// Residuals of GNSS positions in plan.
+pub fn gnss_plan(rows: &[GnssRow]) -> PlanArrows {
+    PlanArrows {
+        title: "GNSS positions: residuals in planimetry".into(),
+        arrows: rows.iter().map(|row| ([row.x, row.y], [row.dx, row.dy])).collect(),
+        unit: "m".into(),
+        ..PlanArrows::default()
+    }
+}
+
+/// Residuals of GNSS positions in height.
+pub fn gnss_heights(rows: &[GnssRow]) -> PlanSigned {
+    PlanSigned {
+        title: "GNSS positions: residuals in height".into(),
+        values: rows.iter().map(|row| ([row.x, row.y], row.dz)).collect(),
+        unit: "m".into(),
+        ..PlanSigned::default()
+    }
+}
+
+/// What residuals of GNSS positions can be held against: an offset of the clock or of the antenna turns with the
+/// heading, a drift grows with time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GnssAgainst {
+    /// Time of exposure.
+    Time,
+    /// Heading of the platform.
+    Heading,
+}
+
+impl GnssAgainst {
+    /// What stands at the axis, and its unit.
+    pub fn about(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Time => ("time", "s"),
+            Self::Heading => ("heading, from north to east", "degrees"),
+        }
+    }
+
+    /// The value of a row, where it is known.
+    pub fn value(self, row: &GnssRow) -> Option<f64> {
+        match self {
+            Self::Time => row.time_s,
+            Self::Heading => row.heading_deg,
+        }
+    }
+}
+
+/// Residuals of GNSS positions against what was recorded; those that are `chosen`, where somebody chose, stand out.
+/// `None` where it is known of no image.
+pub fn gnss_series(rows: &[GnssRow], against: GnssAgainst, chosen: Option<&[bool]>) -> Option<LineChart> {
+    rows.iter().find_map(|row| against.value(row))?;
+    let components = [("X", 0), ("Y", 1), ("Z", 2)];
+    let points = |k: usize, wanted: Option<&[bool]>| -> Vec<[f64; 2]> {
+        let kept = rows.iter().enumerate().filter(|(row, _)| wanted.is_none_or(|wanted| wanted[*row]));
+        kept.filter_map(|(_, row)| Some([against.value(row)?, [row.dx, row.dy, row.dz][k]])).collect()
+    };
+    let series = |label: String, points| Series::new(label, points).style(LineStyle::Markers);
+    let all = components.iter().map(|(name, k)| match chosen {
+        Some(_) => series(format!("{name} of all"), points(*k, None)).dimmed(true),
+        None => series(name.to_string(), points(*k, None)),
+    });
+    let mut all: Vec<Series> = all.collect();
+    if chosen.is_some() {
+        let brushed = |(name, k): &(&str, usize)| series(format!("{name} of the brushed"), points(*k, chosen));
+        all.extend(components.iter().map(brushed));
+    }
+    let (label, unit) = against.about();
+    let what = if against == GnssAgainst::Time { "time" } else { "heading" };
+    Some(LineChart {
+        title: format!("GNSS positions: residuals against {what}"),
+        panels: vec![Panel {
+            x: Axis::new(label, unit),
+            y: Axis::new("computed − measured", "m"),
+            series: all,
+            ..Panel::default()
+        }],
+        ..LineChart::default()
+    })
 }

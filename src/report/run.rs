@@ -1,11 +1,11 @@
 //! The page of a run: what was adjusted, how well it fits, and, after a diagnosis, what was missing.
 
 use super::figures::{
-    flights_plan_profile, histogram, image_bars, residuals_plan_arrows, residuals_plan_signed, vector_field,
+    flights_plan_profile, histogram, image_bars, line_chart, residuals_plan_arrows, residuals_plan_signed, vector_field,
 };
 use super::html::Page;
 use super::numbers::{fixed, or_dash, px, significant};
-use super::pictures::MARKED_P;
+use super::pictures::{GnssAgainst, MARKED_P};
 use super::run_tables::{
     Conclusion, camera_table, compared, effects_table, residuals_table, solvers_table, solvers_verdict,
 };
@@ -17,7 +17,7 @@ use crate::diagnose::verdict::Diagnosis;
 use crate::model::Model;
 use crate::run::folder::{self, CheckRow, OutlierRow};
 use crate::run::summary::Summary;
-use crate::run::{Run, residual_rows, rms_by};
+use crate::run::{Run, gnss_residuals, residual_rows, rms_by};
 use anyhow::Result;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -61,8 +61,10 @@ impl Diagnosed<'_> {
     /// A model that cannot be projected; a file that cannot be written.
     pub fn write(self, dir: &Path) -> Result<()> {
         let Self { source, block, model, run, outliers, diagnosis, shown } = self;
-        let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
-        folder::write(dir, block, model, run, &rows)?;
+        let (state, comparison) = (&run.solution().state, run.comparison.as_ref());
+        let rows = residual_rows(block, &run.problem, state, comparison)?;
+        let gnss = gnss_residuals(block, &run.problem, state, comparison)?;
+        folder::write(dir, block, model, run, &rows, &gnss)?;
         folder::write_outliers(dir, outliers)?;
         folder::write_source(dir, source)?;
         folder::write_diagnosis(dir, diagnosis, shown.rows()?)?;
@@ -92,6 +94,7 @@ pub fn page(run: &RunFolder) -> Page {
     image_section(&mut page, run);
     block_section(&mut page, run);
     checks_section(&mut page, run);
+    gnss_section(&mut page, run);
     page
 }
 
@@ -241,5 +244,22 @@ fn checks_section(page: &mut Page, run: &RunFolder) {
         }
         let chart = pictures::check_histogram(name, &rows);
         page.figure(&format!("{role}-histogram"), histogram(&chart), "");
+    }
+}
+
+/// Of a block that has GNSS positions which the run can be compared with.
+fn gnss_section(page: &mut Page, run: &RunFolder) {
+    if run.gnss.is_empty() {
+        return;
+    }
+    const SIGN: &str =
+        "Computed minus measured: the antenna as the model predicts it less the position of the receiver.";
+    page.section("GNSS positions");
+    page.figure("gnss-plan", residuals_plan_arrows(&pictures::gnss_plan(&run.gnss)), SIGN);
+    page.figure("gnss-height", residuals_plan_signed(&pictures::gnss_heights(&run.gnss)), SIGN);
+    for (id, against) in [("gnss-time", GnssAgainst::Time), ("gnss-heading", GnssAgainst::Heading)] {
+        if let Some(chart) = pictures::gnss_series(&run.gnss, against, None) {
+            page.figure(id, line_chart(&chart), SIGN);
+        }
     }
 }

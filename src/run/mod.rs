@@ -4,6 +4,7 @@
 mod distortion_centre;
 mod fitted;
 pub mod folder;
+mod gnss;
 mod loose_poses;
 pub mod multistart;
 mod residual_means;
@@ -15,6 +16,7 @@ pub mod summary;
 mod variance_components;
 
 pub use fitted::FittedModel;
+pub use gnss::{GnssResidual, gnss_residuals, gnss_rms_m, heading_deg};
 pub use residual_means::{CellMean, cell_means, rms_by};
 pub use residuals::{ResidualKind, ResidualRow, residual_rows, tie_rms_px};
 

@@ -104,6 +104,7 @@ fn figures_are_those_of_the_report_and_a_brush_stands_out() {
         ),
         ("histogram", "residual-histogram", &[" data-view=\"histogram\" data-component=\"x\"", " data-xkey=\"range\""]),
         ("images", "image-rms", &[" data-view=\"images\"", " data-xkey=\"range\""]),
+        ("gnss", "gnss-plan", &[" data-view=\"flights\"", " data-xkey=\"n\"", " data-ykey=\"e\""]),
         // The dike is long in Y: its plan is turned.
         ("plan", "check-plan", &[" data-view=\"plan\"", " data-xkey=\"n\"", " data-ykey=\"e\""]),
     ] {
@@ -125,15 +126,42 @@ fn figures_are_those_of_the_report_and_a_brush_stands_out() {
     assert_eq!(all["n"], all["total"]);
     assert_eq!(some["rows"].as_array().expect("rows").len(), 7);
     assert!(some["rows"].as_array().expect("rows").iter().all(|row| row["y"].as_f64().is_some_and(|y| y <= 384.0)));
-    for name in ["sensor", "image", "images", "plan", "flights", "profile", "histogram"] {
-        let plain = lab.get(&format!("nodes/1/figures/{name}.svg")).text();
-        let brushed = lab.get(&format!("nodes/1/figures/{name}.svg?{brush}"));
-        assert_eq!(brushed.status, 200, "{name}: {}", brushed.text());
-        assert!(brushed.text().contains("<svg"), "{name}");
-        if name != "images" && name != "flights" {
-            assert_ne!(plain, brushed.text(), "{name}");
-        }
+    let shown = |what: &str, query: &str| {
+        let answer = lab.get(&format!("nodes/1/figures/{what}{query}"));
+        assert_eq!(answer.status, 200, "{what}: {}", answer.text());
+        assert!(answer.text().contains("<svg"), "{what}");
+        answer.text()
+    };
+    // These rows are in every image, and not in the first one alone.
+    let first = "brush=%7B%22view%22:%22images%22,%22ids%22:%5B0%5D%7D";
+    for (what, brush) in [
+        ("sensor.svg?", brush),
+        ("image.svg?", brush),
+        ("images.svg?", first),
+        ("plan.svg?", brush),
+        ("height.svg?", brush),
+        ("flights.svg?", first),
+        ("gnss.svg?show=plan&", first),
+        ("gnss.svg?show=height&", first),
+        ("gnss.svg?show=time&", first),
+        ("gnss.svg?show=heading&", first),
+        ("profile.svg?", brush),
+        ("histogram.svg?", brush),
+        ("checks.svg?", brush),
+    ] {
+        assert_ne!(shown(what, ""), shown(what, brush), "{what}");
     }
+    for (show, file) in [("height", "gnss-height"), ("time", "gnss-time"), ("heading", "gnss-heading")] {
+        let kept = fs::read_to_string(folder.path().join(format!("lab/step-0001/figures/{file}.svg"))).expect(file);
+        let without_keys = |svg: String| -> String {
+            svg.split(' ').filter(|word| !word.starts_with("data-view") && !word.contains("key=")).collect()
+        };
+        let own = shown(&format!("gnss.svg?show={show}"), "").replace(&format!(" data-against=\"{show}\""), "");
+        assert!(without_keys(kept).contains(without_keys(own).trim_end()), "{show}: one drawing of each picture");
+    }
+    assert_eq!(lab.get("nodes/1/figures/gnss.svg?show=sideways").status, 400);
+    let predicted = lab.get("nodes/1/predicted/gnss-shift/figures/gnss.svg").text();
+    assert!(predicted.contains("Predicted: GNSS positions"), "{}", &predicted[..300]);
     let locked = lab.get("nodes/1/figures/sensor.svg?scale=123.5").text();
     assert!(locked.contains("data-scale=\"123.5\""));
     let narrow = lab.get("nodes/1/figures/profile.svg?width=400&against=row").text();
@@ -145,4 +173,14 @@ fn figures_are_those_of_the_report_and_a_brush_stands_out() {
         .map(|array| array["rows"].as_u64().unwrap_or(0) * array["columns"].as_array().map_or(0, |c| c.len() as u64))
         .sum();
     assert_eq!(space.len() as u64, 4 + length as u64 + 4 * numbers);
+    // Half of the picture of a camera high above, as one would drag it in 3D: the points east of the middle.
+    let above = "%7B%22view%22:%22space%22,%22matrix%22:%5B1,0,0,0,0,1,0,0,0,0,0,-1,0,0,0,1000%5D,\
+                 %22x%22:%5B0,1%5D,%22y%22:%5B-1,1%5D%7D";
+    let east = lab.get(&format!("nodes/1/measurements?limit=1000&brush={above}")).json();
+    let block = lab.get("block").json();
+    let origin = block["origin"][0].as_f64().expect("an origin");
+    let plan = "%7B%22view%22:%22plan%22,%22e%22:%5BLOW,1e9%5D%7D".replace("LOW", &format!("{origin}"));
+    let same = lab.get(&format!("nodes/1/measurements?limit=0&brush={plan}")).json();
+    assert!(east["n"].as_u64().is_some_and(|n| n > 0 && n < total), "{east}");
+    assert_eq!(east["n"], same["n"]);
 }

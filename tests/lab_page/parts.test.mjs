@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { brushBetween, isOf, plotOf, rectangleOf } from "../../web/plots.js";
 import { mm, probability, significant, unitText, withSigma } from "../../web/numbers.js";
-import { extent, quantile, readSpace, roundBelow } from "../../web/space_data.js";
+import { extent, quantile, readSpace, rectangle, roundBelow } from "../../web/space_data.js";
 import { rows } from "../../web/lanes.js";
 
 const sensor = plotOf({ dataset: { view: "sensor", camera: "0", x: "0 5000", px: "100 600", xkey: "x", y: "0 4000", py: "50 450", ykey: "y" } });
@@ -59,6 +59,10 @@ test("the block in space is read as it was written", () => {
   assert.deepEqual(checks.triple("dx", "dy", "dz")(0), [0.125, NaN, -0.5]);
   assert.equal(control.rows, 0);
   assert.deepEqual(extent({ stations: control, ties, checks, control }).centre, [4, 5, 6]);
+});
+
+test("a rectangle of the screen is one of the picture, upwards", () => {
+  assert.deepEqual(rectangle([400, 0], [100, 150], [400, 200]), { x: [-0.5, 1], y: [-0.5, 1] });
 });
 
 test("round numbers and quantiles", () => {

@@ -1,9 +1,11 @@
-// How fast it is: the first view of a block with a hundred thousand measurements, and the figures that follow a brush. It prints, and asserts
-// nothing about times: tests/lab_page/run.sh speed.bench.mjs (wanted: 2000 ms, 30 frames a second).
+// How fast it is: the first view of blocks with a hundred thousand and with two million measurements, and the figures that follow a brush. It
+// prints, and asserts nothing about times: tests/lab_page/run.sh speed.bench.mjs (wanted: 2000 ms, 30 frames a second, 10 000 ms). Two million take
+// minutes to adjust: with BIG=FOLDER block and steps are kept there, and found again.
 
 import assert from "node:assert/strict";
+import { existsSync } from "node:fs";
 import test from "node:test";
-import { drawn, folder, openPage, panel, run, startLab, STEP } from "./lab.mjs";
+import { drag, drawn, folder, openPage, panel, run, startLab, STEP } from "./lab.mjs";
 
 test("a hundred thousand measurements", { timeout: 5 * STEP }, async (t) => {
   const at = folder(t);
@@ -13,13 +15,7 @@ test("a hundred thousand measurements", { timeout: 5 * STEP }, async (t) => {
   await page.locator(".item.chosen.done").waitFor({ timeout: STEP });
   await drawn(page, "sensor", "plan", "profile", "images");
 
-  await t.test("first view", async () => {
-    const start = Date.now();
-    await page.goto(lab.url);
-    await drawn(page, "sensor", "plan", "profile", "images");
-    const taken = Date.now() - start;
-    t.diagnostic(`first view: ${taken} ms`);
-  });
+  await t.test("first view", async () => t.diagnostic(`first view: ${await firstView(page, lab.url)} ms`));
 
   await t.test("brushing", async () => {
     const box = await panel(page, "sensor").locator(".side:last-child rect.plot").boundingBox();
@@ -39,6 +35,33 @@ test("a hundred thousand measurements", { timeout: 5 * STEP }, async (t) => {
   });
   assert.deepEqual(page.faults, []);
 });
+
+test("two million measurements", { timeout: 20 * STEP }, async (t) => {
+  const at = process.env.BIG || folder(t);
+  const [big, steps] = [`${at}/big`, `${at}/big.lab`];
+  if (!existsSync(big)) await run("simulate", "corridor", "-o", big, "--set", "length_m=4000", "--set", "points=342000", "--noise-px", "0.3", "--quiet");
+  const first = await startLab(t, big, "-o", steps);
+  const page = await openPage(t, first.url);
+  await page.locator(".item.chosen.done").waitFor({ timeout: 15 * STEP });
+  await first.kill();
+  const lab = await startLab(t, big, "-o", steps);
+  t.diagnostic(`first view of a server that has read nothing yet: ${await firstView(page, lab.url)} ms`);
+  t.diagnostic(`again: ${await firstView(page, lab.url)} ms`);
+  const began = Date.now();
+  await drag(page, "sensor", [0.1, 0.1], [0.5, 0.5], { steps: 1 });
+  await page.locator("#selection .mark").waitFor();
+  await drawn(page, "sensor", "plan", "profile", "images");
+  t.diagnostic(`a brush in all figures: ${Date.now() - began} ms`);
+  await page.picture("speed-big");
+});
+
+/** From the address to the figures of the first view, ms. */
+async function firstView(page, url) {
+  const start = Date.now();
+  await page.goto(url);
+  await drawn(page, "sensor", "plan", "profile", "images");
+  return Date.now() - start;
+}
 
 /** In the page: frames a second for a while, and how often each figure was drawn anew. */
 function watch(ms) {

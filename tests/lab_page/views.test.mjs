@@ -6,7 +6,7 @@ import { join } from "node:path";
 import test from "node:test";
 import { block, drag, drawing, drawn, folder, openPage, panel, pictures, startLab, STEP } from "./lab.mjs";
 
-const VIEWS = ["sensor", "plan", "height", "flights", "profile", "images", "image", "histogram", "checks", "space"];
+const VIEWS = { sensor: "1", plan: "2", height: "3", flights: "4", gnss: "g", profile: "5", images: "6", image: "7", histogram: "8", checks: "9", space: "0" };
 
 test("every view has a figure with units at its axes", { timeout: 5 * STEP }, async (t) => {
   const at = folder(t);
@@ -33,9 +33,9 @@ test("every view has a figure with units at its axes", { timeout: 5 * STEP }, as
       await page.picture(name("start"));
       const wide = await page.evaluate(() => document.documentElement.scrollWidth);
       assert.ok(wide <= width, `the page is ${wide} px wide`);
-      for (const [i, view] of VIEWS.entries()) {
-        if (!(await panel(page, view).count())) await page.keyboard.press(String((i + 1) % 10));
-        await panel(page, view).locator("header").dblclick({ position: { x: 40, y: 10 } });
+      for (const [view, key] of Object.entries(VIEWS)) {
+        if (!(await panel(page, view).count())) await page.keyboard.press(key);
+        await panel(page, view).locator("header h3").dblclick();
         if (view === "space") await page.waitForFunction(() => /enlarged/.test(document.querySelector(".legend")?.textContent ?? ""), null, { timeout: 30_000 });
         else {
           await drawn(page, view);
@@ -44,12 +44,26 @@ test("every view has a figure with units at its axes", { timeout: 5 * STEP }, as
         }
         await page.waitForTimeout(300);
         await page.picture(name(view));
+        if (view === "gnss") await gnss(page, name);
         await page.keyboard.press("Escape");
       }
       if (width === 1600 && colorScheme === "light") await sundries(page);
       assert.equal(dialogs, 0, "no script from a name is run");
       assert.deepEqual(page.faults, []);
     });
+  }
+
+  /** The GNSS positions in height, against time and against the heading: each with its unit. */
+  async function gnss(page, name) {
+    for (const show of ["height", "time", "heading"]) {
+      await panel(page, "gnss").getByLabel("Shown").selectOption(show);
+      await page.waitForFunction((wanted) => [...document.querySelectorAll(".panel[data-view=gnss] .side:last-child svg text")].some((text) => text.textContent.includes(wanted)), { height: "residuals in height", time: "against time", heading: "against heading" }[show]);
+      await drawn(page, "gnss");
+      await page.picture(name(`gnss-${show}`));
+    }
+    const texts = await drawing(page, "gnss").locator("text").allTextContents();
+    assert.ok(texts.some((text) => text === "computed − measured (m)"), texts.join(" | "));
+    await panel(page, "gnss").getByLabel("Shown").selectOption("plan");
   }
 
   /** Side by side, the model, rows, help, and paper. */

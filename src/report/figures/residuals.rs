@@ -55,6 +55,8 @@ pub struct PlanSigned {
     /// Figure pixels per unit; `None` fits the largest value. With dots, pixels of radius for a value of 1, growing with
     /// the square root. Pictures to be compared share one.
     pub scale: Option<f64>,
+    /// Per value, whether it stands out, the others dimmed (strokes alone); empty where none does.
+    pub standing_out: Vec<bool>,
     /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
     pub width: Option<f64>,
 }
@@ -120,8 +122,9 @@ pub fn residuals_plan_arrows(plan: &PlanArrows) -> String {
 pub fn residuals_plan_signed(plan: &PlanSigned) -> String {
     let width = width_or(plan.width, WIDTH);
     let mut sheet = Sheet::new(&plan.title, width);
-    let good: Vec<&([f64; 2], f64)> =
-        plan.values.iter().filter(|(p, v)| p.iter().all(|v| drawable(*v)) && drawable(*v)).collect();
+    let whole = |(p, v): &([f64; 2], f64)| p.iter().all(|v| drawable(*v)) && drawable(*v);
+    let kept: Vec<usize> = (0..plan.values.len()).filter(|k| whole(&plan.values[*k])).collect();
+    let good: Vec<&([f64; 2], f64)> = kept.iter().map(|k| &plan.values[*k]).collect();
     sheet.left_out(plan.values.len() - good.len(), "not finite");
     let scale = chosen(plan.scale, plan.natural_scale());
     sheet.svg.scaled(scale);
@@ -135,14 +138,21 @@ pub fn residuals_plan_signed(plan: &PlanSigned) -> String {
     let s = scale.unwrap_or(0.0);
     match plan.style {
         SignedStyle::Strokes => {
-            for (up, colour) in [(true, VERMILLION), (false, BLUE)] {
+            // What is dimmed lies under what stands out; signs keep their direction.
+            let dimmed = |k: usize| plan.standing_out.get(kept[k]) == Some(&false);
+            let plain = if plan.standing_out.is_empty() { 1.2 } else { 1.8 };
+            let positive = |k: usize| good[k].1 >= 0.0;
+            let mut strokes = |wanted: &dyn Fn(usize) -> bool, colour, width| {
                 let mut d = String::new();
-                for (at, v) in drawn.iter().map(|k| good[*k]).filter(|a| (a.1 >= 0.0) == up) {
+                for (at, v) in drawn.iter().filter(|k| wanted(**k)).map(|k| good[*k]) {
                     let from = map.px(*at);
                     d += &arrow(from, [from[0], from[1] - s * v]);
                 }
-                sheet.svg.path(&d, Stroke::new(colour, 1.2));
-            }
+                sheet.svg.path(&d, Stroke::new(colour, width));
+            };
+            strokes(&|k| dimmed(k), GREY, 0.8);
+            strokes(&|k| !dimmed(k) && positive(k), VERMILLION, plain);
+            strokes(&|k| !dimmed(k) && !positive(k), BLUE, plain);
         }
         SignedStyle::Dots => {
             // Large ones first, so that small ones stay visible.

@@ -10,15 +10,16 @@ mod write;
 
 pub use crate::io::write_atomically;
 pub use adjusted::{Adjusted, read_source, write_source};
-pub use read::{RunFolder, read_outliers, read_points};
+pub use read::{RunFolder, each_residual, read_outliers, read_points};
 use rows::Row;
 pub use rows::{
-    CheckRow, FoundRow, ImageRow, ImageScaleRow, OutlierRow, PointRow, ProfileRow, ResidualLine, SensorRow,
+    CheckRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, OutlierRow, PointRow, ProfileRow, ResidualLine, ResidualRef,
+    SensorRow,
 };
-pub use write::{Pictures, write, write_diagnosis, write_outliers, write_residuals};
+pub use write::{Pictures, gnss_rows, write, write_diagnosis, write_outliers, write_residuals};
 
 /// Every file that a run may have, its last apart.
-pub const FILES: [&str; 12] = [
+pub const FILES: [&str; 13] = [
     MODEL,
     SOURCE,
     OutlierRow::FILE,
@@ -26,6 +27,7 @@ pub const FILES: [&str; 12] = [
     PointRow::FILE,
     ResidualLine::FILE,
     CheckRow::FILE,
+    GnssRow::FILE,
     SensorRow::FILE,
     DIAGNOSIS,
     ImageScaleRow::FILE,

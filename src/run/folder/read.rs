@@ -1,7 +1,8 @@
 //! A run folder, read back.
 
 use super::rows::{
-    CheckRow, FoundRow, ImageRow, ImageScaleRow, OutlierRow, PointRow, ProfileRow, ResidualLine, Row, SensorRow,
+    CheckRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, OutlierRow, PointRow, ProfileRow, ResidualLine, ResidualRef,
+    Row, SensorRow,
 };
 use super::{DIAGNOSIS, MODEL, SUMMARY};
 use crate::io::{Error, Place};
@@ -26,6 +27,8 @@ pub struct RunFolder<D> {
     pub residuals: Vec<ResidualLine>,
     /// `checks.csv`.
     pub checks: Vec<CheckRow>,
+    /// `gnss.csv`; empty where the block has no GNSS positions, or nothing to compare them with.
+    pub gnss: Vec<GnssRow>,
     /// `sensor.csv`.
     pub sensor: Vec<SensorRow>,
     /// `image_scale.csv`; empty for an adjustment.
@@ -42,6 +45,15 @@ impl<D: DeserializeOwned> RunFolder<D> {
     /// # Errors
     /// A file that is missing, cannot be read, is of another version, or lacks the rows that the summary speaks of; by name.
     pub fn read(dir: &Path) -> Result<Self, Error> {
+        let residuals = table(dir, ResidualLine::FILE, ResidualLine::COLUMNS, true)?;
+        Ok(Self { residuals, ..Self::read_without_residuals(dir)? })
+    }
+
+    /// Reads the folder, residuals apart: [`each_residual`] reads those one by one.
+    ///
+    /// # Errors
+    /// As [`RunFolder::read`].
+    pub fn read_without_residuals(dir: &Path) -> Result<Self, Error> {
         let diagnosis = dir.join(DIAGNOSIS);
         let summary: Summary = json(&dir.join(SUMMARY))?;
         let (tied, surveyed) = (summary.tie_rms_px.is_some(), summary.control.is_some() || summary.check.is_some());
@@ -49,12 +61,13 @@ impl<D: DeserializeOwned> RunFolder<D> {
             model: text(&dir.join(MODEL))?,
             diagnosis: if diagnosis.exists() { Some(json(&diagnosis)?) } else { None },
             images: table(dir, ImageRow::FILE, ImageRow::COLUMNS, true)?,
-            residuals: table(dir, ResidualLine::FILE, ResidualLine::COLUMNS, true)?,
+            residuals: Vec::new(),
             checks: table(dir, CheckRow::FILE, CheckRow::COLUMNS, surveyed)?,
+            gnss: rows_where_there::<GnssRow>(dir)?,
             sensor: table(dir, SensorRow::FILE, SensorRow::COLUMNS, tied)?,
-            scales: rows_of_diagnosis::<ImageScaleRow>(dir)?,
-            found: rows_of_diagnosis::<FoundRow>(dir)?,
-            profiles: rows_of_diagnosis::<ProfileRow>(dir)?,
+            scales: rows_where_there::<ImageScaleRow>(dir)?,
+            found: rows_where_there::<FoundRow>(dir)?,
+            profiles: rows_where_there::<ProfileRow>(dir)?,
             summary,
         })
     }
@@ -71,6 +84,24 @@ impl<D> RunFolder<D> {
         }
         names
     }
+}
+
+/// Hands every residual of a folder to `take`, in the order of the file.
+///
+/// # Errors
+/// A file that cannot be read, or that has no rows.
+pub fn each_residual(dir: &Path, mut take: impl FnMut(ResidualRef<'_>)) -> Result<(), Error> {
+    let path = dir.join(ResidualLine::FILE);
+    let csv_error = |error: csv::Error| unreadable(&path, error.into());
+    let mut reader = reader(&path, ResidualLine::COLUMNS)?;
+    let header = reader.headers().map_err(csv_error)?.clone();
+    let mut record = csv::StringRecord::new();
+    let mut empty = true;
+    while reader.read_record(&mut record).map_err(csv_error)? {
+        take(record.deserialize(Some(&header)).map_err(csv_error)?);
+        empty = false;
+    }
+    if empty { Err(without_rows(&path)) } else { Ok(()) }
 }
 
 /// What the run of a folder set aside, with the file that says so; `None` where it has no such file.
@@ -121,6 +152,11 @@ fn json<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
 
 /// Rows of a table, all `columns` of which are there.
 pub(super) fn rows<T: DeserializeOwned>(path: &Path, columns: &[&str]) -> Result<Vec<T>, Error> {
+    reader(path, columns)?.deserialize().collect::<Result<_, _>>().map_err(|error| unreadable(path, error.into()))
+}
+
+/// A reader of a table, all `columns` of which are there.
+fn reader(path: &Path, columns: &[&str]) -> Result<csv::Reader<impl io::Read>, Error> {
     let csv_error = |error: csv::Error| unreadable(path, error.into());
     let mut reader = csv::Reader::from_reader(crate::io::open(path).map_err(|error| unreadable(path, error))?);
     let header = reader.headers().map_err(csv_error)?;
@@ -131,7 +167,7 @@ pub(super) fn rows<T: DeserializeOwned>(path: &Path, columns: &[&str]) -> Result
         };
         return Err(refused(path, Place::Line(1), problem));
     }
-    reader.deserialize().collect::<Result<_, _>>().map_err(csv_error)
+    Ok(reader)
 }
 
 /// [`rows`] of a table that is `filled` by what the summary says.
@@ -139,14 +175,18 @@ fn table<T: DeserializeOwned>(dir: &Path, file: &str, columns: &[&str], filled: 
     let path = dir.join(file);
     let rows = rows(&path, columns)?;
     if filled && rows.is_empty() {
-        let problem = format!("the table has no rows, expected some, as {SUMMARY} has results of them");
-        return Err(refused(&path, Place::File, problem));
+        return Err(without_rows(&path));
     }
     Ok(rows)
 }
 
-/// Rows of a table that only a diagnosis writes; none where it is not there.
-fn rows_of_diagnosis<R: Row + DeserializeOwned>(dir: &Path) -> Result<Vec<R>, Error> {
+fn without_rows(path: &Path) -> Error {
+    let problem = format!("the table has no rows, expected some, as {SUMMARY} has results of them");
+    refused(path, Place::File, problem)
+}
+
+/// Rows of a table that not every run has; none where it is not there.
+fn rows_where_there<R: Row + DeserializeOwned>(dir: &Path) -> Result<Vec<R>, Error> {
     let path = dir.join(R::FILE);
     if path.exists() { rows(&path, R::COLUMNS) } else { Ok(Vec::new()) }
 }

@@ -139,6 +139,27 @@ table! { "residuals.csv",
     }
 }
 
+/// A row of `residuals.csv` as it lies in the file, for tables of which millions of rows are read.
+#[derive(Debug, Clone, Copy, Deserialize)]
+pub struct ResidualRef<'a> {
+    /// See [`ResidualLine`].
+    pub image: &'a str,
+    /// See [`ResidualLine`].
+    pub point: &'a str,
+    /// See [`ResidualLine`].
+    pub kind: &'a str,
+    /// See [`ResidualLine`].
+    pub x: f64,
+    /// See [`ResidualLine`].
+    pub y: f64,
+    /// See [`ResidualLine`].
+    pub rx: f64,
+    /// See [`ResidualLine`].
+    pub ry: f64,
+    /// See [`ResidualLine`].
+    pub sigma: f64,
+}
+
 table! { "outliers.csv",
     /// An image measurement that was set aside.
     OutlierRow {
@@ -172,6 +193,30 @@ table! { "checks.csv",
         y: f64,
         /// See `x`.
         z: f64,
+    }
+}
+
+table! { "gnss.csv",
+    /// A GNSS position against the adjusted block.
+    GnssRow {
+        /// Image.
+        image: String,
+        /// Computed minus measured, m.
+        dx: f64,
+        /// See `dx`.
+        dy: f64,
+        /// See `dx`.
+        dz: f64,
+        /// Measured, m.
+        x: f64,
+        /// See `x`.
+        y: f64,
+        /// See `x`.
+        z: f64,
+        /// Time of exposure, s.
+        time_s: Option<f64>,
+        /// Heading of the platform from north to east, degrees from 0 to 360.
+        heading_deg: Option<f64>,
     }
 }
 

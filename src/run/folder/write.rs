@@ -1,7 +1,8 @@
 //! A run folder, written.
 
 use super::rows::{
-    CheckRow, FoundRow, ImageRow, ImageScaleRow, OutlierRow, PointRow, ProfileRow, ResidualLine, Row, SensorRow,
+    CheckRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, OutlierRow, PointRow, ProfileRow, ResidualLine, Row,
+    SensorRow,
 };
 use super::{DIAGNOSIS, FINAL, MODEL, SUMMARY};
 use crate::adjust::Covariance;
@@ -13,7 +14,7 @@ use crate::io::{self, Error};
 use crate::model::Model;
 use crate::problem::PointSource;
 use crate::run::summary::{Summary, sigma0, theta_sigma};
-use crate::run::{ResidualKind, ResidualRow, Run, cell_means};
+use crate::run::{GnssResidual, ResidualKind, ResidualRow, Run, cell_means};
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::path::Path;
@@ -35,11 +36,18 @@ pub struct Pictures {
 }
 
 /// Writes model, summary and tables into `dir`, which is made when it is not there; files of an older run are replaced.
-/// `rows` are the residuals of the run.
+/// `rows` are the residuals of the run, `gnss` those of the GNSS positions.
 ///
 /// # Errors
 /// What cannot be written.
-pub fn write(dir: &Path, block: &Block, model: &Model, run: &Run, rows: &[ResidualRow]) -> Result<(), Error> {
+pub fn write(
+    dir: &Path,
+    block: &Block,
+    model: &Model,
+    run: &Run,
+    rows: &[ResidualRow],
+    gnss: &[GnssResidual],
+) -> Result<(), Error> {
     std::fs::create_dir_all(dir).map_err(|source| Error::Write { path: dir.to_owned(), source })?;
     let similarity = run.comparison.as_ref().and_then(|comparison| comparison.similarity);
     let folder = Folder { block, run, alignment: similarity.unwrap_or_else(Similarity::identity), sigma0: sigma0(run) };
@@ -48,6 +56,7 @@ pub fn write(dir: &Path, block: &Block, model: &Model, run: &Run, rows: &[Residu
     write_rows(dir, folder.points())?;
     write_rows(dir, lines(block, rows))?;
     write_rows(dir, folder.checks())?;
+    write_rows(dir, gnss_rows(block, gnss))?;
     remove_diagnosis(dir)?;
     write_rows(dir, sensor_means(block, rows))?;
     // Last: where it is, the run is complete.
@@ -241,6 +250,25 @@ fn lines(block: &Block, rows: &[ResidualRow]) -> impl Iterator<Item = ResidualLi
             rx: row.residual[0],
             ry: row.residual[1],
             sigma: row.sigma,
+        }
+    })
+}
+
+/// Residuals of GNSS positions as they stand in the file, in the survey's system.
+pub fn gnss_rows<'a>(block: &'a Block, gnss: &'a [GnssResidual]) -> impl Iterator<Item = GnssRow> + 'a {
+    let known = |value: f64| Some(value).filter(|value| value.is_finite());
+    gnss.iter().map(move |row| {
+        let position = row.position + block.origin;
+        GnssRow {
+            image: block.images[row.image.index()].name.clone(),
+            dx: row.d.x,
+            dy: row.d.y,
+            dz: row.d.z,
+            x: position.x,
+            y: position.y,
+            z: position.z,
+            time_s: known(row.time_s),
+            heading_deg: known(row.heading_deg),
         }
     })
 }

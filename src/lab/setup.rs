@@ -1,0 +1,43 @@
+//! What a laboratory is opened with.
+
+use super::simulated::Simulated;
+use super::tree::Folder;
+use crate::adjust::Solver;
+use crate::block::Block;
+use crate::model::{EffectRef, Model};
+use crate::run::folder::OutlierRow;
+use std::path::PathBuf;
+
+/// What the laboratory was opened with.
+pub struct Setup {
+    /// Folder of the block.
+    pub source: PathBuf,
+    /// The block, about its centre.
+    pub block: Block,
+    /// Measurements that the run of `--model` set aside.
+    pub set_aside: Vec<OutlierRow>,
+    /// The base model.
+    pub model: Model,
+    /// Effects of plug-ins.
+    pub plugins: Vec<EffectRef>,
+    /// The solvers of every step.
+    pub solvers: Vec<&'static dyn Solver>,
+    /// Are outliers searched at the base?
+    pub snoop: bool,
+    /// Probability with which an adequate block is told that something is missing.
+    pub significance: f64,
+    /// Threads.
+    pub threads: usize,
+    /// Where steps are kept.
+    pub folder: Folder,
+    /// Of a block whose errors one chooses.
+    pub simulated: Option<Simulated>,
+}
+
+/// A block that was measured, and where it stands.
+pub struct Source {
+    /// Its folder.
+    pub path: PathBuf,
+    /// The block, about its centre.
+    pub block: Block,
+}
