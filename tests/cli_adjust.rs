@@ -193,8 +193,8 @@ fn the_page_has_its_sections_and_is_the_same_from_the_folder() {
     }
     let pictures = fs::read_dir(run.join("figures")).expect("pictures").count();
     assert_eq!(
-        pictures, 9,
-        "sensor, images, histogram, flights, three of check points, two of control points, which are few"
+        pictures, 13,
+        "sensor, images, histogram, flights, three of check points, two of control points, which are few, four of GNSS"
     );
     assert_eq!((first.matches("<svg").count(), first.matches("</svg>").count()), (pictures, pictures));
     assert!(!first.contains("no data"));
