@@ -77,8 +77,8 @@ fn structure_of(
         let asked = Questions { tested: fields, extra: columns, clustered: true, ..Questions::nothing() };
         let linearised = with_candidates(block, fit, &improvement.parts, asked, settings)?;
         let beside = linearised.situation(settings, &Default::default()).beside().into_system();
-        let scores = linearised.scores.clone();
-        Ok((linearised, beside, scores))
+        let spread = structure::Spread::of(&linearised.scores);
+        Ok((linearised, beside, spread))
     })
 }
 

@@ -4,10 +4,11 @@
 use super::structure::Structure;
 use super::system::System;
 use crate::adjust::LinearSolver;
+use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Llt as SparseLlt, SymbolicLlt};
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
-use faer::{Mat, Side};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Up to this many image unknowns the dense factorisation is as fast as the sparse one even on a corridor (2000 unknowns: 0.2 s).
@@ -65,10 +66,10 @@ enum Images {
 
 impl Images {
     /// Replaces `right` by `A^-1 right`.
-    fn solve(&self, right: &mut Mat<f64>) {
+    fn solve(&self, right: MatMut<'_, f64>) {
         match self {
-            Images::Dense(factor) => factor.solve_in_place(right.as_mut()),
-            Images::Sparse(factor) => factor.solve_in_place(right.as_mut()),
+            Images::Dense(factor) => factor.solve_in_place(right),
+            Images::Sparse(factor) => factor.solve_in_place(right),
         }
     }
 }
@@ -181,7 +182,7 @@ impl ReducedBorder {
         let scale = scaling(&system.diagonal_border);
         let strip = Mat::<f64>::from_fn(n, m, |i, j| system.strip(i, j) * scale_images[i] * scale[j]);
         let mut solved_strip = strip.clone();
-        images.solve(&mut solved_strip);
+        images.solve(solved_strip.as_mut());
         let product = strip.transpose() * &solved_strip;
         let matrix = DMatrix::from_fn(m, m, |i, j| {
             let (a, b) = (i.min(j), i.max(j));
@@ -194,7 +195,7 @@ impl ReducedBorder {
             system.rhs_border[j] * scale[j] - carried
         });
         let mut solved = Mat::<f64>::from_fn(n, 1, |i, _| scaled[i]);
-        images.solve(&mut solved);
+        images.solve(solved.as_mut());
         let solved_rhs = (0..n).map(|i| solved[(i, 0)]).collect();
         Ok(Self { images, scale_images, scale, solved_strip, matrix, rhs, solved_rhs })
     }
@@ -242,19 +243,23 @@ impl Factor {
         (images, border.iter().zip(&self.reduced.scale).map(|(x, s)| x * s).collect())
     }
 
-    /// `S^-1` times columns over all reduced unknowns (images by rank, then border; scaled units).
+    /// `S^-1` times columns over all reduced unknowns (images by rank, then border; scaled units). Columns may be thousands: beside them and
+    /// the result nothing of that size is made.
     pub fn solve_columns(&self, columns: &Mat<f64>) -> Mat<f64> {
-        let ReducedBorder { images, scale_images, scale, solved_strip, .. } = &self.reduced;
-        let (n, m, count) = (scale_images.len(), scale.len(), columns.ncols());
-        let mut top = Mat::<f64>::from_fn(n, count, |i, c| columns[(i, c)] * scale_images[i]);
-        let carried = solved_strip.transpose() * &top;
-        let bottom = DMatrix::from_fn(m, count, |l, c| columns[(n + l, c)] * scale[l] - carried[(l, c)]);
-        let border = self.border_factor.solve(&bottom);
-        images.solve(&mut top);
-        let correction = solved_strip * Mat::<f64>::from_fn(m, count, |l, c| border[(l, c)]);
-        Mat::from_fn(n + m, count, |i, c| {
-            if i < n { (top[(i, c)] - correction[(i, c)]) * scale_images[i] } else { border[(i - n, c)] * scale[i - n] }
-        })
+        let ReducedBorder { images, scale_images, scale: scale_border, solved_strip, .. } = &self.reduced;
+        let (n, m, count) = (scale_images.len(), scale_border.len(), columns.ncols());
+        let scale = |i: usize| if i < n { scale_images[i] } else { scale_border[i - n] };
+        let mut solved = Mat::<f64>::from_fn(n + m, count, |i, c| columns[(i, c)] * scale(i));
+        let (mut top, mut bottom) = solved.as_mut().split_at_row_mut(n);
+        let carried = solved_strip.transpose() * top.as_ref();
+        let border = self.border_factor.solve(&DMatrix::from_fn(m, count, |l, c| bottom[(l, c)] - carried[(l, c)]));
+        bottom.copy_from(MatRef::from_column_major_slice(border.as_slice(), m, count));
+        images.solve(top.as_mut());
+        matmul(top, Accum::Add, solved_strip, bottom.as_ref(), -1.0, Par::Seq);
+        for column in solved.col_iter_mut() {
+            column.iter_mut().enumerate().for_each(|(i, value)| *value *= scale(i));
+        }
+        solved
     }
 
     /// Covariance of the border's unknowns (scaled units).
@@ -271,7 +276,7 @@ impl Factor {
         let ReducedBorder { images, scale_images, scale: scale_border, solved_strip, .. } = &self.reduced;
         let (n, m) = (scale_images.len(), scale_border.len());
         let mut inverse_images = Mat::<f64>::identity(n, n);
-        images.solve(&mut inverse_images);
+        images.solve(inverse_images.as_mut());
         let border = self.border_factor.inverse();
         let border = Mat::<f64>::from_fn(m, m, |i, j| border[(i, j)]);
         let carried = solved_strip * &border;

@@ -180,10 +180,24 @@ impl<'a> Context<'a> {
     }
 }
 
+/// What tells how much scores vary from point to point.
+pub struct Spread {
+    length: Vec<f64>,
+    squares: Vec<f64>,
+    held: Vec<f64>,
+}
+
+impl Spread {
+    /// Of the scores of a null model.
+    pub fn of(scores: &ScoreSystem) -> Self {
+        Self { length: scores.length.clone(), squares: scores.squares.clone(), held: scores.held.clone() }
+    }
+}
+
 /// The columns of one test in a system.
 struct Asked<'a> {
     system: &'a System,
-    scores: &'a ScoreSystem,
+    spread: &'a Spread,
     range: Range<usize>,
     noise: Noise,
 }
@@ -200,7 +214,7 @@ impl Asked<'_> {
 
     /// How much more the scores vary from point to point than the weights say, at least 1.
     fn design_effect(&self, own: &[usize]) -> f64 {
-        let ScoreSystem { squares, held, length, .. } = self.scores;
+        let Spread { squares, held, length } = self.spread;
         let ratios = self.columns(own).into_iter().filter(|c| held[*c] > KEPT_SHARE * length[*c]);
         let (sum, n) =
             ratios.fold((0.0, 0usize), |(sum, n), c| (sum + squares[c] / (self.variance() * held[c]), n + 1));
@@ -351,16 +365,16 @@ impl<'a> Layout<'a> {
         Families::new(problem, self.context.state, list)
     }
 
-    /// Hands the columns of all tests to `test`, and judges what comes back: a system in which they are the last columns, and its scores.
+    /// Hands the columns of all tests to `test`, and judges what comes back: a system in which they are the last columns, and their spread.
     pub fn analyse<T, E>(
         mut self,
         comparison: Option<&Comparison>,
         significance: f64,
-        test: impl FnOnce(&dyn Columns) -> Result<(T, System, ScoreSystem), E>,
+        test: impl FnOnce(&dyn Columns) -> Result<(T, System, Spread), E>,
     ) -> Result<(T, Structure), E> {
         let mut found = std::mem::take(&mut self.found);
         let families = self.families();
-        let (tested, system, scores) = test(&families)?;
+        let (tested, system, spread) = test(&families)?;
         let first = system.len() - families.dense() - families.local();
         let names: Vec<&'static str> = families.list.iter().map(|family| family.against).collect();
         let ranges: Vec<Range<usize>> =
@@ -368,7 +382,7 @@ impl<'a> Layout<'a> {
         drop(families);
         let asked = |name: &str| {
             let position = names.iter().position(|other| *other == name)?;
-            Some(Asked { system: &system, scores: &scores, range: ranges[position].clone(), noise: self.context.noise })
+            Some(Asked { system: &system, spread: &spread, range: ranges[position].clone(), noise: self.context.noise })
         };
         if let Some(rows) = asked(REDUNDANCY).filter(|rows| !rows.range.is_empty()) {
             let share = rows.range.clone().map(|c| system.information[(c, c)]).sum::<f64>() / rows.range.len() as f64;
@@ -448,17 +462,18 @@ pub fn analyse(
 ) -> Result<Structure, AdjustError> {
     let null = NullModel::new(problem.clone(), state.clone(), Vec::new(), threads)?;
     let measurements = null.measurements();
-    let test = |columns: &dyn Columns| -> Result<((), System, ScoreSystem), AdjustError> {
+    let test = |columns: &dyn Columns| -> Result<((), System, Spread), AdjustError> {
         let scores = null.test(columns)?;
+        let spread = Spread::of(&scores);
         let system = System {
-            score: scores.score.clone(),
-            information: scores.information.clone(),
-            length: scores.length.clone(),
             least: vec![0.0; scores.score.len()],
+            score: scores.score,
+            information: scores.information,
+            length: scores.length,
             chi_square: null.chi_square(),
             redundancy: problem.redundancy().2 as f64,
         };
-        Ok(((), system, scores))
+        Ok(((), system, spread))
     };
     let ((), structure) = Layout::new(problem, state, &measurements)?.analyse(comparison, significance, test)?;
     Ok(structure)

@@ -40,7 +40,7 @@ use crate::effects::{Role, Scope};
 use crate::measure::{Frame, Stages};
 use crate::problem::{Problem, State};
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
+use faer::{Accum, Mat, Par, Scale};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -245,7 +245,7 @@ impl NullModel {
 
     fn sums(&self, extra: &dyn Columns, each_alone: bool) -> Result<ScoreSystem, AdjustError> {
         let source = self.source(extra);
-        let sums = Sums::of(&source, each_alone)?;
+        let mut sums = Sums::of(&source, each_alone)?;
         let border = self.structure.border.len();
         let [effects_dense, effects_local] = self.effect_columns;
         let dense = (0..extra.dense()).map(|k| ColumnPlace::Dense(effects_dense + k));
@@ -263,6 +263,8 @@ impl NullModel {
             (false, k) if k < d => sums.dense_dense[(i - n) * d + k],
             (false, k) => sums.local_dense[(k - d) * d + i - n],
         });
+        // Of hundreds of images and thousands of columns these are the largest of all.
+        sums.forget_images();
         let among = |a: usize, b: usize| match (a.min(b), a.max(b)) {
             (a, b) if b < d => sums.dense_dense[a * d + b],
             (a, b) if a < d => sums.local_dense[(b - d) * d + a],
@@ -300,7 +302,9 @@ impl NullModel {
                 among(own(places[i]), own(places[j])) - taken[j * q + i]
             })
         };
-        let moves = Mat::from_fn(n + border, self.columns.len(), |i, c| -solved[(i, c)]);
+        let mut moves = solved;
+        moves.truncate(n + border, self.columns.len());
+        moves *= Scale(-1.0);
         Ok(ScoreSystem { score, information, length, squares, held, moves })
     }
 

@@ -111,6 +111,11 @@ impl Sums {
         self.image_local[(row / dim * self.local + column) * dim + row % dim]
     }
 
+    /// Gives the sums with image unknowns back.
+    pub fn forget_images(&mut self) {
+        (self.image_dense, self.image_local) = (Vec::new(), Vec::new());
+    }
+
     /// Sums over everything. `diagonal_alone`: of `L'L` its diagonal.
     pub fn of(source: &Source<'_>, diagonal_alone: bool) -> Result<Self, AdjustError> {
         let (d, l) = (source.dense(), source.local());
