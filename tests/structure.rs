@@ -216,6 +216,26 @@ fn neighbours_that_err_together_are_found() {
 }
 
 #[test]
+fn poses_that_gnss_holds_leave_no_correlation_behind() {
+    // Few points an image and precise antennas: the fit of a pose takes much less out of neighbours than its measurements alone would let it.
+    let seeds = 1..=16;
+    let statistics = seeds.map(|seed| {
+        let mut block = common::preset("dike", &[("points", 1500.0)], seed).block;
+        for antenna in block.images.iter_mut().filter_map(|image| image.gnss.as_mut()) {
+            (antenna.sigma_xy, antenna.sigma_z) = (Some(1e-3), Some(1e-3));
+        }
+        add_noise(&mut block, NOISE, seed).unwrap();
+        add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: true }, seed);
+        let run = common::solve_native(&block, &Model { datum: Datum::All, ..Model::default() }, &options());
+        structure_of(&run).test("autocorrelation").expect("tested").statistic
+    });
+    let statistics: Vec<f64> = statistics.collect();
+    let mean = statistics.iter().sum::<f64>() / statistics.len() as f64;
+    // Standard normal each, or below.
+    assert!(mean * (statistics.len() as f64).sqrt() < normal_quantile(1.0 - 1e-3), "mean {mean} of {statistics:?}");
+}
+
+#[test]
 fn a_late_antenna_shows_along_the_track_alone() {
     let mut block = block("dike", 2000.0, 7);
     let velocities: Vec<Vector3<f64>> =

@@ -5,7 +5,7 @@ use super::frame::{self, Frame, Stages};
 use super::{MeasureError, position};
 use crate::camera::undistort::viewing_ray;
 use crate::problem::{ImageObservation, MeasurementKind, Problem, State};
-use nalgebra::{Matrix2x3, Vector3};
+use nalgebra::{Matrix2x3, Matrix3x6, Vector3};
 use std::cell::RefCell;
 
 thread_local! {
@@ -58,6 +58,11 @@ impl<'a> Predictor<'a> {
     /// Antenna position (m) of an image.
     pub fn antenna(&self, image: usize) -> Option<Vector3<f64>> {
         position::predict_antenna(self.problem, &self.stages, &self.frames[image], image).map(|p| p.position)
+    }
+
+    /// Derivatives of an image's antenna position by rotation `w` and projection centre, 3x6.
+    pub fn antenna_by_pose(&self, image: usize) -> Option<Matrix3x6<f64>> {
+        position::predict_antenna(self.problem, &self.stages, &self.frames[image], image).map(|p| p.derivative)
     }
 
     /// Interior orientation of an image after its effects.

@@ -3,8 +3,8 @@
 //! `I = sum v_i . v_k` over near neighbours of different points (Moran's statistic without its normalisation). Under the null the points are
 //! independent, so the products of one pair of points, summed over all images in which they are neighbours, have the expectation
 //! that the fit of the pose leaves, no correlation with those of other pairs, and the variance of their own squares: flipping
-//! the signs of whole points changes nothing. The expectation is taken from each image's own pose with the rest held, which is
-//! nearer to zero than the true one: a one-sided test is on the safe side.
+//! the signs of whole points changes nothing. The expectation is taken from each image's own pose, known from its measurements and its
+//! antenna, with the rest held, which is nearer to zero than the true one: a one-sided test is on the safe side.
 
 use super::{Context, Found, Tested};
 use crate::diagnose::neighbours::Neighbours;
@@ -24,7 +24,7 @@ pub(super) fn test(context: &Context<'_>, found: &mut Found) {
         owner[problem.point_start[j]..problem.point_start[j + 1]].fill(j as u32);
     }
     // How the pose of its own image moves each measurement once the point has followed.
-    let mut normal = vec![Matrix6::<f64>::zeros(); images];
+    let mut normal = context.antenna_normals.clone();
     let mut moved: Vec<Matrix2x6<f64>> = Vec::with_capacity(n);
     let image_of = |k: usize| problem.observations[k].image as usize;
     for (k, local) in context.measurements.iter().enumerate() {

@@ -37,7 +37,7 @@ use crate::measure::Predictor;
 use crate::problem::{Problem, State};
 use columns::{Families, Family};
 use covariates::Covariate;
-use nalgebra::{DVector, Matrix2, Vector2, Vector3};
+use nalgebra::{DVector, Matrix2, Matrix6, Vector2, Vector3};
 use place::Place;
 use std::ops::Range;
 
@@ -132,6 +132,8 @@ struct Context<'a> {
     measurements: &'a [Local],
     noise: Noise,
     antenna_residuals: Vec<Vector3<f64>>,
+    /// Normal matrix of each image's pose (rotation `w`, projection centre) from its antenna alone.
+    antenna_normals: Vec<Matrix6<f64>>,
     gnss_noise: Noise,
 }
 
@@ -150,6 +152,16 @@ impl<'a> Context<'a> {
             computed.map_or_else(Vector3::zeros, |computed| observation.position - computed)
         });
         let antenna_residuals: Vec<Vector3<f64>> = antenna_residuals.collect();
+        let mut antenna_normals = vec![Matrix6::zeros(); problem.image_contexts.len()];
+        for observation in &problem.gnss {
+            let image = observation.index as usize;
+            let Some(mut by_pose) = predictor.antenna_by_pose(image) else { continue };
+            for (k, mut column) in by_pose.column_iter_mut().enumerate() {
+                let free = if problem.pose_free[image][k] { 1.0 } else { 0.0 };
+                column.component_mul_assign(&observation.sigma.map(|sigma| free / sigma));
+            }
+            antenna_normals[image] += by_pose.transpose() * by_pose;
+        }
         let of_gnss = problem.gnss.iter().zip(&antenna_residuals);
         let sum_of_squares = of_gnss.map(|(observation, d)| d.component_div(&observation.sigma).norm_squared()).sum();
         Ok(Self {
@@ -158,6 +170,7 @@ impl<'a> Context<'a> {
             measurements,
             noise: Noise { sum_of_squares: squares.sum(), degrees },
             antenna_residuals,
+            antenna_normals,
             gnss_noise: Noise { sum_of_squares, degrees: f64::NAN },
         })
     }
