@@ -102,7 +102,9 @@ export class Figure {
       this.path = null;
       this.show(path);
     };
-    fill(this.paper, h("p.nothing", {}, error.message, " ", error.status !== 404 && button("Try again", again)));
+    // A refusal stays one, however often it is asked for.
+    const refused = [400, 404].includes(error.status);
+    fill(this.paper, h("p.nothing", {}, error.message, " ", !refused && button("Try again", again)));
     fill(this.overlay);
   }
 

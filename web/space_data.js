@@ -1,6 +1,6 @@
 // The block in space as the server sends it: a JSON header, then numbers row by row (src/lab/api.rs).
 
-/** Arrays by name: `{rows, ids, of(column)}`, a column being a function of the row. */
+/** Arrays by name: `{rows, ids, of(column)}`, a column being a function of the row. `all` counts the tie points, those that are not sent too. */
 export function readSpace(buffer) {
   const view = new DataView(buffer);
   const length = view.getUint32(0, true);
@@ -23,6 +23,7 @@ export function readSpace(buffer) {
   for (const name of ["stations", "ties", "checks", "control"]) {
     arrays[name] ??= { rows: 0, ids: [], of: () => null, place: () => [NaN, NaN, NaN], triple: () => () => [NaN, NaN, NaN] };
   }
+  arrays.all = header.ties;
   return arrays;
 }
 

@@ -86,13 +86,14 @@ export class SpacePanel {
     const steps = [1, 10, 100, 1000, 10000, 100000].flatMap((k) => [k, 2 * k, 5 * k]);
     fill(this.factors, choice("Error vectors enlarged", [["", `errors × ${count(shown.factor)}`], ...steps.map((k) => [k, `errors × ${count(k)}`])], this.factor ?? "", (value) => { this.factor = value ? Number(value) : null; this.draw(); }));
     this.legend.dataset.dark = String(dark());
-    const held = brushed && this.data.ties.of("brushed");
-    const marked = held && Array.from({ length: this.data.ties.rows }, (_, row) => held(row) > 0).filter(Boolean).length;
+    const { ties, all } = this.data;
+    const held = brushed && ties.of("brushed");
+    const thinned = ties.rows < all.rows && ` (${count(ties.rows)} of ${count(all.rows)} are drawn)`;
     const surveyed = this.data.checks.rows + this.data.control.rows > 0;
     this.factors.hidden = !surveyed;
     fill(this.legend,
       surveyed && h("div", {}, h("i.check"), "check points, ", h("i.control"), `control points, errors enlarged ${count(shown.factor)} times`),
-      h("div", {}, h("i.ramp"), held ? `${count(marked)} of ${count(this.data.ties.rows)} tie points brushed` : `tie points, residual RMS 0 to ${significant(shown.end, 2)} px and more`),
+      h("div", {}, h(held ? "i.brushed" : "i.ramp"), held ? `${count(all.brushed)} of ${count(all.rows)} tie points brushed` : `tie points, residual RMS 0 to ${significant(shown.end, 2)} px and more`, thinned),
       h("div.quiet", {}, `grid ${significant(shown.spacing, 1)} m; cameras ${brushed ? "of brushed measurements stand out" : "by flight"}`));
   }
 

@@ -54,7 +54,7 @@
 //!
 //! | name | shows | also takes |
 //! |---|---|---|
-//! | `sensor` | mean residual in cells of the sensor, significant ones marked | `camera=INDEX` (default 0) |
+//! | `sensor` | mean residual in cells of the sensor, with their counts, significant ones marked | `camera=INDEX` (default 0) |
 //! | `image` | every residual of one image, outliers marked | `image=INDEX` |
 //! | `images` | RMS of each image | |
 //! | `plan` | check and control points: error in plan as arrows | |
@@ -141,7 +141,7 @@
 //! order of the header, row by row, coordinates about `origin`:
 //!
 //! ```json
-//! { "origin": [0, 0, 0], "arrays": [
+//! { "origin": [0, 0, 0], "ties": { "rows": 14000, "brushed": 0 }, "arrays": [
 //!   { "name": "stations", "columns": ["x", "y", "z", "ax", "ay", "az", "ux", "uy", "uz", "flight"], "rows": 113,
 //!     "ids": ["a.jpg"] },
 //!   { "name": "ties", "columns": ["x", "y", "z", "rms_px"], "rows": 14000 },
@@ -150,8 +150,8 @@
 //! ```
 //!
 //! With `?brush=..` ties, checks and control have a last column `brushed`: how many measurements of the tie point are,
-//! and whether a mark of the surveyed point is. `a` is the viewing
-//! direction, `u` points up in the image; `d` is computed minus surveyed (m), NaN where it is not compared.
+//! and whether a mark of the surveyed point is. At most 50 000 tie points are sent, always the same ones, and of the
+//! others some that are brushed; `ties` of the header counts all of them. `a` is the viewing direction, `u` points up in the image; `d` is computed minus surveyed (m), NaN where it is not compared.
 //!
 //! # `GET /api/nodes/ID/candidates`
 //!

@@ -7,6 +7,26 @@ use anyhow::Result;
 use serde_json::{Value, json};
 use std::collections::HashSet;
 
+/// Tie points that are sent at most: more would hide each other, and take long to draw.
+const MOST_TIES: usize = 50_000;
+/// How many of these are kept free for brushed ones, so that a small brush is seen in a large block.
+const BRUSHED_TIES: usize = 10_000;
+
+/// Which tie points are drawn, out of all of them and of those that are brushed: evenly many of the order of the block, and the same
+/// whatever is brushed; of the others the brushed ones, evenly too.
+fn drawn(brushed: &[bool]) -> Vec<bool> {
+    let n = brushed.len();
+    if n <= MOST_TIES {
+        return vec![true; n];
+    }
+    let evenly = |place: usize, of: usize, most: usize| of <= most || (place + 1) * most / of > place * most / of;
+    let mut drawn: Vec<bool> = (0..n).map(|place| evenly(place, n, MOST_TIES - BRUSHED_TIES)).collect();
+    let left: Vec<usize> = (0..n).filter(|place| brushed[*place] && !drawn[*place]).collect();
+    let added = (0..left.len()).filter(|place| evenly(*place, left.len(), BRUSHED_TIES));
+    added.for_each(|place| drawn[left[place]] = true);
+    drawn
+}
+
 /// The bytes: length of the header, header, arrays.
 ///
 /// # Errors
@@ -47,12 +67,11 @@ pub fn space(lab: &Lab, id: u32, brush: Option<&Brush>) -> Result<Vec<u8>> {
             [place[0], place[1], place[2], (sum / *n as f64).sqrt() as f32, *brushed as f32]
         })
         .collect();
-    match &chosen {
-        Some(_) => array("ties", &["x", "y", "z", "rms_px", "brushed"], None, ties.concat()),
-        None => {
-            array("ties", &["x", "y", "z", "rms_px"], None, ties.iter().flat_map(|row| row[..4].to_vec()).collect())
-        }
-    }
+    let brushed: Vec<bool> = ties.iter().map(|row| row[4] > 0.0).collect();
+    let all = json!({ "rows": ties.len(), "brushed": brushed.iter().filter(|brushed| **brushed).count() });
+    let names = &["x", "y", "z", "rms_px", "brushed"][..if chosen.is_some() { 5 } else { 4 }];
+    let shown = ties.iter().zip(drawn(&brushed)).filter(|(_, drawn)| *drawn);
+    array("ties", names, None, shown.flat_map(|(row, _)| row[..names.len()].to_vec()).collect());
     let origin = block.origin;
     let marked = chosen.map(|chosen| {
         let marks = (0..columns.len()).filter(|k| chosen[*k] && !columns.tie[*k]);
@@ -69,10 +88,33 @@ pub fn space(lab: &Lab, id: u32, brush: Option<&Brush>) -> Result<Vec<u8>> {
         let names = ["x", "y", "z", "dx", "dy", "dz", "brushed"];
         array(name, &names[..if marked.is_some() { 7 } else { 6 }], Some(ids), values.collect());
     }
-    let mut header = json!({ "origin": <[f64; 3]>::from(origin), "arrays": arrays }).to_string().into_bytes();
+    let mut header =
+        json!({ "origin": <[f64; 3]>::from(origin), "ties": all, "arrays": arrays }).to_string().into_bytes();
     header.resize(header.len().next_multiple_of(4), b' ');
     let mut bytes = (header.len() as u32).to_le_bytes().to_vec();
     bytes.extend(header);
     numbers.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_crowd_is_thinned_evenly_and_a_small_brush_is_seen_in_it() {
+        let count = |drawn: &[bool]| drawn.iter().filter(|drawn| **drawn).count();
+        assert_eq!(count(&drawn(&vec![false; MOST_TIES])), MOST_TIES);
+        let n = 342_001;
+        let fixed = drawn(&vec![false; n]);
+        assert_eq!(count(&fixed), MOST_TIES - BRUSHED_TIES);
+        assert!(fixed.chunks(100).all(|chunk| count(chunk) <= 12), "nowhere denser than elsewhere");
+        let few: Vec<bool> = (0..n).map(|k| (1000..1050).contains(&k)).collect();
+        let seen = drawn(&few);
+        assert!((1000..1050).all(|k| seen[k]), "every brushed point");
+        assert!((0..n).all(|k| seen[k] == (fixed[k] || few[k])), "beside the same others");
+        let many = drawn(&vec![true; n]);
+        assert_eq!(count(&many), MOST_TIES);
+        assert!((0..n).all(|k| many[k] || !fixed[k]));
+    }
 }

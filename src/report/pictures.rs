@@ -1,10 +1,12 @@
 //! The pictures of a run as data: what the page of a run draws, and whoever shows the same run in another way.
 
 use super::figures::{
-    Arrow, ArrowSet, Axis, FlightPlan, Histogram, ImageBar, ImageBars, LineChart, LineStyle, Panel, PlanArrows,
+    Arrow, ArrowSet, Axis, Cell, FlightPlan, Histogram, ImageBar, ImageBars, LineChart, LineStyle, Panel, PlanArrows,
     PlanSigned, Sample, Series, Station, VectorField,
 };
+use super::numbers::significant;
 use super::run::RunFolder;
+use crate::run::CELLS;
 use crate::run::folder::{CheckRow, GnssRow, SensorRow};
 
 /// Cells below this p-value are marked. A cell is one of hundreds: 1e-5 marks no cell of a clean block in most pictures.
@@ -18,10 +20,39 @@ pub fn sensor(run: &RunFolder, camera: &str, stage: &str, title: &str) -> Option
     let arrows: Vec<Arrow> = rows.iter().map(|row| ([row.x, row.y], [row.dx, row.dy])).collect();
     let tested = rows.iter().any(|row| row.p_value.is_some());
     let marked = rows.iter().filter(|_| tested).map(|row| row.p_value.is_some_and(|p| p < MARKED_P));
-    let significant = marked.collect();
+    let tests: Vec<bool> = marked.collect();
     let mut field = VectorField::single(title, size, Vec::new(), "px");
-    field.sets = vec![ArrowSet { arrows, significant, ..ArrowSet::default() }];
+    let cell = cell_size(&arrows, size);
+    let words = |k: usize| cell_words(rows[k].n, arrows[k].1, rows[k].p_value.map(|p| p < MARKED_P));
+    let cells = rows.iter().enumerate();
+    field.cells =
+        cells.map(|(k, row)| Cell { centre: [row.x, row.y], size: cell, n: row.n, words: words(k) }).collect();
+    field.sets = vec![ArrowSet { arrows, significant: tests, ..ArrowSet::default() }];
     Some(field)
+}
+
+/// Width and height of the cells in whose middles these arrows stand, px: the least distance between two.
+fn cell_size(arrows: &[Arrow], sensor: [f64; 2]) -> [f64; 2] {
+    [0, 1].map(|axis| {
+        let mut at: Vec<f64> = arrows.iter().map(|(place, _)| place[axis]).collect();
+        at.sort_by(f64::total_cmp);
+        let steps = at.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 1e-6 * sensor[axis]);
+        let step = steps.fold(f64::INFINITY, f64::min);
+        if step.is_finite() { step } else { sensor[0].max(sensor[1]) / CELLS }
+    })
+}
+
+/// What a cell of the sensor says of itself: its number of measurements, their mean residual (px), and, where it was
+/// tested, whether that is significant.
+pub fn cell_words(n: usize, mean: [f64; 2], is_significant: Option<bool>) -> String {
+    let measurements = if n == 1 { "measurement" } else { "measurements" };
+    let tested = match is_significant {
+        Some(true) => ", significant",
+        Some(false) => ", not significant",
+        None => "",
+    };
+    let [x, y] = mean.map(|value| significant(value, 2));
+    format!("{n} {measurements}, mean {x}, {y} px{tested}")
 }
 
 /// RMS per image, in the order of the block; `None` where an image has no tie point.

@@ -179,7 +179,8 @@ pub(super) fn sensor_figures(page: &mut Page, run: &RunFolder) {
         let field =
             |stage: &str, title: &str| pictures::sensor(run, camera, stage, &format!("{title}, camera {camera}"));
         let marks = format!(
-            "Mean residual of the tie points in cells; cells marked as significant have p below {MARKED_P:e} each."
+            "Mean residual of the measurements of tie points and control points in cells; cells marked as significant have p \
+             below {MARKED_P:e} each."
         );
         let id = |stage: &str| format!("sensor-{stage}-{}", c + 1);
         match (field("base", "Before"), field("final", "After")) {
@@ -192,7 +193,7 @@ pub(super) fn sensor_figures(page: &mut Page, run: &RunFolder) {
                 );
             }
             (_, Some(mut only)) => {
-                only.title = format!("Mean residual of the tie points, camera {camera}");
+                only.title = format!("Mean residual, camera {camera}");
                 let tested = only.sets.iter().any(|set| !set.significant.is_empty());
                 let caption = if tested { marks.as_str() } else { "Mean residual of the tie points in cells." };
                 page.figure(&id("final"), vector_field(&only), caption);

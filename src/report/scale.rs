@@ -108,9 +108,16 @@ impl Scale {
     fn linear_ticks(&self, count: f64, whole: bool) -> Ticks {
         // The next round step above range / count.
         let step = 10.0 / round_below(10.0 * count / (self.hi - self.lo));
+        let ends = |step: f64| {
+            let tol = 1e-9 * (self.hi - self.lo) / step;
+            ((self.lo / step - tol).ceil(), (self.hi / step + tol).floor())
+        };
+        // One tick alone tells no scale: two steps finer there are two of them.
+        let finer = |step: f64| round_below(0.7 * step);
+        let lone = |step: &f64| ends(*step).1 - ends(*step).0 < 1.0;
+        let step = [step, finer(step), finer(finer(step))].into_iter().find(|step| !lone(step)).unwrap_or(step);
         let step = if whole { step.max(1.0) } else { step };
-        let tol = 1e-9 * (self.hi - self.lo) / step;
-        let (first, last) = ((self.lo / step - tol).ceil(), (self.hi / step + tol).floor());
+        let (first, last) = ends(step);
         let at: Vec<f64> = (0..=((last - first).clamp(0.0, 100.0) as i64)).map(|i| (first + i as f64) * step).collect();
         let size = self.lo.abs().max(self.hi.abs());
         let mut ticks = Ticks::default();
@@ -229,6 +236,16 @@ mod tests {
         assert_eq!(labels(654_300_010.0, 654_300_090.0).1, "v − 654300000 (m)");
         assert_eq!(labels(452_300.0, 457_300.0).1, "v − 450000 (m)");
         assert_eq!(labels(5510.0, 5510.5).0[1], "5510.1");
+    }
+
+    #[test]
+    fn no_axis_has_a_lone_tick() {
+        for end in [1.0, 1.3, 1.9, 2.4, 3.7, 4.9, 6.2, 9.9] {
+            for (lo, hi) in [(-end, end), (-0.1 * end, end), (-end, 0.3 * end)] {
+                let ticks = Scale::linear(lo, hi, 0.0, 90.0).ticks(&Axis::new("v", "px"), 42.0);
+                assert!((2..8).contains(&ticks.at.len()), "{lo} to {hi}: {:?}", ticks.labels);
+            }
+        }
     }
 
     #[test]

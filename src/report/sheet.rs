@@ -16,6 +16,8 @@ pub(super) enum Key {
     Point { colour: String, marker: Marker },
     /// A filled patch.
     Patch { colour: String },
+    /// Shades from the faintest to the strongest, as of [`Svg::shade`].
+    Shades { opacities: [f64; 3] },
     /// An arrow to the right, of this length.
     Arrow { colour: String, dashed: bool, length: f64 },
     /// An arrow up or down.
@@ -34,6 +36,7 @@ impl Key {
     fn width(&self) -> f64 {
         match self {
             Key::Arrow { length, .. } => length.max(KEY),
+            Key::Shades { .. } => 36.0,
             Key::Line { .. } => KEY,
             Key::Sign { text } => text_width(text, LEGEND_SIZE),
             Key::Disc { .. } => 18.0,
@@ -51,6 +54,11 @@ impl Key {
             }
             Key::Point { colour, marker } => svg.marker([x + 7.0, y], *marker, 4.5, colour),
             Key::Patch { colour } => svg.rect([x, y - 6.0], [12.0, 12.0], colour, Some(Stroke::new(GREY, 0.5))),
+            Key::Shades { opacities } => {
+                for (left, opacity) in [0.0, 12.0, 24.0].into_iter().zip(opacities) {
+                    svg.shade([[x + left, y - 6.0], [x + left + 12.0, y + 6.0]], *opacity, "");
+                }
+            }
             Key::Arrow { colour, dashed, length } => {
                 svg.path(&arrow([x, y], [x + length, y]), Stroke::new(colour, 1.6).dashed(*dashed));
             }

@@ -1,7 +1,7 @@
 //! The few SVG elements that the figures are made of. No ids and no clip paths, so that figures can share one page.
 
 use super::scale::Scale;
-use super::style::{INK, Marker};
+use super::style::{GREY, INK, Marker};
 use std::fmt::Write;
 
 /// Text made safe for XML and HTML, in element content and in quoted attributes. Control characters, which XML 1.0
@@ -165,6 +165,19 @@ impl Svg {
             coordinate(y),
             coordinate(size[0].abs()),
             coordinate(size[1].abs())
+        ));
+    }
+
+    /// A faintly shaded rectangle that says something to whoever points at it.
+    pub fn shade(&mut self, [at, opposite]: [[f64; 2]; 2], opacity: f64, words: &str) {
+        self.put(format_args!(
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{GREY}\" fill-opacity=\"{}\"><title>{}</title></rect>",
+            coordinate(at[0]),
+            coordinate(at[1]),
+            coordinate(opposite[0] - at[0]),
+            coordinate(opposite[1] - at[1]),
+            coordinate(opacity),
+            escape(words)
         ));
     }
 

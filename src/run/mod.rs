@@ -17,7 +17,7 @@ mod variance_components;
 
 pub use fitted::FittedModel;
 pub use gnss::{GnssResidual, gnss_residuals, gnss_rms_m, heading_deg};
-pub use residual_means::{CellMean, cell_means, rms_by};
+pub use residual_means::{CELLS, CellMean, cell_means, rms_by};
 pub use residuals::{ResidualKind, ResidualRow, residual_rows, tie_rms_px};
 
 use crate::adjust::agreement::Agreement;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 /// Cells along the longer side of a sensor: fine enough to show a field, coarse enough that most cells hold measurements.
-const CELLS: f64 = 20.0;
+pub const CELLS: f64 = 20.0;
 
 /// Mean residual of a cell of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -117,6 +117,12 @@ fn figures_are_those_of_the_report_and_a_brush_stands_out() {
         let kept = fs::read_to_string(&path).expect("a figure");
         assert!(kept.contains(shown.trim_end()), "{name}: one drawing of each picture");
     }
+    // The cells of the sensor hold every measurement that was adjusted, whether or not some are brushed.
+    let of_cells = |query: &str| -> u64 {
+        let shown = lab.get(&format!("nodes/1/figures/sensor.svg?{query}")).text();
+        let words = shown.split("<title>").skip(2).filter_map(|rest| rest.split_once(" measurement"));
+        words.filter_map(|(n, _)| n.trim_start_matches("brushed: ").parse::<u64>().ok()).sum()
+    };
     // A tenth of the rows, in every figure and in the summary.
     let all = lab.get("nodes/1/measurements?limit=0").json();
     let brush = "brush=%7B%22view%22:%22profile%22,%22against%22:%22row%22,%22range%22:%5B0,384%5D%7D";
@@ -126,6 +132,15 @@ fn figures_are_those_of_the_report_and_a_brush_stands_out() {
     assert_eq!(all["n"], all["total"]);
     assert_eq!(some["rows"].as_array().expect("rows").len(), 7);
     assert!(some["rows"].as_array().expect("rows").iter().all(|row| row["y"].as_f64().is_some_and(|y| y <= 384.0)));
+    let marks = |answer: &Value| answer["marks"]["n"].as_u64().expect("a number");
+    assert!((n - marks(&some)..n).contains(&of_cells(brush)), "of tie points, and of control points");
+    let everything = "brush=%7B%22view%22:%22profile%22,%22against%22:%22order%22,%22range%22:%5B0,1e9%5D%7D";
+    assert_eq!(of_cells(""), of_cells(everything));
+    assert!((total - marks(&all)..total).contains(&of_cells("")));
+    // What a prediction of first order cannot tell is refused with the reason.
+    let refused = lab.get("nodes/1/predicted/image-grid/figures/sensor.svg");
+    assert_eq!(refused.status, 400);
+    assert!(refused.text().contains("a prediction of first order does not hold"), "{}", refused.text());
     let shown = |what: &str, query: &str| {
         let answer = lab.get(&format!("nodes/1/figures/{what}{query}"));
         assert_eq!(answer.status, 200, "{what}: {}", answer.text());
@@ -173,6 +188,8 @@ fn figures_are_those_of_the_report_and_a_brush_stands_out() {
         .map(|array| array["rows"].as_u64().unwrap_or(0) * array["columns"].as_array().map_or(0, |c| c.len() as u64))
         .sum();
     assert_eq!(space.len() as u64, 4 + length as u64 + 4 * numbers);
+    let ties = header["arrays"].as_array().and_then(|all| all.iter().find(|array| array["name"] == "ties"));
+    assert_eq!(ties.expect("tie points")["rows"], header["ties"]["rows"], "no more of them than are drawn");
     // Half of the picture of a camera high above, as one would drag it in 3D: the points east of the middle.
     let above = "%7B%22view%22:%22space%22,%22matrix%22:%5B1,0,0,0,0,1,0,0,0,0,0,-1,0,0,0,1000%5D,\
                  %22x%22:%5B0,1%5D,%22y%22:%5B-1,1%5D%7D";

@@ -45,14 +45,15 @@ test("a first child goes on in its parent's lane, the others branch off before i
 });
 
 test("the block in space is read as it was written", () => {
-  const header = JSON.stringify({ origin: [0, 0, 0], arrays: [{ name: "ties", columns: ["x", "y", "z", "rms_px"], rows: 2 }, { name: "checks", columns: ["x", "y", "z", "dx", "dy", "dz"], rows: 1, ids: ["c1"] }] });
+  const header = JSON.stringify({ origin: [0, 0, 0], ties: { rows: 7, brushed: 3 }, arrays: [{ name: "ties", columns: ["x", "y", "z", "rms_px"], rows: 2 }, { name: "checks", columns: ["x", "y", "z", "dx", "dy", "dz"], rows: 1, ids: ["c1"] }] });
   const padded = header.padEnd(Math.ceil(header.length / 4) * 4);
   const values = [1, 2, 3, 0.25, 4, 5, 6, 0.5, 7, 8, 9, 0.125, NaN, -0.5];
   const buffer = new ArrayBuffer(4 + padded.length + 4 * values.length);
   new DataView(buffer).setUint32(0, padded.length, true);
   new Uint8Array(buffer, 4).set(new TextEncoder().encode(padded));
   new Float32Array(buffer, 4 + padded.length).set(values);
-  const { ties, checks, control } = readSpace(buffer);
+  const { ties, checks, control, all } = readSpace(buffer);
+  assert.deepEqual(all, { rows: 7, brushed: 3 });
   assert.deepEqual(ties.place(1), [4, 5, 6]);
   assert.equal(ties.of("rms_px")(1), 0.5);
   assert.equal(ties.of("brushed"), null);

@@ -20,6 +20,14 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
   });
   const base = await headline(page);
 
+  await t.test("a cell of the sensor says how many measurements it holds", async () => {
+    const cell = drawing(page, "sensor").locator("rect:has(title)").nth(40);
+    const box = await cell.boundingBox();
+    // In its middle, where its arrow begins.
+    const said = await page.evaluate(([x, y]) => document.elementFromPoint(x, y).querySelector("title")?.textContent, [box.x + box.width / 2, box.y + box.height / 2]);
+    assert.match(said, /^\d+ measurements, mean \S+, \S+ px/);
+  });
+
   await t.test("brush: the same measurements stand out in the other figures", async () => {
     const before = await drawing(page, "profile").innerHTML();
     await drag(page, "sensor", [0.1, 0.05], [0.9, 0.3]);
@@ -50,6 +58,18 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
     await page.picture("story-3-hover");
     await page.mouse.move(800, 20);
     await page.waitForFunction((html) => document.querySelector(".panel[data-view=sensor] .side:last-child .paper > svg").innerHTML === html, now);
+  });
+
+  await t.test("a prediction that does not hold says why, and offers no second try", async () => {
+    const grid = page.locator('.candidate[data-effect="image-grid"]');
+    await grid.hover();
+    const said = panel(page, "sensor").locator(".side:last-child p.nothing");
+    await said.waitFor();
+    assert.match(await said.textContent(), /a prediction of first order does not hold/);
+    assert.equal(await said.locator("button").count(), 0);
+    await page.picture("story-3-refused");
+    await page.mouse.move(800, 20);
+    await drawn(page, "sensor");
   });
 
   await t.test("add: both solvers, and the difference in words", async () => {

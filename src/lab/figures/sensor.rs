@@ -1,16 +1,16 @@
 //! What lies on the sensor: mean residuals in cells of all images, and every residual of one image.
 
 use super::{Scene, brushed};
+use crate::block::{Block, Role};
 use crate::lab::measurements::set_aside_in;
 use crate::lab::state::Lab;
-use crate::report::figures::{Arrow, ArrowSet, VectorField, vector_field};
+use crate::report::figures::{Arrow, ArrowSet, Cell, VectorField, vector_field};
 use crate::report::pictures;
 use crate::report::style::{BLUE, GREEN, GREY, VERMILLION};
+use crate::run::CELLS;
 use crate::run::folder::FINAL;
 use anyhow::{Result, bail};
 
-/// Cells along the longer side of a sensor, where the base did not say which.
-const CELLS: f64 = 20.0;
 /// Measurements that are set aside and are named in the figure of an image.
 const MOST_NAMED: usize = 6;
 
@@ -20,13 +20,14 @@ impl Scene<'_> {
         let Some(camera) = source.block.cameras.get(self.asked.camera) else {
             bail!("camera={}: the block has {} cameras, counted from 0", self.asked.camera, source.block.cameras.len());
         };
-        let title = self.title(&format!("Mean residual of the tie points, camera {}", camera.id));
+        let title = self.title(&format!("Mean residual, camera {}", camera.id));
         let of_report = pictures::sensor(&self.view.run, &camera.id, FINAL, &title);
         let size = [camera.width_px, camera.height_px].map(f64::from);
-        let cell = of_report.as_ref().map_or([size[0].max(size[1]) / CELLS; 2], |field| cell_of(field, size));
+        let of_base = of_report.as_ref().and_then(|field| field.cells.first());
+        let cell = of_base.map_or([size[0].max(size[1]) / CELLS; 2], |cell| cell.size);
         let mut field = match (&of_report, self.chosen.is_some() || self.predicted) {
             (Some(field), false) => field.clone(),
-            _ => self.field(&title, size, cell),
+            _ => self.field(&title, self.adjusted(&source.block), size, cell),
         };
         field.width = self.asked.width;
         // What is brushed or predicted has the scale of what is there.
@@ -37,31 +38,39 @@ impl Scene<'_> {
         Ok(brushed(vector_field(&field), &attributes, &[("x", "x", "x"), ("y", "y", "y")]))
     }
 
-    fn field(&self, title: &str, size: [f64; 2], cell: [f64; 2]) -> VectorField {
-        let of_camera = |k: &usize| {
-            self.columns.tie[*k]
-                && self.columns.images[self.columns.image[*k] as usize].camera as usize == self.asked.camera
+    /// Measurements in images of the camera that an adjustment takes: those of tie points and of control points.
+    fn adjusted(&self, block: &Block) -> Vec<usize> {
+        let columns = self.columns;
+        let taken = |k: &usize| {
+            let camera = columns.images[columns.image[*k] as usize].camera as usize;
+            let is_control = || block.surveyed[columns.point[*k] as usize].role == Role::Control;
+            camera == self.asked.camera && (columns.tie[*k] || is_control())
         };
-        let ties: Vec<usize> = (0..self.columns.len()).filter(of_camera).collect();
+        (0..columns.len()).filter(taken).collect()
+    }
+
+    fn field(&self, title: &str, adjusted: Vec<usize>, size: [f64; 2], cell: [f64; 2]) -> VectorField {
         let mut field = VectorField::single(title, size, Vec::new(), "px");
-        let (all, _) = self.cells(ties.iter().copied(), size, cell);
-        field.sets = match &self.chosen {
-            None => vec![all],
+        let (all, cells) = self.cells(adjusted.iter().copied(), size, cell);
+        match &self.chosen {
+            None => (field.sets, field.cells) = (vec![all], cells),
             Some(chosen) => {
-                let (brushed, n) = self.cells(ties.iter().copied().filter(|k| chosen[*k]), size, cell);
-                let label = format!("brushed ({n})");
-                vec![
+                let (brushed, own) = self.cells(adjusted.iter().copied().filter(|k| chosen[*k]), size, cell);
+                let label = format!("brushed ({})", own.iter().map(|cell| cell.n).sum::<usize>());
+                field.cells = of_both(cells, own);
+                field.sets = vec![
                     ArrowSet { dimmed: true, label: "all".into(), significant: Vec::new(), ..all },
                     ArrowSet { label, ..brushed },
-                ]
+                ];
             }
-        };
+        }
         field
     }
 
     /// Mean residuals in cells; significant as if measurements were independent and equally precise.
-    fn cells(&self, of: impl Iterator<Item = usize>, size: [f64; 2], cell: [f64; 2]) -> (ArrowSet, usize) {
-        let shape = [0, 1].map(|axis| (size[axis] / cell[axis]).ceil().max(1.0) as usize);
+    fn cells(&self, of: impl Iterator<Item = usize>, size: [f64; 2], cell: [f64; 2]) -> (ArrowSet, Vec<Cell>) {
+        // Not one more for the rounding of a quotient.
+        let shape = [0, 1].map(|axis| (size[axis] / cell[axis] - 1e-6).ceil().max(1.0) as usize);
         let mut sums = vec![(0usize, [0.0; 2]); shape[0] * shape[1]];
         let (mut n, mut squares) = (0, 0.0);
         for k in of {
@@ -74,7 +83,7 @@ impl Scene<'_> {
             squares += 0.5 * (r[0] * r[0] + r[1] * r[1]);
         }
         let variance = squares / f64::max(n as f64, 1.0);
-        let mut set = ArrowSet::default();
+        let (mut set, mut cells) = (ArrowSet::default(), Vec::new());
         for (place, (count, sum)) in sums.into_iter().enumerate().filter(|(_, (count, _))| *count > 0) {
             let centre = [
                 (place % shape[0]) as f64 * cell[0] + 0.5 * cell[0],
@@ -83,10 +92,13 @@ impl Scene<'_> {
             let mean = sum.map(|sum| sum / count as f64);
             // Chi-square with two degrees of freedom.
             let p = (-0.5 * count as f64 * (mean[0] * mean[0] + mean[1] * mean[1]) / variance).exp();
+            let is_significant = p < pictures::MARKED_P;
             set.arrows.push((centre, mean));
-            set.significant.push(p < pictures::MARKED_P);
+            set.significant.push(is_significant);
+            let words = pictures::cell_words(count, mean, Some(is_significant));
+            cells.push(Cell { centre, size: cell, n: count, words });
         }
-        (set, n)
+        (set, cells)
     }
 
     pub(super) fn image(&self, lab: &Lab, id: u32) -> Result<String> {
@@ -136,14 +148,12 @@ impl Scene<'_> {
     }
 }
 
-/// Width and height of the cells of a field.
-fn cell_of(field: &VectorField, size: [f64; 2]) -> [f64; 2] {
-    [0, 1].map(|axis| {
-        let mut at: Vec<f64> =
-            field.sets.iter().flat_map(|set| set.arrows.iter().map(|(place, _)| place[axis])).collect();
-        at.sort_by(f64::total_cmp);
-        let steps = at.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 1e-6 * size[axis]);
-        let step = steps.fold(f64::INFINITY, f64::min);
-        if step.is_finite() { step } else { size[0].max(size[1]) / CELLS }
-    })
+/// The cells of all measurements, shaded by what is brushed of them.
+fn of_both(all: Vec<Cell>, brushed: Vec<Cell>) -> Vec<Cell> {
+    let mut brushed = brushed.into_iter().peekable();
+    let both = |all: Cell| match brushed.next_if(|own| own.centre == all.centre) {
+        Some(own) => Cell { n: own.n, words: format!("brushed: {}\nall: {}", own.words, all.words), ..all },
+        None => Cell { n: 0, words: format!("brushed: none\nall: {}", all.words), ..all },
+    };
+    all.into_iter().map(both).collect()
 }

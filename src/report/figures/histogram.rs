@@ -5,7 +5,7 @@ use super::super::frame::PlotFrame;
 use super::super::numbers::significant;
 use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet};
-use super::super::style::series_colour;
+use super::super::style::{VERMILLION, series_colour};
 use super::super::svg::Stroke;
 use super::{height_at, width_or};
 
@@ -67,7 +67,7 @@ pub fn histogram(histogram: &Histogram) -> String {
     let mut entries = Vec::new();
     for (i, s) in histogram.samples.iter().enumerate().filter(|(_, s)| several || !s.label.is_empty()) {
         let used = s.values.iter().filter(|v| drawable(**v)).count();
-        let colour = colour(s, i).to_string();
+        let colour = colour(histogram, i).to_string();
         let key = if several { Key::Line { colour, dashed: i % 2 == 1, marker: None } } else { Key::Patch { colour } };
         entries.push((key, format!("{} (n = {used})", s.label)));
     }
@@ -93,7 +93,7 @@ pub fn histogram(histogram: &Histogram) -> String {
                 outline.extend([frame.px([edge(k), *c as f64]), frame.px([edge(k + 1), *c as f64])]);
             }
             outline.push(frame.px([edge(n), 0.0]));
-            let colour = colour(&histogram.samples[i], i);
+            let colour = colour(histogram, i);
             sheet.svg.polyline(&outline, Stroke::new(colour, 1.8).dashed(i % 2 == 1));
         } else {
             for (k, c) in counts.iter().enumerate().filter(|(_, c)| **c > 0) {
@@ -108,8 +108,13 @@ pub fn histogram(histogram: &Histogram) -> String {
     sheet.finish()
 }
 
-fn colour(sample: &Sample, i: usize) -> &'static str {
-    if sample.dimmed { PALE } else { series_colour(i) }
+/// Colour of the i-th sample; what stands out from something dimmed has the colour that it has in every figure.
+fn colour(histogram: &Histogram, i: usize) -> &'static str {
+    match histogram.samples[i].dimmed {
+        true => PALE,
+        false if histogram.samples.iter().any(|sample| sample.dimmed) => VERMILLION,
+        false => series_colour(i),
+    }
 }
 
 fn count(values: &[f64], step: f64, first: f64, n: usize) -> Vec<usize> {

@@ -4,7 +4,7 @@ use super::super::axes::{Axis, extent};
 use super::super::frame::{Margin, PlotFrame};
 use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet, no_data, whisker};
-use super::super::style::{GREY, Marker, series_colour, series_marker};
+use super::super::style::{GREY, Marker, VERMILLION, series_colour, series_marker};
 use super::super::svg::{Font, Stroke};
 use super::{height_at, width_or};
 
@@ -167,7 +167,7 @@ pub fn line_chart(chart: &LineChart) -> String {
                     let frame = PlotFrame { x: f.x.on(x0, x1), y: f.y.on(top + height, top) };
                     frame.draw(&mut sheet.svg, &panel.x, &panel.y);
                     frame.zero_line(&mut sheet.svg);
-                    panel.series.iter().for_each(|s| draw(&mut sheet, frame, panel, s, index(&labels, &s.label)));
+                    panel.series.iter().for_each(|s| draw(&mut sheet, frame, panel, s, look(chart, &labels, s)));
                 }
                 None => no_data(&mut sheet.svg, [x0, top], [x1 - x0, height]),
             }
@@ -192,22 +192,41 @@ fn labels(chart: &LineChart) -> Vec<&str> {
     all
 }
 
-fn index(labels: &[&str], label: &str) -> usize {
-    labels.iter().position(|l| *l == label).unwrap_or(0)
+/// What tells a series from the others.
+#[derive(Clone, Copy)]
+struct Look {
+    colour: &'static str,
+    marker: Marker,
+    dashed: bool,
+}
+
+/// The look of a series. What stands out from something dimmed has the colour that it has in every figure; each of several has
+/// the marker of its dimmed counterpart, and every second one is dashed.
+fn look(chart: &LineChart, labels: &[&str], series: &Series) -> Look {
+    let all = || chart.panels.iter().flat_map(|p| &p.series);
+    let dimmed = |label: &str| all().find(|s| s.label == label).is_some_and(|s| s.dimmed);
+    let any = all().any(|s| s.dimmed);
+    let before = labels.iter().take_while(|label| **label != series.label);
+    let i = before.filter(|label| dimmed(label) == series.dimmed).count();
+    let colour = match (series.dimmed, any) {
+        (true, _) => PALE,
+        (false, true) => VERMILLION,
+        (false, false) => series_colour(i),
+    };
+    Look { colour, marker: series_marker(i), dashed: series.style == LineStyle::Dashed || (any && i % 2 == 1) }
 }
 
 fn legend(chart: &LineChart, labels: &[&str]) -> Vec<(Key, String)> {
     let all = || chart.panels.iter().flat_map(|p| &p.series);
     let mut entries = Vec::new();
-    for (i, label) in labels.iter().enumerate().filter(|(_, l)| !l.is_empty()) {
-        let first = all().find(|s| s.label == **label);
-        let style = first.map(|s| s.style).unwrap_or_default();
-        let colour = if first.is_some_and(|s| s.dimmed) { PALE } else { series_colour(i) };
-        let (colour, marker) = (colour.to_string(), series_marker(i));
-        let key = match style {
+    for label in labels.iter().filter(|l| !l.is_empty()) {
+        let Some(first) = all().find(|s| s.label == **label) else { continue };
+        let Look { colour, marker, dashed } = look(chart, labels, first);
+        let colour = colour.to_string();
+        let key = match first.style {
             LineStyle::Markers => Key::Point { colour, marker },
-            LineStyle::LineAndMarkers => Key::Line { colour, dashed: false, marker: Some(marker) },
-            _ => Key::Line { colour, dashed: style == LineStyle::Dashed, marker: None },
+            LineStyle::LineAndMarkers => Key::Line { colour, dashed, marker: Some(marker) },
+            _ => Key::Line { colour, dashed, marker: None },
         };
         entries.push((key, label.to_string()));
     }
@@ -256,8 +275,8 @@ fn count_left_out(sheet: &mut Sheet, panel: &Panel) {
     sheet.left_out(bars.sum(), &format!("error bars that reach below the axis or are not finite{place}"));
 }
 
-fn draw(sheet: &mut Sheet, frame: PlotFrame, panel: &Panel, series: &Series, i: usize) {
-    let (colour, marker) = (if series.dimmed { PALE } else { series_colour(i) }, series_marker(i));
+fn draw(sheet: &mut Sheet, frame: PlotFrame, panel: &Panel, series: &Series, look: Look) {
+    let Look { colour, marker, dashed } = look;
     let style = series.style;
     let pixels = |p: &[f64; 2]| frame.px(*p);
     if style == LineStyle::Cloud {
@@ -267,7 +286,7 @@ fn draw(sheet: &mut Sheet, frame: PlotFrame, panel: &Panel, series: &Series, i: 
     if style != LineStyle::Markers {
         for run in series.points.split(|p| !shown(panel, p)) {
             let line: Vec<_> = run.iter().map(pixels).collect();
-            sheet.svg.polyline(&line, Stroke::new(colour, 1.8).dashed(style == LineStyle::Dashed));
+            sheet.svg.polyline(&line, Stroke::new(colour, 1.8).dashed(dashed));
         }
     }
     for k in (0..series.points.len()).filter(|k| shown(panel, &series.points[*k])) {

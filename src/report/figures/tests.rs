@@ -300,6 +300,55 @@ fn what_stands_out_stands_before_what_is_dimmed() {
 }
 
 #[test]
+fn what_is_brushed_has_one_colour_in_every_figure() {
+    let series = |label: &str, dimmed| Series::new(label, vec![[1.0, 2.0], [2.0, 3.0]]).dimmed(dimmed);
+    let all = vec![
+        series("x", true),
+        series("y", true),
+        series("x of the brushed", false),
+        series("y of the brushed", false),
+    ];
+    let lines =
+        line_chart(&LineChart { panels: vec![Panel { series: all, ..Panel::default() }], ..LineChart::default() });
+    let sample = |label: &str, dimmed| Sample { label: label.into(), values: vec![1.0, 2.0], dimmed };
+    let samples = vec![
+        sample("x", true),
+        sample("y", true),
+        sample("x of the brushed", false),
+        sample("y of the brushed", false),
+    ];
+    let bins = histogram(&Histogram { samples, ..Histogram::default() });
+    for svg in [lines, bins] {
+        assert!(svg.contains("#D55E00") && svg.contains("#B5B5B5"), "{svg}");
+        for other in ["#0072B2", "#009E73", "#E69F00"] {
+            assert!(!svg.contains(other), "{other}: {svg}");
+        }
+        // Of two the second is dashed.
+        assert!(svg.lines().any(|line| line.contains("#D55E00") && line.contains("stroke-dasharray")), "{svg}");
+    }
+}
+
+#[test]
+fn a_cell_is_shaded_by_its_measurements_and_says_their_number() {
+    let cell = |x: f64, n: usize| Cell { centre: [x, 50.0], size: [60.0, 100.0], n, words: format!("{n} & more") };
+    let mut field = VectorField::single("t", [100.0, 100.0], vec![([30.0, 50.0], [1.0, 0.0])], "px");
+    field.cells = vec![cell(30.0, 3), cell(90.0, 40), cell(60.0, 0)];
+    let svg = vector_field(&field);
+    assert_well_formed(&svg);
+    let cells: Vec<&str> = svg.lines().filter(|line| line.contains("&amp; more")).collect();
+    let of = |cell: &str, attribute: &str| -> f64 {
+        let rest = cell.split(&format!(" {attribute}=\"")).nth(1).and_then(|rest| rest.split('"').next());
+        rest.and_then(|text| text.parse().ok()).expect("a number")
+    };
+    assert!(cells[0].contains("<title>3 &amp; more</title>"), "{svg}");
+    let shades: Vec<f64> = cells.iter().map(|cell| of(cell, "fill-opacity")).collect();
+    assert!(shades[0] > 0.0 && shades[0] < shades[1] && shades[2] == 0.0, "{shades:?}");
+    // The second cell reaches beyond the sensor, by half of its width less a sixth.
+    assert!((of(cells[1], "width") / of(cells[0], "width") - 40.0 / 60.0).abs() < 1e-3, "{svg}");
+    assert!(svg.contains("3 to 40 measurements in a cell"), "{svg}");
+}
+
+#[test]
 fn a_width_is_kept_and_text_keeps_its_size() {
     let samples = vec![Sample { label: "s".into(), values: vec![1.0, 2.0], ..Sample::default() }];
     let wide = Histogram { samples, ..Histogram::default() };

@@ -26,6 +26,19 @@ pub struct ArrowSet {
     pub colour: Option<&'static str>,
 }
 
+/// A cell of the sensor, of whose measurements an arrow is the mean.
+#[derive(Debug, Clone, Default)]
+pub struct Cell {
+    /// Middle, px.
+    pub centre: [f64; 2],
+    /// Width and height, px. What reaches beyond the sensor is not drawn.
+    pub size: [f64; 2],
+    /// Number of measurements: the more, the stronger its shade.
+    pub n: usize,
+    /// What it says to whoever points at it.
+    pub words: String,
+}
+
 /// A vector map over the sensor. The first of several sets is drawn solid, the others dashed above it.
 #[derive(Debug, Clone, Default)]
 pub struct VectorField {
@@ -37,6 +50,8 @@ pub struct VectorField {
     pub height_px: f64,
     /// Arrows, one or several sets.
     pub sets: Vec<ArrowSet>,
+    /// Cells that the arrows are means of, below the arrows; may be empty.
+    pub cells: Vec<Cell>,
     /// Places named in the legend, such as the principal point, px.
     pub marks: Vec<(String, [f64; 2])>,
     /// Unit of the displacements.
@@ -55,6 +70,8 @@ const BORDER: f64 = 0.02;
 const LEFT: f64 = 80.0;
 /// What others stand out from.
 const PALE: &str = "#B5B5B5";
+/// Opacity of the shade of a cell with one measurement, and of the one with most.
+const SHADES: [f64; 2] = [0.03, 0.18];
 
 impl VectorField {
     /// A field of one set of arrows.
@@ -123,6 +140,14 @@ pub fn vector_field(field: &VectorField) -> String {
     let size = [opposite[0] - corner[0], opposite[1] - corner[1]];
     sheet.svg.rect(corner, size, "none", Some(Stroke::new(GREY, 1.0)));
 
+    let most = field.cells.iter().map(|cell| cell.n).max().unwrap_or(0);
+    for cell in &field.cells {
+        let corner = |side: f64| -> [f64; 2] {
+            let at = |k: usize| (cell.centre[k] + 0.5 * side * cell.size[k]).clamp(0.0, sensor[k]);
+            frame.px([at(0), at(1)])
+        };
+        sheet.svg.shade([corner(-1.0), corner(1.0)], opacity(cell.n, most), &cell.words);
+    }
     for (i, set) in field.sets.iter().enumerate() {
         // Not significant first, so that it lies below.
         for wanted in [false, true] {
@@ -157,6 +182,12 @@ pub fn vector_field(field: &VectorField) -> String {
     }
     sheet.y = top + height + frame.margin(&x, &y, width).bottom;
     sheet.finish()
+}
+
+/// How strongly a cell is shaded; one without measurements is not.
+fn opacity(n: usize, most: usize) -> f64 {
+    let [least, full] = SHADES;
+    if n == 0 { 0.0 } else { least + (full - least) * n as f64 / most as f64 }
 }
 
 /// Room around the sensor that the arrows leaving it need, px of the sensor.
@@ -208,6 +239,11 @@ fn legend(field: &VectorField, scale: Option<f64>) -> Vec<(Key, String)> {
         let colour = if dimmed { style(field, i).0 } else { GREY };
         let key = Key::Arrow { colour: colour.into(), dashed: false, length: 26.0 };
         entries.push((key, "not significant (thin)".into()));
+    }
+    let counts = || field.cells.iter().map(|cell| cell.n).filter(|n| *n > 0);
+    if let (Some(fewest), Some(most)) = (counts().min(), counts().max()) {
+        let key = Key::Shades { opacities: [fewest, fewest.midpoint(most), most].map(|n| opacity(n, most)) };
+        entries.push((key, format!("{fewest} to {most} measurements in a cell")));
     }
     for (k, (name, _)) in field.marks.iter().enumerate() {
         entries.push((Key::Point { colour: INK.into(), marker: series_marker(k + 5) }, name.clone()));
