@@ -138,16 +138,18 @@ fn nothing_is_rejected_where_nothing_is_wrong() {
     }
 }
 
+/// A solution by the native solver.
+fn solved(block: &Block) -> Solved {
+    let options = Options { covariance: CovarianceOf::Nothing, ..Options::default() };
+    let run = common::solve_native(block, &Model::default(), &options);
+    let state = run.solution().state.clone();
+    Solved { problem: run.problem, state }
+}
+
 #[test]
 fn a_point_that_was_lost_comes_back_where_its_rays_agree() {
     let block = block("mapping", 600.0, 7);
     let model = Model::default();
-    let options = Options { covariance: CovarianceOf::Nothing, ..Options::default() };
-    let solved = |block: &Block| {
-        let run = common::solve_native(block, &model, &options);
-        let state = run.solution().state.clone();
-        Solved { problem: run.problem, state }
-    };
     let rays = rays(&block);
     let k = (0..block.ties.len()).find(|k| rays[block.ties[*k].point.index()] == 2).expect("a point of two rays");
     let mut spoilt = block.clone();
@@ -164,6 +166,39 @@ fn a_point_that_was_lost_comes_back_where_its_rays_agree() {
     let found = search.outliers(&block);
     assert_eq!((round.returned, found.rejected.len(), found.lost_points.len()), (1, 0, 0));
     assert_eq!(search.block(&block), block);
+}
+
+#[test]
+fn the_ray_that_a_lost_point_had_kept_is_named_where_the_others_agree_without_it() {
+    let block = block("mapping", 600.0, 7);
+    let rays = rays(&block);
+    let point = (0..rays.len()).find(|p| rays[*p] == 4).expect("a point of four rays");
+    let own: Vec<usize> = (0..block.ties.len()).filter(|k| block.ties[*k].point.index() == point).collect();
+    let fit = solved(&block);
+    // Two of four wrong rays may meet by chance: turned until none do, and one is left.
+    let lost_with = |turn: usize| -> Option<(Snooping, usize)> {
+        let mut spoilt = block.clone();
+        for (number, k) in own.iter().enumerate() {
+            let angle = (turn * number) as f64;
+            spoilt.ties[*k].x += 100.0 * angle.cos();
+            spoilt.ties[*k].y += 100.0 * angle.sin();
+        }
+        let mut search = Snooping::new(&spoilt, &Model::default());
+        search.judge(&spoilt, &fit, Strictness::Tight).unwrap();
+        let outliers = search.outliers(&spoilt);
+        let is_out = |k: usize| outliers.rejected.iter().any(|rejected| rejected.measurement == k);
+        let kept: Vec<usize> = own.iter().copied().filter(|k| !is_out(*k)).collect();
+        (outliers.lost_points == [PointId::from(point)]).then(|| (search, kept[0]))
+    };
+    let (mut search, kept) = (1..50).find_map(lost_with).expect("a point that is lost");
+
+    // The three others are what they should be; this one is not.
+    let mut other = block.clone();
+    other.ties[kept].y += 100.0;
+    let round = search.judge(&other, &solved(&search.block(&other)), Strictness::Tight).unwrap();
+    let found: Vec<usize> = search.outliers(&other).rejected.iter().map(|rejected| rejected.measurement).collect();
+    assert_eq!((round.returned, round.rejected, found), (3, 1, vec![kept]));
+    assert_eq!(search.block(&other).ties.len() + 1, other.ties.len());
 }
 
 #[test]

@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
         console.message(&format!("{} measurements are set aside (outliers.csv)", set_aside.len()));
     }
     outliers.extend(set_aside);
-    if let Some(text) = blunders::named(block, &model, &run) {
+    if let Some(text) = blunders::named(block, &model, &options, &run) {
         console.message(&text);
     }
     arguments.model.doubts(block, &run, console);

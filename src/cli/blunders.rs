@@ -4,7 +4,7 @@ use super::model_options::Treatment;
 use super::output::Output;
 use crate::adjust::Options;
 use crate::block::Block;
-use crate::diagnose::fit::DiagnoseError;
+use crate::diagnose::fit::{DiagnoseError, Fit};
 use crate::diagnose::improve::Settings;
 use crate::diagnose::outliers::{Outliers, Snooping, Solved, Strictness, robust_fit, stand_alone};
 use crate::diagnose::run::settle;
@@ -36,18 +36,33 @@ pub fn search(
     Ok(search)
 }
 
-/// Names the measurements that stand alone in an adjustment; `None` where none does.
-pub fn named(block: &Block, model: &Model, run: &Run) -> Option<String> {
+/// Names the measurements that stand alone in an adjustment, in a robust one where they may have bent it; `None` where none does.
+pub fn named(block: &Block, model: &Model, options: &Options, run: &Run) -> Option<String> {
     let solved = Solved { problem: run.problem.clone(), state: run.solution().state.clone() };
     let outliers = stand_alone(block, model, &solved).ok().filter(|outliers| !outliers.rejected.is_empty())?;
-    Some(format!("{}; --outliers snoop sets them aside", list(block, &outliers)))
+    let advice = "--outliers snoop sets them aside";
+    if outliers.rounds.iter().any(|round| round.bent)
+        && let Ok(fit) = robust_fit(block, model, None, options)
+        && let Ok(robust) = stand_alone(block, model, &solved_by(fit))
+        && !robust.rejected.is_empty()
+    {
+        return Some(format!(
+            "in a robust adjustment {}; this one is bent by what is wrong; {advice}",
+            list(block, &robust)
+        ));
+    }
+    Some(format!("{}; {advice}", list(block, &outliers)))
+}
+
+fn solved_by(fit: Fit) -> Solved {
+    Solved { problem: fit.problem, state: fit.solution.state }
 }
 
 /// The error of an adjustment, with the measurements that stand alone in a robust one. Its residuals are written where they replace no run.
 pub fn explain(error: RunError, block: &Block, model: &Model, options: &Options, output: &Output) -> anyhow::Error {
     let RunError::Adjust(_) = &error else { return error.into() };
-    let Some(fit) = robust_fit(block, model, options) else { return error.into() };
-    let solved = Solved { problem: fit.problem, state: fit.solution.state };
+    let Ok(fit) = robust_fit(block, model, None, options) else { return error.into() };
+    let solved = solved_by(fit);
     let Ok(outliers) = stand_alone(block, model, &solved) else { return error.into() };
     let mut text = match outliers.rejected.is_empty() {
         true => "no measurement stands alone in a robust adjustment: blunders are not the reason".to_string(),

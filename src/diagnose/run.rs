@@ -3,7 +3,7 @@
 use super::fit::{DiagnoseError, Fit, fit};
 use super::improve::{Improvement, Settings};
 use super::left;
-use super::outliers::{self, MAX_ROUNDS, Outliers, Snooping, Strictness};
+use super::outliers::{self, MAX_ROUNDS, Outliers, Round, Snooping, Strictness};
 use super::structure::{self, Structure};
 use super::verdict::{Diagnosis, diagnosis};
 use crate::adjust::AdjustError;
@@ -118,7 +118,8 @@ pub fn settle(
     strictness: Strictness,
     settings: &Settings<'_>,
 ) -> Result<Fit, DiagnoseError> {
-    let mut fitted = match fit_what_meets(whole, search, model, near, settings) {
+    let options = &settings.options;
+    let mut fitted = match fit_what_meets(whole, search, |block| fit(block, model, near, options)) {
         Err(error) if settings.snoop => after_robust_search(whole, search, model, error, settings)?,
         fitted => fitted?,
     };
@@ -126,16 +127,35 @@ pub fn settle(
         return Ok(fitted);
     }
     for _ in 0..MAX_ROUNDS {
-        let seen = outliers::Solved { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
-        let round = pool(settings.options.threads)?.install(|| search.judge(whole, &seen, strictness))?;
+        let before = search.clone();
+        let round = judge(whole, search, &fitted, strictness, settings)?;
         if round.rejected + round.returned == 0 {
             break;
         }
+        if round.bent {
+            (settings.tell)("blunders bend the adjustment: searching them by a robust fit");
+            let judged = std::mem::replace(search, before);
+            if !search_robustly(whole, search, model, near, strictness, settings)? {
+                *search = judged;
+            }
+        }
         // Not from where a blunder had bent it: that may be another minimum.
-        let from = if round.held_back > 0 { near } else { Some(&fitted) };
-        fitted = fit_what_meets(whole, search, model, from, settings)?;
+        let from = if round.bent || round.held_back > 0 { near } else { Some(&fitted) };
+        fitted = fit_what_meets(whole, search, |block| fit(block, model, from, options))?;
     }
     Ok(fitted)
+}
+
+/// Judges every measurement at a fit.
+fn judge(
+    whole: &Block,
+    search: &mut Snooping,
+    fitted: &Fit,
+    strictness: Strictness,
+    settings: &Settings<'_>,
+) -> Result<Round, AdjustError> {
+    let seen = outliers::Solved { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
+    pool(settings.options.threads)?.install(|| search.judge(whole, &seen, strictness))
 }
 
 /// Fits what failed with `error` once more, without what stands alone at a robust fit.
@@ -147,30 +167,43 @@ fn after_robust_search(
     settings: &Settings<'_>,
 ) -> Result<Fit, DiagnoseError> {
     (settings.tell)(&format!("{error}: searching blunders by a robust fit"));
-    let mut found = false;
+    // Nothing stands alone: it is not for a blunder that the fit failed.
+    match search_robustly(whole, search, model, None, Strictness::Loose, settings)? {
+        true => fit_what_meets(whole, search, |block| fit(block, model, None, &settings.options)),
+        false => Err(error),
+    }
+}
+
+/// Judges at robust fits until nothing changes. Did anything? Nothing does where such a fit fails.
+fn search_robustly(
+    whole: &Block,
+    search: &mut Snooping,
+    model: &Model,
+    near: Option<&Fit>,
+    strictness: Strictness,
+    settings: &Settings<'_>,
+) -> Result<bool, DiagnoseError> {
+    let mut changed = false;
     for _ in 0..MAX_ROUNDS {
-        let Some(robust) = outliers::robust_fit(&search.block(whole), model, &settings.options) else { break };
-        let seen = outliers::Solved { problem: robust.problem, state: robust.solution.state };
-        let round = pool(settings.options.threads)?.install(|| search.judge(whole, &seen, Strictness::Loose))?;
+        let robust = fit_what_meets(whole, search, |block| outliers::robust_fit(block, model, near, &settings.options));
+        let Ok(robust) = robust else { break };
+        let round = judge(whole, search, &robust, strictness, settings)?;
         if round.rejected + round.returned == 0 {
             break;
         }
-        found = true;
+        changed = true;
     }
-    // Nothing stands alone: it is not for a blunder that the fit failed.
-    if found { fit_what_meets(whole, search, model, None, settings) } else { Err(error) }
+    Ok(changed)
 }
 
 /// Fits, without the points whose rays turn out not to meet.
 fn fit_what_meets(
     whole: &Block,
     search: &mut Snooping,
-    model: &Model,
-    near: Option<&Fit>,
-    settings: &Settings<'_>,
+    fit: impl Fn(&Block) -> Result<Fit, RunError>,
 ) -> Result<Fit, DiagnoseError> {
     loop {
-        let error = match fit(&search.block(whole), model, near, &settings.options) {
+        let error = match fit(&search.block(whole)) {
             Ok(fitted) => return Ok(fitted),
             Err(error) => error,
         };
@@ -201,8 +234,7 @@ fn judged_again(
         return Ok(false);
     }
     let fitted = &improvement.fit;
-    let seen = outliers::Solved { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
-    let round = pool(settings.options.threads)?.install(|| search.judge(whole, &seen, strictness))?;
+    let round = judge(whole, search, fitted, strictness, settings)?;
     if round.rejected + round.returned == 0 {
         return Ok(false);
     }

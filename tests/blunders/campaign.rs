@@ -4,15 +4,16 @@ use crate::common;
 use crate::place::Place;
 use misclosure::adjust::native::Native;
 use misclosure::adjust::{CovarianceOf, Options};
-use misclosure::block::Block;
+use misclosure::block::{Block, PointId};
 use misclosure::diagnose::improve::Settings;
-use misclosure::diagnose::outliers::{Snooping, Strictness};
+use misclosure::diagnose::outliers::{Snooping, Solved, Strictness, robust_fit, stand_alone};
 use misclosure::diagnose::run::{diagnose, settle};
 use misclosure::model::Model;
-use misclosure::run;
+use misclosure::run::{self, Run, RunError};
 use misclosure::scenario::add_noise;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::collections::HashSet;
 use std::fmt;
 use std::ops::ControlFlow;
 
@@ -68,7 +69,7 @@ impl fmt::Display for Case {
 impl Case {
     /// What goes wrong, in words.
     pub fn failures(&self) -> Vec<String> {
-        let block = self.block();
+        let (block, wrong) = self.block();
         let options = Options { covariance: CovarianceOf::Shared, ..Options::default() };
         let model = Model { datum: run::default_diagnosis_datum(&block), ..Model::default() };
         let settings = |significance: f64| Settings {
@@ -86,20 +87,26 @@ impl Case {
             }
             Ok(_) => {}
         }
-        // As `adjust --outliers snoop` does.
         let model = Model::default();
         let mut search = Snooping::new(&block, &model);
+        failures.extend(plain(&search.block(&block), &wrong, &model, &options));
+        // As `adjust --outliers snoop` does.
         let settings = settings(0.0);
         let snooped = settle(&block, &mut search, &model, None, Strictness::Loose, &settings)
             .and_then(|rough| settle(&block, &mut search, &model, Some(&rough), Strictness::Tight, &settings));
-        let adjusted =
-            run::adjust(&search.block(&block), &model, &[&Native], &options, &mut |_, _| ControlFlow::Continue(()));
+        let left = search.block(&block);
         failures.extend(snooped.err().map(|error| format!("snoop: {error}")));
-        failures.extend(adjusted.err().map(|error| format!("adjust: {error}")));
+        failures.extend(adjust(&left, &model, &options).err().map(|error| format!("adjust: {error}")));
+        let measured = |block: &Block| block.ties.len() + block.marks.len();
+        let (out, named) = (measured(&block) - measured(&left), search.outliers(&block).rejected.len());
+        if out != named {
+            failures.push(format!("snoop: {out} measurements are out, {named} are named"));
+        }
         failures
     }
 
-    fn block(&self) -> Block {
+    /// The block, and the points of which a measurement is wrong.
+    fn block(&self) -> (Block, HashSet<PointId>) {
         let (preset, overrides) = PRESETS[self.preset];
         let mut block = common::preset(preset, overrides, SEED).block;
         add_noise(&mut block, NOISE, SEED).expect("noise");
@@ -111,10 +118,12 @@ impl Case {
             Count::Of(count) => count,
             Count::Share(share) => (share * block.ties.len() as f64) as usize,
         };
-        for k in self.place.choose(&block, count, &mut random) {
-            self.blunder(&mut block, k, &mut random);
+        let chosen = self.place.choose(&block, count, &mut random);
+        for k in &chosen {
+            self.blunder(&mut block, *k, &mut random);
         }
-        block
+        let wrong = chosen.into_iter().map(|k| block.ties[k].point).collect();
+        (block, wrong)
     }
 
     fn blunder(&self, block: &mut Block, k: usize, random: &mut ChaCha8Rng) {
@@ -127,7 +136,7 @@ impl Case {
                 let opposite = |x: f64, size: f64| if x < 0.5 * size { size - MARGIN_PX } else { MARGIN_PX };
                 [opposite(row.x, width), opposite(row.y, height)]
             }
-            // Half the sensor is wider than the size, so some direction ends on it.
+            // Half the sensor's diagonal is longer than the size, so some direction ends on it.
             Size::Px(size) => loop {
                 let angle: f64 = random.random_range(0.0..std::f64::consts::TAU);
                 let [x, y] = [row.x + size * angle.cos(), row.y + size * angle.sin()];
@@ -137,5 +146,25 @@ impl Case {
             },
         };
         (row.x, row.y) = (x, y);
+    }
+}
+
+fn adjust(block: &Block, model: &Model, options: &Options) -> Result<Run, RunError> {
+    run::adjust(block, model, &[&Native], options, &mut |_, _| ControlFlow::Continue(()))
+}
+
+/// As `adjust` does: least squares alone; where that fails, a robust adjustment names the worst measurement. What goes wrong, in words.
+fn plain(block: &Block, wrong: &HashSet<PointId>, model: &Model, options: &Options) -> Option<String> {
+    let error = adjust(block, model, options).err()?;
+    let named = || {
+        let fit = robust_fit(block, model, None, options).map_err(|robust| robust.to_string())?;
+        let solved = Solved { problem: fit.problem, state: fit.solution.state };
+        let found = stand_alone(block, model, &solved).map_err(|error| error.to_string())?;
+        found.rejected.first().map(|worst| worst.point).ok_or_else(|| "nothing stands alone".to_string())
+    };
+    match named() {
+        Ok(point) if wrong.contains(&point) => None,
+        Ok(point) => Some(format!("plain: {error}; named is {}", block.tie_points[point.index()].name)),
+        Err(text) => Some(format!("plain: {error}; the robust adjustment: {text}")),
     }
 }

@@ -1,6 +1,8 @@
 //! Blunders of every size at the worst places: no diagnosis takes them for a cause, and nothing fails of them.
 //!
 //! `make test-blunders` runs the whole campaign, `make test` a handful of it.
+//!
+//! `MISCLOSURE_BLUNDERS=mapping cargo test --release --test blunders -- --nocapture` runs the cases whose names have that part.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -10,17 +12,20 @@ mod place;
 
 use campaign::{Case, Count, PRESETS, Size};
 use place::Place;
+use std::time::Instant;
 
-/// `all` runs the whole campaign.
-const WHOLE: &str = "MISCLOSURE_BLUNDERS";
+/// `all` runs the whole campaign, anything else the cases whose names have that part.
+const WHICH: &str = "MISCLOSURE_BLUNDERS";
 
 const COUNTS: [Count; 4] = [Count::Of(1), Count::Of(2), Count::Of(10), Count::Share(0.01)];
-const SIZES: [Size; 4] = [Size::Px(5.0), Size::Px(50.0), Size::Px(500.0), Size::Sensor];
+const SIZES: [Size; 5] = [Size::Px(5.0), Size::Px(50.0), Size::Px(500.0), Size::Px(3000.0), Size::Sensor];
 const PLACES: [Place; 3] = [Place::Random, Place::Corners, Place::FewRays];
 
-/// What stands for the campaign in `make test`: the sizes that bend a block most, on the quickest blocks. (Known to fail in the campaign: one blunder
-/// of 500 px at a corner of `mapping`, where the native solver does not converge.)
-const HANDFUL: [Case; 3] = [
+/// What stands for the campaign in `make test`: the sizes that bend a block most, on the quickest blocks, and one whose least-squares adjustment fails
+/// of a single blunder. (Known to fail in the campaign: ten blunders of 5 px in points of two and three rays of the last preset, for which a local flaw is
+/// taken; 1 % of 3000 px at the corners of `mapping`, where a robust adjustment does not converge either.)
+const HANDFUL: [Case; 4] = [
+    Case { preset: 2, count: Count::Of(1), size: Size::Px(500.0), place: Place::Corners },
     Case { preset: 3, count: Count::Of(1), size: Size::Sensor, place: Place::FewRays },
     Case { preset: 3, count: Count::Of(10), size: Size::Px(50.0), place: Place::Corners },
     Case { preset: 3, count: Count::Share(0.01), size: Size::Px(5.0), place: Place::Random },
@@ -28,14 +33,28 @@ const HANDFUL: [Case; 3] = [
 
 #[test]
 fn blunders_are_no_cause_and_fail_nothing() {
-    let cases = if std::env::var(WHOLE).is_ok_and(|value| value == "all") { campaign() } else { HANDFUL.to_vec() };
+    let cases = selected();
     let mut failures = Vec::new();
     for case in &cases {
+        let started = Instant::now();
         let found = case.failures();
-        println!("{case}: {}", if found.is_empty() { "as it should be".to_string() } else { found.join("; ") });
+        let outcome = if found.is_empty() { "as it should be".to_string() } else { found.join("; ") };
+        println!("{case}: {outcome} ({:.1} s)", started.elapsed().as_secs_f64());
         failures.extend(found.into_iter().map(|text| format!("{case}: {text}")));
     }
     assert!(failures.is_empty(), "{} failures in {} cases:\n{}", failures.len(), cases.len(), failures.join("\n"));
+}
+
+fn selected() -> Vec<Case> {
+    match std::env::var(WHICH).unwrap_or_default().as_str() {
+        "" => HANDFUL.to_vec(),
+        "all" => campaign(),
+        part => {
+            let cases: Vec<Case> = campaign().into_iter().filter(|case| case.to_string().contains(part)).collect();
+            assert!(!cases.is_empty(), "{WHICH}={part}: no such case");
+            cases
+        }
+    }
 }
 
 fn campaign() -> Vec<Case> {

@@ -46,19 +46,35 @@ pub(super) fn meeting(
     Some(intersect_in_images(&measured, start, project).ok()?.position)
 }
 
+/// What a point that was lost came to.
+#[derive(Default)]
+pub(super) struct Revived {
+    /// Measurements that came back.
+    pub(super) returned: usize,
+    /// One that had been kept and does not agree with them: its position in [`Sight::seen`] and its residual in standard deviations.
+    pub(super) rejected: Vec<(usize, f64)>,
+}
+
 impl Sight {
-    /// Takes the rays of point `j` in again that agree with each other, where it was lost. Number of those that came back.
-    pub(super) fn revive(&mut self, j: usize, beyond: impl Fn(&Self, usize) -> Option<usize>) -> usize {
+    /// Takes the rays of point `j` in again that agree with each other, where it was lost. `beyond` gives the worst that does not, and its residual in
+    /// standard deviations.
+    pub(super) fn revive(&mut self, j: usize, beyond: impl Fn(&Self, usize) -> Option<(usize, f64)>) -> Revived {
         let all = self.measurements_of(j);
         let before: Vec<bool> = all.clone().map(|k| self.seen[k].active).collect();
+        let was_in = |k: usize| before[k - all.start];
         all.clone().for_each(|k| self.seen[k].active = true);
-        while let Some(worst) = beyond(self, j) {
+        let mut revived = Revived::default();
+        while let Some((worst, normalised)) = beyond(self, j) {
             self.seen[worst].active = false;
+            if was_in(worst) {
+                revived.rejected.push((worst, normalised));
+            }
         }
         if all.clone().filter(|k| self.seen[*k].active).count() < FEWEST_RAYS {
-            all.zip(before).for_each(|(k, active)| self.seen[k].active = active);
-            return 0;
+            all.clone().for_each(|k| self.seen[k].active = was_in(k));
+            return Revived::default();
         }
-        all.zip(before).filter(|(k, before)| self.seen[*k].active && !before).count()
+        revived.returned = all.clone().filter(|k| self.seen[*k].active && !was_in(*k)).count();
+        revived
     }
 }

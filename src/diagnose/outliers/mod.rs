@@ -8,11 +8,15 @@
 //! - a measurement is judged against its neighbours in the image as well: an effect that the model lacks moves neighbours together,
 //!   an outlier stands alone. It is rejected only if both its own residual and its difference from theirs are too large.
 //!
+//! A blunder of hundreds of pixels bends a whole least-squares fit, cameras and all, until measurements that are right stand out and it does not. Where a
+//! residual is that large, measurements are judged at a robust fit instead ([`robust_fit`]).
+//!
 //! The statistic of a measurement is `v' R^-1 v / s0^2`, `R` its local redundancy (2x2, cameras held): chi-square with two degrees of
 //! freedom, with one where the point has two rays (across the epipolar plane; along it nothing can be seen). `s0` is taken from the median,
 //! which outliers do not move. The threshold is that of the largest of as many as the block has.
 
 mod lost;
+mod majority;
 mod robust;
 mod sight;
 
@@ -88,6 +92,9 @@ pub struct Round {
     pub returned: usize,
     /// Points of which a measurement may be bent by a worse one elsewhere, and is left for the next round.
     pub held_back: usize,
+    /// Is the worst so large that it may have bent measurements beyond the threshold that are right? A least-squares fit says then that something is
+    /// wrong, and not what.
+    pub bent: bool,
     /// Robust estimate of sigma0 at its begin.
     pub sigma0: f64,
 }
@@ -143,6 +150,7 @@ pub struct Solved {
 }
 
 /// Which measurements are still in.
+#[derive(Clone)]
 struct Kept {
     ties: Vec<bool>,
     marks: Vec<bool>,
@@ -176,6 +184,7 @@ impl Kept {
 }
 
 /// A search on its way: what is left out so far, re-judged at every fit.
+#[derive(Clone)]
 pub struct Snooping {
     left: Kept,
     significance: f64,

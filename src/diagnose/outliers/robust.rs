@@ -1,20 +1,33 @@
-//! A robust fit, for a block whose adjustment fails: a measurement that is wrong by hundreds of pixels can bend a block so far that its camera
-//! is not determined any more, and then nothing says which one it is.
+//! A robust fit, for a block that blunders bend: a measurement that is wrong by hundreds of pixels can bend a least-squares fit so far that its camera
+//! is not determined any more, or that nothing at it says which one is wrong.
 
+use super::majority::start_where_most_rays_meet;
 use super::{Outliers, Snooping, Solved, Strictness};
 use crate::adjust::{AdjustError, Options};
 use crate::block::Block;
-use crate::diagnose::fit::{Fit, fit};
+use crate::diagnose::fit::{Fit, solve};
 use crate::model::{Loss, Model};
+use crate::problem::Problem;
+use crate::run::RunError;
 
-/// A fit that single measurements cannot bend: with Cauchy's loss; where the camera is not determined even so, it is held at its start values.
-/// `None` where that fails, too.
-pub fn robust_fit(block: &Block, model: &Model, options: &Options) -> Option<Fit> {
-    let robust = Model { loss: Loss::Cauchy, ..model.clone() };
-    let held = Model { free: [false; 12], ..robust.clone() };
+/// A fit that single measurements cannot bend: with Cauchy's loss, from where most rays of each point meet; where the camera is not determined even so,
+/// it is held at its start values. `near`: an earlier fit of the same images, to start from.
+///
+/// # Errors
+/// Those of the fit with the camera held.
+pub fn robust_fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) -> Result<Fit, RunError> {
     // Near enough for a judgement of what is wrong by many standard deviations.
     let few = Options { max_iterations: options.max_iterations.min(MOST_ITERATIONS), ..options.clone() };
-    [robust, held].iter().find_map(|model| fit(block, model, None, &few).ok())
+    let fit = |model: &Model| -> Result<Fit, RunError> {
+        let mut problem = Problem::new(block, model)?;
+        if let Some(near) = near {
+            problem.start_from(&near.problem, &near.solution.state);
+        }
+        start_where_most_rays_meet(&mut problem);
+        Ok(solve(model, problem, &few)?)
+    };
+    let robust = Model { loss: Loss::Cauchy, ..model.clone() };
+    fit(&robust).or_else(|_| fit(&Model { free: [false; 12], ..robust }))
 }
 
 /// Iterations of a robust fit at most.

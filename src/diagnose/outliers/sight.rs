@@ -15,7 +15,8 @@ use std::collections::HashSet;
 /// Before a diagnosis residuals hold effects too: the threshold is this much wider.
 const LOOSE: f64 = 1.5;
 /// Share of the worst residual of a round below which another may be its doing: a blunder bends the images that it lies in, by no more than its
-/// leverage, which is below a tenth in an image of twenty points or more. What is left stands out in the next round.
+/// leverage, which is below a tenth in an image of twenty points or more. What is left stands out in the next round. A residual of which this share is
+/// beyond the threshold may have put measurements there that are right.
 const BENT: f64 = 0.1;
 /// A measurement comes back below this share of the threshold; the gap keeps one from going to and fro.
 const RETURN: f64 = 0.8;
@@ -152,16 +153,24 @@ impl Sight {
         };
         let in_question: Vec<usize> = (0..self.starts.len() - 1).filter(in_question).collect();
         self.judge_neighbours(&in_question, &local, variance);
-        let mut round = Round { rejected: 0, returned: 0, held_back: 0, sigma0: variance.sqrt() };
         let points = 0..self.starts.len() - 1;
-        let worst =
-            points.clone().filter_map(|j| self.worst(j)).map(|(_, verdict)| verdict.statistic).fold(0.0, f64::max);
-        let may_be_bent = |verdict: Statistic| verdict.statistic < BENT * BENT * worst;
+        let of_points = points.clone().filter_map(|j| self.worst(j)).map(|(_, verdict)| verdict);
+        let worst = of_points.max_by(|a, b| a.statistic.total_cmp(&b.statistic));
+        let largest = worst.map_or(0.0, |worst| worst.statistic);
+        // A fit that is bent altogether has large residuals everywhere: they are no measure of what is large then, the stated precision is.
+        let bent = worst.is_some_and(|worst| beyond(worst, variance.min(1.0).sqrt() / (BENT * variance.sqrt())));
+        let may_be_bent = |verdict: Statistic| verdict.statistic < BENT * BENT * largest;
+        let normalised = |verdict: Statistic| (verdict.statistic / variance).sqrt();
+        let mut round = Round { rejected: 0, returned: 0, held_back: 0, bent, sigma0: variance.sqrt() };
+        let mut out = Vec::new();
         for j in points {
             if self.lost[j] {
-                round.returned += self.revive(j, |sight, j| {
-                    sight.worst(j).filter(|(_, verdict)| beyond(*verdict, RETURN)).map(|(k, _)| k)
+                let revived = self.revive(j, |sight, j| {
+                    let worst = sight.worst(j).filter(|(_, verdict)| beyond(*verdict, RETURN));
+                    worst.map(|(k, verdict)| (k, normalised(verdict)))
                 });
+                round.returned += revived.returned;
+                out.extend(revived.rejected);
                 continue;
             }
             while let Some((k, verdict)) = self.worst(j).filter(|(_, verdict)| beyond(*verdict, 1.0)) {
@@ -170,23 +179,18 @@ impl Sight {
                     break;
                 }
                 self.seen[k].active = false;
-                let Seen { kind, measurement, row, .. } = self.seen[k];
-                let normalised = (verdict.statistic / variance).sqrt();
-                rejected.push(Rejected {
-                    kind,
-                    measurement,
-                    image: row.image,
-                    point: row.point,
-                    normalised,
-                    round: number,
-                });
-                round.rejected += 1;
+                out.push((k, normalised(verdict)));
             }
             while let Some((k, _)) = self.best_outside(j, &before).filter(|(_, verdict)| !beyond(*verdict, RETURN)) {
                 self.seen[k].active = true;
                 round.returned += 1;
             }
         }
+        round.rejected = out.len();
+        rejected.extend(out.into_iter().map(|(k, normalised)| {
+            let Seen { kind, measurement, row, .. } = self.seen[k];
+            Rejected { kind, measurement, image: row.image, point: row.point, normalised, round: number }
+        }));
         let returned: HashSet<_> = (self.seen.iter().zip(&before))
             .filter(|(seen, before)| seen.active && !**before)
             .map(|(seen, _)| (seen.kind as u32, seen.measurement))
