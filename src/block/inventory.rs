@@ -190,17 +190,8 @@ mod tests {
         // Half a turn about x: the camera looks down, its y axis points south.
         let rotation = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         let image = |name: &str, flight: u32, time_s, centre| Image {
-            name: name.into(),
-            camera: CameraId(0),
-            flight: FlightId(flight),
             time_s,
-            temperature_c: None,
-            pose: Pose { rotation, centre },
-            gnss: None,
-            velocity: None,
-            angular_velocity: None,
-            exposure_s: None,
-            focus_m: None,
+            ..Image::new(name, CameraId(0), FlightId(flight), Pose { rotation, centre })
         };
         let images = vec![
             image("a", 0, Some(2.0), Vector3::new(0.0, 0.0, 50.0)),

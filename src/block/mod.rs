@@ -120,6 +120,25 @@ pub struct Image {
     pub focus_m: Option<f64>,
 }
 
+impl Image {
+    /// An image of which nothing is recorded but its pose.
+    pub fn new(name: impl Into<String>, camera: CameraId, flight: FlightId, pose: Pose) -> Self {
+        Self {
+            name: name.into(),
+            camera,
+            flight,
+            time_s: None,
+            temperature_c: None,
+            pose,
+            gnss: None,
+            velocity: None,
+            angular_velocity: None,
+            exposure_s: None,
+            focus_m: None,
+        }
+    }
+}
+
 /// A tie point: an object point that is known by its image measurements alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TiePoint {

@@ -10,18 +10,13 @@ const CAMERA: [f64; 12] = [5510.09, 2539.75, 1945.80, 2537.97, 1955.92, 3.0e-9, 
 /// 5 images over 5 control and 20 check points, exact, in the survey's system; check point 23 has one mark only.
 fn survey_block() -> Block {
     let rotation = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-    let image = |i: u32| Image {
-        name: format!("i{i}"),
-        camera: CameraId(0),
-        flight: FlightId(0),
-        time_s: None,
-        temperature_c: None,
-        pose: Pose { rotation, centre: Vector3::new(10.0 * f64::from(i), 2.0 * f64::from(i % 2), 50.0) },
-        gnss: None,
-        velocity: None,
-        angular_velocity: None,
-        exposure_s: None,
-        focus_m: None,
+    let image = |i: u32| {
+        Image::new(
+            format!("i{i}"),
+            CameraId(0),
+            FlightId(0),
+            Pose { rotation, centre: Vector3::new(10.0 * f64::from(i), 2.0 * f64::from(i % 2), 50.0) },
+        )
     };
     let surveyed = |i: u32| SurveyedPoint {
         name: format!("p{i}"),

@@ -34,17 +34,16 @@ pub fn truth_with(interior: Interior) -> Block {
         let heading = -(velocity.x).atan2(velocity.y);
         let wobble = Vector3::new(0.01, -0.02, 0.03) * (time * 1.7).sin();
         images.push(Image {
-            name: format!("i{:02}", images.len()),
-            camera: 0_usize.into(),
-            flight: (flight as usize).into(),
             time_s: Some(time),
             temperature_c: Some(20.0 + 0.1 * time),
-            pose: Pose { rotation: UnitQuaternion::from_scaled_axis(wobble) * rotation(heading, tilt), centre },
             gnss: Some(Gnss { position: centre, sigma_xy: None, sigma_z: None }),
             velocity: Some(velocity),
-            angular_velocity: None,
-            exposure_s: None,
-            focus_m: None,
+            ..Image::new(
+                format!("i{:02}", images.len()),
+                0_usize.into(),
+                (flight as usize).into(),
+                Pose { rotation: UnitQuaternion::from_scaled_axis(wobble) * rotation(heading, tilt), centre },
+            )
         });
     };
     for strip in 0..2 {

@@ -25,7 +25,7 @@ use super::super::error::{Error, shown};
 use super::text::Lines;
 use super::tracks::Tracks;
 use super::{Format, GUESSED, ImportOptions, Imported, Note, file_that_ends, keep_seen, pose, refuse};
-use crate::block::{Block, CameraId, Image, ImageId, Measurement, PointId, Pose, Role, Sigma, SurveyedPoint};
+use crate::block::{Block, CameraId, FlightId, Image, ImageId, Measurement, PointId, Pose, Role, Sigma, SurveyedPoint};
 use crate::camera::{Camera, Interior};
 use nalgebra::Vector3;
 use std::collections::{HashMap, HashSet};
@@ -194,7 +194,7 @@ fn images(path: &Path, cameras: &Numbers<CameraId>, notes: &mut Vec<Note>) -> Re
             return Err(line.refuse(format!("image {} stands twice", shown(name.as_bytes()))));
         }
         match is_oriented {
-            true => images.push(image(name, camera, Pose { rotation, centre })),
+            true => images.push(Image::new(name, camera, FlightId(0), Pose { rotation, centre })),
             false => idle += 1,
         }
     }
@@ -205,22 +205,6 @@ fn images(path: &Path, cameras: &Numbers<CameraId>, notes: &mut Vec<Note>) -> Re
         notes.push(Note::loss(format!("{idle} images are left out: they are not used or not oriented")));
     }
     Ok((images, numbers))
-}
-
-fn image(name: String, camera: CameraId, pose: Pose) -> Image {
-    Image {
-        name,
-        camera,
-        flight: 0.into(),
-        time_s: None,
-        temperature_c: None,
-        pose,
-        gnss: None,
-        velocity: None,
-        angular_velocity: None,
-        exposure_s: None,
-        focus_m: None,
-    }
 }
 
 /// Control points, and what the names of points stand for.

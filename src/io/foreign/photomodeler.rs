@@ -156,18 +156,13 @@ fn block(path: &Path, options: &ImportOptions, notes: &mut Vec<Note>) -> Result<
         "object points are tie points; control points are those of the list of control points, which may be empty",
     ));
     let repeated = repeated_names(&photos);
-    let image = |(k, photo): (usize, &Photo)| Image {
-        name: if repeated { photo.path.clone() } else { file_name(&photo.path).to_owned() },
-        camera: camera_of[k].into(),
-        flight: 0.into(),
-        time_s: None,
-        temperature_c: None,
-        pose: photo.pose,
-        gnss: None,
-        velocity: None,
-        angular_velocity: None,
-        exposure_s: None,
-        focus_m: None,
+    let image = |(k, photo): (usize, &Photo)| {
+        Image::new(
+            if repeated { photo.path.clone() } else { file_name(&photo.path).to_owned() },
+            camera_of[k].into(),
+            0.into(),
+            photo.pose,
+        )
     };
     Ok(Block {
         name: if title.is_empty() { "photomodeler".into() } else { title },

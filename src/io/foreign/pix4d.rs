@@ -84,19 +84,7 @@ fn block(folder: &Path, options: &ImportOptions, notes: &mut Vec<Note>) -> Resul
         if images.iter().any(|image| image.name == name) {
             return Err(lines.refuse(format!("image {} stands twice", shown(name.as_bytes()))));
         }
-        images.push(Image {
-            name,
-            camera: number.into(),
-            flight: flight.into(),
-            time_s: None,
-            temperature_c: None,
-            pose: Pose { centre: pose.centre + offset, ..pose },
-            gnss: None,
-            velocity: None,
-            angular_velocity: None,
-            exposure_s: None,
-            focus_m: None,
-        });
+        images.push(Image::new(name, number.into(), flight.into(), Pose { centre: pose.centre + offset, ..pose }));
     }
     if let Some(path) = file_that_ends(folder, EXTERNAL)? {
         compare(&path, &images)?;

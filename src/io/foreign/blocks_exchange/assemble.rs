@@ -55,19 +55,10 @@ pub(super) fn assemble(contents: Contents, file: &Path, options: &ImportOptions)
     if seen.elsewhere > 0 {
         notes.push(Note::loss(format!("{} measurements are left out: their photos have no pose", seen.elsewhere)));
     }
-    let images = photos.iter().zip(&names).map(|(photo, name)| Image {
-        name: (*name).to_owned(),
-        camera: CameraId::from(photo.camera),
-        flight: FlightId(0),
-        time_s: None,
-        temperature_c: None,
-        pose: photo.pose,
-        gnss: None,
-        velocity: None,
-        angular_velocity: None,
-        exposure_s: None,
-        focus_m: None,
-    });
+    let images = photos
+        .iter()
+        .zip(&names)
+        .map(|(photo, name)| Image::new((*name).to_owned(), CameraId::from(photo.camera), FlightId(0), photo.pose));
     let mut images: Vec<Image> = images.collect();
     let cameras = of_file.iter().enumerate().map(|(k, camera)| {
         // Names of photogroups may be missing, and may repeat.

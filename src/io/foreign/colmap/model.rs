@@ -73,19 +73,7 @@ impl Model {
         if name.is_empty() || !self.names.insert(name.to_owned()) {
             return Err(format!("expected a name that no other image has, found {}", shown(name.as_bytes())));
         }
-        self.images.push(Image {
-            name: name.to_owned(),
-            camera: *camera,
-            flight: FlightId(0),
-            time_s: None,
-            temperature_c: None,
-            pose: pose::from_translation(rotation, &t.into()),
-            gnss: None,
-            velocity: None,
-            angular_velocity: None,
-            exposure_s: None,
-            focus_m: None,
-        });
+        self.images.push(Image::new(name, *camera, FlightId(0), pose::from_translation(rotation, &t.into())));
         Ok(ImageId::from(self.images.len() - 1))
     }
 

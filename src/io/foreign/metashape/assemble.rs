@@ -40,17 +40,8 @@ pub(super) fn block(project: Project, options: &ImportOptions, notes: &mut Vec<N
         });
         image_of_photo.insert(photo.id.as_str(), ImageId::from(images.len()));
         images.push(Image {
-            name: unique(&photo.label, &photo.id, &repeated),
-            camera: (*camera).into(),
-            flight: flight.into(),
-            time_s: None,
-            temperature_c: None,
-            pose,
             gnss: gnss(photo, &world).map_err(refuse)?,
-            velocity: None,
-            angular_velocity: None,
-            exposure_s: None,
-            focus_m: None,
+            ..Image::new(unique(&photo.label, &photo.id, &repeated), (*camera).into(), flight.into(), pose)
         });
     }
     let unused = oriented.iter().filter(|oriented| oriented.photo.reference.is_some_and(|r| !r.enabled)).count();

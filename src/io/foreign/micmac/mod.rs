@@ -79,19 +79,12 @@ fn block(sources: Sources, path: &Path, options: &ImportOptions, notes: &mut Vec
             flights.push(flight_of(name).to_owned());
             flights.len() - 1
         });
-        images.push(Image {
-            name: name.clone(),
-            camera: number_of_camera[&orientation.calibration].into(),
-            flight: flight.into(),
-            time_s: None,
-            temperature_c: None,
-            pose: orientation.pose,
-            gnss: None,
-            velocity: None,
-            angular_velocity: None,
-            exposure_s: None,
-            focus_m: None,
-        });
+        images.push(Image::new(
+            name.clone(),
+            number_of_camera[&orientation.calibration].into(),
+            flight.into(),
+            orientation.pose,
+        ));
     }
     let image_of: HashMap<&str, ImageId> =
         images.iter().enumerate().map(|(k, image): (usize, &Image)| (image.name.as_str(), ImageId::from(k))).collect();

@@ -201,18 +201,11 @@ fn image(name: &str, shot: &Shot, camera: usize, flight: usize, measured: &Measu
     let rotation = UnitQuaternion::from_scaled_axis(Vector3::from(shot.rotation));
     let sigma = shot.gps_dop.filter(|dop| *dop > 0.0);
     let gnss = shot.gps_position.filter(|_| measured.gnss);
+    let pose = pose::from_translation(rotation, &Vector3::from(shot.translation));
     Image {
-        name: name.to_owned(),
-        camera: camera.into(),
-        flight: flight.into(),
         time_s: shot.capture_time.filter(|_| measured.times),
-        temperature_c: None,
-        pose: pose::from_translation(rotation, &Vector3::from(shot.translation)),
         gnss: gnss.map(|position| Gnss { position: position.into(), sigma_xy: sigma, sigma_z: sigma }),
-        velocity: None,
-        angular_velocity: None,
-        exposure_s: None,
-        focus_m: None,
+        ..Image::new(name, camera.into(), flight.into(), pose)
     }
 }
 

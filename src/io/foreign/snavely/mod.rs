@@ -73,7 +73,7 @@ impl Scene {
                 interiors.len() - 1
             });
             numbers[k] = Some(ImageId::from(images.len()));
-            images.push(image(&names[k], CameraId::from(camera), view.pose));
+            images.push(Image::new(&names[k], CameraId::from(camera), FlightId(0), view.pose));
         }
         if images.is_empty() {
             return Err(refuse(file, "no image is oriented"));
@@ -120,22 +120,6 @@ impl Scene {
 /// Our camera of `f, k1, k2` and the middle of the image.
 fn interior([f, k1, k2]: [f64; 3], [ppx, ppy]: [f64; 2]) -> Interior {
     [f, ppx, ppy, ppx, ppy, k1 / f.powi(2), k2 / f.powi(4), 0.0, 0.0, 0.0, 0.0, 0.0]
-}
-
-fn image(name: &str, camera: CameraId, pose: Pose) -> Image {
-    Image {
-        name: name.to_owned(),
-        camera,
-        flight: FlightId(0),
-        time_s: None,
-        temperature_c: None,
-        pose,
-        gnss: None,
-        velocity: None,
-        angular_velocity: None,
-        exposure_s: None,
-        focus_m: None,
-    }
 }
 
 /// The pose of their `R` and `t`.
