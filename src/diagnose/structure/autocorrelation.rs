@@ -6,7 +6,9 @@
 //! the signs of whole points changes nothing. The expectation is taken from each image's own pose, known from its measurements and its
 //! antenna, with the rest held, which is nearer to zero than the true one: a one-sided test is on the safe side.
 
-use super::{Context, Found, Tested};
+use super::asked::Tested;
+use super::context::Context;
+use super::found::Found;
 use crate::diagnose::neighbours::Neighbours;
 use crate::math::statistics::{normal_ln_sf, normal_sf};
 use nalgebra::{Matrix2x6, Matrix6};

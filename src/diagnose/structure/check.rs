@@ -3,7 +3,9 @@
 //! The p-values say whether there is a plane or a dome beyond the scatter of the single points, not whether the model is wrong: a right model
 //! without control in the adjustment leaves both, since its own errors bend and tilt the block as a whole.
 
-use super::{Found, StructureTest, Tested};
+use super::StructureTest;
+use super::asked::Tested;
+use super::found::Found;
 use crate::block::Role;
 use crate::evaluate::Comparison;
 use crate::math::statistics::f_ln_sf;

@@ -4,9 +4,10 @@
 //! that change with it, so smooth patterns ([`super::place::patterns`]) times functions of the quantity are tested.
 
 use super::columns::{Family, Writer};
+use super::context::Context;
+use super::found::Found;
 use super::pictures::{Profile, ProfileBin};
 use super::place::{LINEAR_PATTERNS, PATTERNS, Place, Span, legendre, patterns};
-use super::{Context, Found};
 use std::f64::consts::{PI, TAU};
 
 /// Bins of the profiles.

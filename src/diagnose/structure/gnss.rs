@@ -1,8 +1,10 @@
 //! GNSS residuals along, across and up: mean and slope in time per flight. They have a variance factor of their own: the a-priori
 //! precision of image measurements and of positions is wrong independently.
 
+use super::asked::Asked;
 use super::columns::Family;
-use super::{Asked, Context, Found};
+use super::context::Context;
+use super::found::Found;
 use crate::adjust::native::null_model::Coordinate;
 use crate::problem::Problem;
 use nalgebra::Vector3;

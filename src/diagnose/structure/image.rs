@@ -1,9 +1,11 @@
 //! Shift and scale of each image.
 
+use super::asked::{Asked, joint_or_worst};
 use super::columns::{Family, Writer};
+use super::context::Context;
+use super::found::Found;
 use super::pictures::ImageValue;
 use super::place::Place;
-use super::{Asked, Context, Found, joint_or_worst};
 use crate::math::statistics::normal_two_sided;
 
 /// Images up to which shift and scale are tested for each; beyond it the scale alone.

@@ -1,8 +1,10 @@
 //! Mean residuals over the cells of the sensor.
 
+use super::asked::{Asked, joint_or_worst};
 use super::columns::Family;
+use super::context::Context;
+use super::found::Found;
 use super::pictures::{Cell, SensorGrid};
-use super::{Asked, Context, Found, joint_or_worst};
 use crate::math::statistics::chi_square_sf;
 
 /// Most cells of a sensor along its long and its short side.

@@ -4,10 +4,12 @@
 //! The p-value is that of the exact test times the number of frequencies looked at. It holds whatever way the candidates were found;
 //! neighbouring frequencies are correlated, so it is somewhat too large.
 
+use super::asked::{Asked, Tested};
 use super::columns::{Family, Writer};
+use super::context::Context;
+use super::found::Found;
 use super::pictures::{Peak, SpectrumGrid};
 use super::place::Place;
-use super::{Asked, Context, Found, Tested};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 use std::f64::consts::TAU;
