@@ -1,8 +1,9 @@
 //! `misclosure adjust`: one adjustment, with both solvers unless one is asked for.
 
 use super::blunders;
-use super::model_options::{ModelOptions, with_faults};
+use super::model_options::ModelOptions;
 use super::output::Output;
+use super::plugins::with_faults;
 use super::summary_text::{failure, text};
 use super::{Answer, Console};
 use crate::adjust::Options;

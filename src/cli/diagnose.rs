@@ -1,8 +1,9 @@
 //! `misclosure diagnose` and `misclosure improve`: what is missing in the model, and the loop that adds it.
 
 use super::diagnosis_text::text;
-use super::model_options::{ModelOptions, Treatment, with_faults};
+use super::model_options::{ModelOptions, Treatment};
 use super::output::Output;
+use super::plugins::with_faults;
 use super::summary_text::{failure, warning};
 use super::{Answer, Console};
 use crate::adjust::Options;

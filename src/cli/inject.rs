@@ -1,8 +1,9 @@
 //! `misclosure inject`: measures a simulated block anew under known errors.
 
-use super::model_options::{effect_term, load_plugins};
 use super::output::{Output, usable};
+use super::plugins::load_plugins;
 use super::text::paragraph;
+use super::words::effect_term;
 use super::{Answer, Usage};
 use crate::block::Block;
 use crate::inject::recipe::{self, Made};

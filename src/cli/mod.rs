@@ -17,12 +17,14 @@ mod inject;
 mod lab;
 pub mod model_options;
 mod output;
+mod plugins;
 mod report;
 mod reproduce;
 mod simulate;
 mod summary_text;
 mod text;
 mod validate;
+mod words;
 
 pub use console::Console;
 pub use exit::{Exit, Usage};

@@ -1,22 +1,22 @@
 //! The model options of `adjust`, `diagnose` and `improve`, and the [`Model`] that they describe.
 
+use super::plugins::load_plugins;
+use super::words::{effect_term, indices};
 use super::{Console, Usage};
 use crate::adjust::ceres::Ceres;
 use crate::adjust::native::Native;
 use crate::adjust::{Options, Solver};
-use crate::block::{Block, Measurement};
-use crate::camera::{GROUPS, PARAMETER_COUNT, PARAMETERS, parameter_indices};
-use crate::effects::{self, Descriptor, Effect, Parameter, Role, plugin};
+use crate::block::Block;
+use crate::camera::PARAMETER_COUNT;
+use crate::effects;
 use crate::io::model::read_model;
-use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, PRIOR_KEY, TieWeights};
+use crate::model::{Datum, EffectRef, Loss, Model, TieWeights};
 use crate::problem::start_interiors;
 use crate::run::folder::{self, OutlierRow};
 use crate::run::multistart::{best_start, doubtful_cameras};
 use crate::run::start_values::doubts;
 use crate::run::{Run, RunError, set_aside};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// Options that describe a model. What is not given stays as `--model` says, else as by default.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -246,125 +246,14 @@ impl ModelOptions {
     }
 }
 
-/// The error of a command, with what a plug-in did where it gave no values: which, at which stage, in which image, at which point.
-pub(super) fn with_faults<'a>(
-    error: anyhow::Error,
-    effects: impl IntoIterator<Item = &'a EffectRef>,
-    block: &Block,
-) -> anyhow::Error {
-    let faults: Vec<String> = effects.into_iter().filter_map(|effect| fault(effect, block)).collect();
-    if faults.is_empty() { error } else { error.context(faults.join("; ")) }
-}
-
-fn fault(effect: &EffectRef, block: &Block) -> Option<String> {
-    let plugin::Fault { what, image, observed: [x, y] } = effect.take_fault()?;
-    let Descriptor { id, stage, .. } = effect.descriptor();
-    let path = effect.origin().map_or_else(String::new, |origin| format!("{}: ", origin.path.display()));
-    let mut text = format!("{path}effect `{id}` ({} stage) {what}", stage.name());
-    if let Some(of) = block.images.get(image as usize) {
-        text += &format!(", in image `{}`", of.name);
-        let here = |m: &&Measurement| m.image.index() == image as usize && m.x == x && m.y == y;
-        let tie = block.ties.iter().find(here).map(|tie| &block.tie_points[tie.point.index()].name);
-        let mark = || block.marks.iter().find(here).map(|mark| &block.surveyed[mark.point.index()].name);
-        if let Some(point) = tie.or_else(mark) {
-            text += &format!(" at point `{point}`");
-        }
-    }
-    Some(text)
-}
-
-/// The effects of shared libraries, no two of one id.
-pub(super) fn load_plugins(paths: &[PathBuf]) -> anyhow::Result<Vec<Arc<dyn Effect>>> {
-    let mut plugins: Vec<Arc<dyn Effect>> = Vec::new();
-    for path in paths {
-        let effect = plugin::load(path)?;
-        let id = &effect.descriptor().id;
-        if plugins.iter().any(|other| other.descriptor().id == *id) {
-            return Err(Usage(format!("--plugin {}: there is an effect `{id}` already", path.display())).into());
-        }
-        plugins.push(effect);
-    }
-    Ok(plugins)
-}
-
-/// Indices into [`PARAMETERS`] of all names of the lists.
-fn indices(lists: &[String], option: &str) -> Result<Vec<usize>, Usage> {
-    let names = lists.iter().flat_map(|list| list.split([',', ' '])).filter(|name| !name.is_empty());
-    let mut found = Vec::new();
-    for name in names {
-        found.extend(parameter_indices(name).ok_or_else(|| {
-            let groups: Vec<&str> = GROUPS.iter().map(|(group, _)| *group).collect();
-            Usage(format!(
-                "{option} {name}: no such parameter; there are the groups {} all none and the parameters {}",
-                groups.join(" "),
-                PARAMETERS.join(" ")
-            ))
-        })?);
-    }
-    Ok(found)
-}
-
-/// Parses `EFFECT[:param=start,...]` of an option. One value of a scoped parameter is `param[flight]=start`.
-pub(super) fn effect_term(
-    option: &str,
-    text: &str,
-    find: &dyn Fn(&str) -> Option<EffectRef>,
-) -> Result<EffectTerm, Usage> {
-    let (id, list) = text.split_once(':').unwrap_or((text, ""));
-    let effect = find(id).ok_or_else(|| Usage(format!("{option} {text}: {}", super::effects::unknown(id))))?;
-    let mut values = BTreeMap::new();
-    for setting in list.split(',').filter(|setting| !setting.is_empty()) {
-        let (key, value) = setting
-            .split_once('=')
-            .ok_or_else(|| Usage(format!("{option} {text}: `{setting}` is not of the form param=value")))?;
-        let number = if key.trim() == PRIOR_KEY {
-            let not_one = || Usage(format!("{option} {text}: `{}` is not a number", value.trim()));
-            value.trim().parse().map_err(|_| not_one())?
-        } else {
-            let parameter =
-                parameter(effect.descriptor(), key.trim()).map_err(|what| Usage(format!("{option} {text}: {what}")))?;
-            number(parameter, value.trim()).map_err(|what| Usage(format!("{option} {text}: {what}")))?
-        };
-        if values.insert(key.trim().to_string(), number).is_some() {
-            return Err(Usage(format!("{option} {text}: `{key}` stands there twice")));
-        }
-    }
-    Ok(EffectTerm { effect, values, held: Vec::new() })
-}
-
-fn parameter<'a>(descriptor: &'a Descriptor, key: &str) -> Result<&'a Parameter, String> {
-    let name = key.split_once('[').map_or(key, |(name, _)| name);
-    descriptor.parameters.iter().find(|parameter| parameter.name == name).ok_or_else(|| {
-        let names: Vec<&str> = descriptor.parameters.iter().map(|parameter| parameter.name.as_ref()).collect();
-        format!("`{}` has no parameter `{name}`; it has: {}", descriptor.id, names.join(", "))
-    })
-}
-
-/// A finite number, or the name of a value of a given parameter.
-fn number(parameter: &Parameter, text: &str) -> Result<f64, String> {
-    let named: &[(&str, f64)] = match &parameter.role {
-        Role::Given(names) => names,
-        _ => &[],
-    };
-    if let Some((_, value)) = named.iter().find(|(name, _)| *name == text) {
-        return Ok(*value);
-    }
-    let expected = || {
-        let names: String = named.iter().map(|(name, _)| format!(" or `{name}`")).collect();
-        format!("`{}={text}`: expected a number ({}){names}", parameter.name, parameter.unit)
-    };
-    let value = text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(expected)?;
-    match parameter.expected_instead_of(value) {
-        Some(expected) => Err(format!("`{}={text}`: expected {expected}", parameter.name)),
-        None => Ok(value),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::PARAMETERS;
     use crate::effects::{Context, Kind, OutsideDomain, Scope, Stage};
+    use crate::effects::{Descriptor, Effect, Parameter, Role};
     use clap::Parser;
+    use std::sync::Arc;
 
     #[derive(Debug, Parser)]
     struct Line {

@@ -1,0 +1,49 @@
+//! Effects of shared libraries: loaded, and named where they gave no values.
+
+use super::Usage;
+use crate::block::{Block, Measurement};
+use crate::effects::{Descriptor, Effect, plugin};
+use crate::model::EffectRef;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The error of a command, with what a plug-in did where it gave no values: which, at which stage, in which image, at which point.
+pub(super) fn with_faults<'a>(
+    error: anyhow::Error,
+    effects: impl IntoIterator<Item = &'a EffectRef>,
+    block: &Block,
+) -> anyhow::Error {
+    let faults: Vec<String> = effects.into_iter().filter_map(|effect| fault(effect, block)).collect();
+    if faults.is_empty() { error } else { error.context(faults.join("; ")) }
+}
+
+fn fault(effect: &EffectRef, block: &Block) -> Option<String> {
+    let plugin::Fault { what, image, observed: [x, y] } = effect.take_fault()?;
+    let Descriptor { id, stage, .. } = effect.descriptor();
+    let path = effect.origin().map_or_else(String::new, |origin| format!("{}: ", origin.path.display()));
+    let mut text = format!("{path}effect `{id}` ({} stage) {what}", stage.name());
+    if let Some(of) = block.images.get(image as usize) {
+        text += &format!(", in image `{}`", of.name);
+        let here = |m: &&Measurement| m.image.index() == image as usize && m.x == x && m.y == y;
+        let tie = block.ties.iter().find(here).map(|tie| &block.tie_points[tie.point.index()].name);
+        let mark = || block.marks.iter().find(here).map(|mark| &block.surveyed[mark.point.index()].name);
+        if let Some(point) = tie.or_else(mark) {
+            text += &format!(" at point `{point}`");
+        }
+    }
+    Some(text)
+}
+
+/// The effects of shared libraries, no two of one id.
+pub(super) fn load_plugins(paths: &[PathBuf]) -> anyhow::Result<Vec<Arc<dyn Effect>>> {
+    let mut plugins: Vec<Arc<dyn Effect>> = Vec::new();
+    for path in paths {
+        let effect = plugin::load(path)?;
+        let id = &effect.descriptor().id;
+        if plugins.iter().any(|other| other.descriptor().id == *id) {
+            return Err(Usage(format!("--plugin {}: there is an effect `{id}` already", path.display())).into());
+        }
+        plugins.push(effect);
+    }
+    Ok(plugins)
+}
