@@ -97,8 +97,7 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     arguments.model.judge_start(&block, &model, console)?;
     let progress = console.progress("diagnose");
     let tell = |what: &str| progress.step(what);
-    let (block, model) = arguments.model.started(block, model, &options, &tell)?;
-    let block = &block;
+    let (whole, model) = arguments.model.started(block, model, &options, &tell)?;
     let plugins = arguments.model.plugin_effects()?;
     let settings = Settings {
         plugins: &plugins,
@@ -109,7 +108,11 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     };
     let effects = || model.effects.iter().map(|term| &term.effect).chain(&plugins);
     let mut diagnosed =
-        diagnose(block, &model, &settings).map_err(|error| with_faults(error.into(), effects(), block))?;
+        diagnose(&whole, &model, &settings).map_err(|error| with_faults(error.into(), effects(), &whole))?;
+    outliers.extend(diagnosed.outliers.rows(&whole));
+    // Of a large block one copy is enough.
+    drop(whole);
+    let block = &diagnosed.block;
     let ended = match keep {
         Keep::Base => &diagnosed.improvement.base,
         Keep::Improved => &diagnosed.improvement.fit,
@@ -118,7 +121,7 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     let solvers = arguments.model.solvers();
     // The models on the way decide nothing any more: the ledger keeps what the native solver found.
     let HandedOn { model: final_model, run, held } =
-        adjust_handed_on(&diagnosed.block, ended, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))
+        adjust_handed_on(block, ended, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))
             .map_err(|error| with_faults(error.into(), effects(), block))?;
     if let Some(held) = held {
         console.message(&held);
@@ -143,7 +146,6 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
         console.message(&format!("{} images have too few measurements to take part: {}", idle.len(), idle.join(", ")));
     }
     diagnosed.diagnosis.weigh(run.point_sigma_m(), arguments.tolerance_mm.map(|mm| 1e-3 * mm));
-    outliers.extend(diagnosed.outliers.rows(block));
     let Diagnosed { block, diagnosis, improvement, before, after, .. } = &diagnosed;
     output.write(&folder::FILES, folder::SUMMARY, |dir| {
         let before = (!diagnosis.recommended.is_empty()).then_some(before);

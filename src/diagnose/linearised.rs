@@ -20,6 +20,7 @@ use crate::model::EffectTerm;
 use crate::problem::{Problem, State};
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// What the diagnosis took into a model, beside the user's own effects.
 #[derive(Debug, Clone, Default)]
@@ -277,6 +278,8 @@ impl Linearised {
         if columns.is_empty() {
             return Ok(());
         }
+        // Let go, so that what is changed need not be copied.
+        self.system.information = Arc::default();
         let Parts { columns, mut parts } = self.null.parts(&mut self.scores, &columns)?;
         columns.iter().enumerate().for_each(|(position, column)| self.clustered[*column] = Some(position));
         // Surveyed coordinates are no cluster: each is a measurement of its own.
@@ -315,7 +318,7 @@ fn design_effects(null: &NullModel, sets: &[Set], variance: f64) -> Vec<f64> {
 /// Score, information and `v'Pv` where all columns are zero.
 fn at_zero(scores: &ScoreSystem, values: &[f64], least: &[f64], chi_square: f64, redundancy: f64) -> System {
     let values = DVector::from_column_slice(values);
-    let moved = &scores.information * &values;
+    let moved = &*scores.information * &values;
     System {
         chi_square: chi_square + 2.0 * scores.score.dot(&values) + values.dot(&moved),
         score: &scores.score + moved,
@@ -403,7 +406,7 @@ impl Linearised {
         let n = chance.len();
         let mut own = DMatrix::from_fn(n, n, |i, j| self.system.information[(chance[i].0, chance[j].0)]);
         (0..n).for_each(|i| own[(i, i)] += chance[i].1);
-        let laws: DVector<f64> = &self.system.information * DVector::from_column_slice(&values);
+        let laws: DVector<f64> = &*self.system.information * DVector::from_column_slice(&values);
         let right = DVector::from_fn(n, |i, _| self.system.score[chance[i].0] - laws[chance[i].0]);
         if let Some(factor) = own.cholesky() {
             for ((column, _), value) in chance.iter().zip(factor.solve(&right).iter()) {

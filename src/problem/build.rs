@@ -58,7 +58,7 @@ impl Problem {
             point_sources: points.iter().map(|point| point.source).collect(),
             point_names: points.iter().map(|point| point_name(block, point.source)).collect(),
             point_start,
-            observations,
+            observations: observations.into(),
             control,
             gnss: Vec::new(),
             effects: Vec::new(),

@@ -35,6 +35,7 @@ pub use crate::model::{EffectRef, LOSS_SCALE, Loss};
 
 use nalgebra::Vector3;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// What kind of image measurement an observation is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -190,7 +191,7 @@ pub struct Problem {
     /// Observations of point `j`: `observations[point_start[j]..point_start[j + 1]]`.
     pub point_start: Vec<usize>,
     /// Image measurements, by point.
-    pub observations: Vec<ImageObservation>,
+    pub observations: Arc<Vec<ImageObservation>>,
     /// Control coordinates.
     pub control: Vec<PositionObservation>,
     /// Antenna positions.

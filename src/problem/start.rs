@@ -10,6 +10,10 @@ impl Problem {
     /// cameras; what is new keeps its own start value, and what is held stays where it is held.
     pub fn start_from(&mut self, problem: &Problem, state: &State) {
         let State { interiors, theta, poses, points } = state;
+        // Of millions of measurements one copy is enough.
+        if self.observations == problem.observations {
+            self.observations = problem.observations.clone();
+        }
         for ((own, free), from) in self.start.interiors.iter_mut().zip(&self.camera_free).zip(interiors) {
             (0..own.len()).filter(|k| free[*k]).for_each(|k| own[k] = from[k]);
         }

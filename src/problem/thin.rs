@@ -1,6 +1,7 @@
 //! A smaller problem with the same unknown cameras, effects and poses, for comparisons that need not see every point.
 
 use super::{Layout, Problem, State};
+use std::sync::Arc;
 
 impl Problem {
     /// The problem and a state of it with every `n`-th point, so that at most about `measurements` image measurements are left; whole
@@ -19,7 +20,7 @@ impl Problem {
             point_sources: kept.iter().map(|j| self.point_sources[*j]).collect(),
             point_names: kept.iter().map(|j| self.point_names[*j].clone()).collect(),
             point_start: vec![0],
-            observations: Vec::new(),
+            observations: Arc::default(),
             control: Vec::new(),
             start: State {
                 points: kept.iter().map(|j| self.start.points[*j]).collect(),
@@ -44,15 +45,17 @@ impl Problem {
             loss: self.loss,
             datum_defect: self.datum_defect,
         };
+        let mut observations = Vec::new();
         for (position, j) in kept.iter().enumerate() {
-            part.observations.extend_from_slice(&self.observations[self.point_start[*j]..self.point_start[*j + 1]]);
-            part.point_start.push(part.observations.len());
+            observations.extend_from_slice(&self.observations[self.point_start[*j]..self.point_start[*j + 1]]);
+            part.point_start.push(observations.len());
             if let Ok(c) = self.control.binary_search_by_key(&(*j as u32), |observation| observation.index) {
                 let mut observation = self.control[c];
                 observation.index = position as u32;
                 part.control.push(observation);
             }
         }
+        part.observations = observations.into();
         let state = State { points: kept.iter().map(|j| state.points[*j]).collect(), ..state.clone() };
         (part, state)
     }

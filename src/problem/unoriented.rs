@@ -50,7 +50,7 @@ impl Problem {
     /// Names of the images that take no part: without measurements, or with too few to orient them. Their poses stay as they were given.
     pub fn images_without_part(&self) -> Vec<&str> {
         let mut measured = vec![false; self.image_names.len()];
-        for observation in &self.observations {
+        for observation in self.observations.iter() {
             measured[observation.image as usize] = true;
         }
         self.image_names.iter().zip(measured).filter(|(_, measured)| !measured).map(|(name, _)| name.as_str()).collect()
@@ -68,7 +68,7 @@ impl Problem {
     /// Images without a measurement keep their approximate pose; a camera that none of the measured images used keeps its parameters.
     pub(super) fn hold_unmeasured_images(&mut self) {
         let mut measured = vec![false; self.pose_free.len()];
-        for observation in &self.observations {
+        for observation in self.observations.iter() {
             measured[observation.image as usize] = true;
         }
         let mut used = vec![false; self.camera_free.len()];

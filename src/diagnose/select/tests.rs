@@ -77,7 +77,7 @@ impl Regression {
         let v = DVector::from_column_slice(&self.v);
         let system = System {
             score: c.tr_mul(&v),
-            information: c.tr_mul(&c),
+            information: c.tr_mul(&c).into(),
             length: (0..q).map(|j| c.column(j).norm_squared()).collect(),
             least: vec![0.0; q],
             chi_square: v.norm_squared(),

@@ -27,12 +27,10 @@ pub(super) fn test(context: &Context<'_>, found: &mut Found) {
     }
     // How the pose of its own image moves each measurement once the point has followed.
     let mut normal = context.antenna_normals.clone();
-    let mut moved: Vec<Matrix2x6<f64>> = Vec::with_capacity(n);
+    let moved = |k: usize| -> Matrix2x6<f64> { context.measurements[k].redundancy * context.measurements[k].by_pose };
     let image_of = |k: usize| problem.observations[k].image as usize;
     for (k, local) in context.measurements.iter().enumerate() {
-        let by_pose = &local.by_pose;
-        normal[image_of(k)] += by_pose.transpose() * local.redundancy * by_pose;
-        moved.push(local.redundancy * by_pose);
+        normal[image_of(k)] += local.by_pose.transpose() * moved(k);
     }
     let covariance: Vec<Matrix6<f64>> =
         normal.iter().map(|normal| normal.try_inverse().unwrap_or_else(Matrix6::zeros)).collect();
@@ -42,14 +40,14 @@ pub(super) fn test(context: &Context<'_>, found: &mut Found) {
     for k in 0..n {
         let image = image_of(k);
         let weight = problem.observations[k].inverse_sigma;
-        let pulled = moved[k] * covariance[image];
+        let pulled = moved(k) * covariance[image];
         for other in seen.nearest(k, NEIGHBOURS) {
             if owner[other] == owner[k] {
                 continue;
             }
             let (a, b) = (context.measurements[k].residual, context.measurements[other].residual);
             let product = (a[0] * b[0] + a[1] * b[1]) * weight * problem.observations[other].inverse_sigma;
-            let expected = -variance * (pulled * moved[other].transpose()).trace();
+            let expected = -variance * (pulled * moved(other).transpose()).trace();
             pairs.push((owner[k].min(owner[other]), owner[k].max(owner[other]), product - expected));
         }
     }

@@ -55,7 +55,7 @@ mod tests {
     fn system(score: f64, chi_square: f64) -> System {
         System {
             score: DVector::from_element(1, score),
-            information: DMatrix::from_element(1, 1, 4.0),
+            information: DMatrix::from_element(1, 1, 4.0).into(),
             length: vec![8.0],
             least: vec![0.0],
             chi_square,
@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn nothing_left_is_not_tested() {
         let mut absorbed = system(0.1, 46.0);
-        absorbed.information[(0, 0)] = 1e-9;
+        absorbed.information = DMatrix::from_element(1, 1, 1e-9).into();
         assert!(test(&absorbed, &[0], |_| 1.0).is_none());
         let mut unknown = system(12.0, 46.0);
         unknown.least[0] = 5.0;

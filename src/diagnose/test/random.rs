@@ -179,7 +179,7 @@ mod tests {
         System {
             score: DVector::from_iterator(n + 1, score.into_iter().chain([of_law])),
             length: information.diagonal().iter().copied().collect(),
-            information,
+            information: information.into(),
             least: vec![0.0; n + 1],
             chi_square: 10_000.0,
             redundancy: 10_000.0,

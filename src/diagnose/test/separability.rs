@@ -40,7 +40,7 @@ mod tests {
             score: DVector::from_column_slice(&[2.0, 1.0]),
             length: vec![4.0, 9.0],
             least: vec![0.0; 2],
-            information,
+            information: information.into(),
             chi_square: 10.0,
             redundancy: 10.0,
         };

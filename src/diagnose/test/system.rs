@@ -4,6 +4,7 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use nalgebra::{Cholesky, DMatrix, DVector};
+use std::sync::Arc;
 
 /// A direction of a set of which the base and the other directions leave less than this share of its squared length is absorbed: values of the
 /// set that differ by hundreds of times what they do to the residuals would make a refit follow a curved valley.
@@ -20,8 +21,8 @@ const SHOWS: f64 = 4.94;
 pub struct System {
     /// `s`.
     pub score: DVector<f64>,
-    /// `M`.
-    pub information: DMatrix<f64>,
+    /// `M`, shared until it changes.
+    pub information: Arc<DMatrix<f64>>,
     /// Squared length of each column before anything was taken out of it.
     pub length: Vec<f64>,
     /// Least information of a column for its value to be known to its plausible range, at unit weight; zero where there is none.
@@ -204,20 +205,22 @@ impl System {
     fn less(&self, cross: &DMatrix<f64>, white: &DVector<f64>) -> System {
         let mut system = self.clone();
         let n = self.len();
-        let information = MatMut::from_column_major_slice_mut(system.information.as_mut_slice(), n, n);
+        let own = Arc::make_mut(&mut system.information);
+        let information = MatMut::from_column_major_slice_mut(own.as_mut_slice(), n, n);
         let cross_ref = MatRef::from_column_major_slice(cross.as_slice(), cross.nrows(), n);
         let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
         matmul(information, lower, Accum::Add, cross_ref.transpose(), whole, cross_ref, whole, -1.0, Par::Seq);
-        system.information.fill_upper_triangle_with_lower_triangle();
+        own.fill_upper_triangle_with_lower_triangle();
         system.score -= cross.tr_mul(white);
         system
     }
 
     fn forget(&mut self, set: &[usize]) {
+        let information = Arc::make_mut(&mut self.information);
         for c in set {
             self.score[*c] = 0.0;
-            self.information.row_mut(*c).fill(0.0);
-            self.information.column_mut(*c).fill(0.0);
+            information.row_mut(*c).fill(0.0);
+            information.column_mut(*c).fill(0.0);
         }
     }
 }
@@ -272,7 +275,7 @@ mod tests {
         let v = DVector::from_column_slice(v);
         System {
             score: c.transpose() * &v,
-            information: c.transpose() * &c,
+            information: (c.transpose() * &c).into(),
             length: (0..columns.len()).map(|j| c.column(j).norm_squared()).collect(),
             least: vec![0.0; columns.len()],
             chi_square: v.norm_squared(),

@@ -6,6 +6,7 @@ use crate::effects::{self, BlockContext, ImageContext, Scope};
 use rand::RngExt;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use std::sync::Arc;
 
 pub(super) const IMAGES: usize = 8;
 pub(super) const POINTS: usize = 80;
@@ -83,7 +84,7 @@ pub(super) fn problem_with(interior: Interior) -> (State, Problem) {
         point_sources: (0..POINTS).map(|j| PointSource::Tie(j.into())).collect(),
         point_names: (0..POINTS).map(|j| format!("p{j}")).collect(),
         point_start,
-        observations,
+        observations: observations.into(),
         control: Vec::new(),
         gnss: Vec::new(),
         effects: Vec::new(),
@@ -125,7 +126,7 @@ pub(super) fn disturb(problem: &mut Problem, seed: u64) {
 
 pub(super) fn add_noise(problem: &mut Problem, size_px: f64, seed: u64) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    for observation in &mut problem.observations {
+    for observation in Arc::make_mut(&mut problem.observations) {
         observation.x += random.random_range(-size_px..size_px);
         observation.y += random.random_range(-size_px..size_px);
     }

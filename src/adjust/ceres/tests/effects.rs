@@ -80,7 +80,7 @@ impl effects::Effect for Borrowed {
 fn make_exact(problem: &mut Problem) -> State {
     let truth = problem.start.clone();
     let residuals = Ceres.evaluate(problem, &truth).expect("evaluates").residuals;
-    for (k, observation) in problem.observations.iter_mut().enumerate() {
+    for (k, observation) in Arc::make_mut(&mut problem.observations).iter_mut().enumerate() {
         observation.x -= residuals[2 * k] / observation.inverse_sigma;
         observation.y -= residuals[2 * k + 1] / observation.inverse_sigma;
     }

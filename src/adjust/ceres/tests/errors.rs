@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::camera::{K1, PARAMETER_COUNT};
+use std::sync::Arc;
 
 #[test]
 fn cancel_from_the_callback() {
@@ -43,12 +44,15 @@ fn wrong_arrays_are_named() {
         assert_eq!(solve(&problem).unwrap_err().to_string(), error);
     };
     wrong(
-        &|problem| problem.observations[5].image = 77,
+        &|problem| Arc::make_mut(&mut problem.observations)[5].image = 77,
         "array `observation_image`: entry 5 is 77, expected less than 8",
     );
-    wrong(&|problem| problem.observations[5].x = f64::NAN, "array `observation_xy`: entry 10 is not finite");
     wrong(
-        &|problem| problem.observations[5].inverse_sigma = 0.0,
+        &|problem| Arc::make_mut(&mut problem.observations)[5].x = f64::NAN,
+        "array `observation_xy`: entry 10 is not finite",
+    );
+    wrong(
+        &|problem| Arc::make_mut(&mut problem.observations)[5].inverse_sigma = 0.0,
         "array `observation_weight`: entry 5 is 0.000000, expected more than 0",
     );
     wrong(&|problem| problem.point_start[1] = 1000, "array `point_start`: falls at entry 2");
@@ -125,7 +129,7 @@ fn a_point_on_one_ray_is_named() {
     let (_, mut problem) = problem();
     // Point 3 loses all rays but one.
     let (begin, end) = (problem.point_start[3] + 1, problem.point_start[4]);
-    problem.observations.drain(begin..end);
+    Arc::make_mut(&mut problem.observations).drain(begin..end);
     problem.point_start[4..].iter_mut().for_each(|start| *start -= end - begin);
     let names = null_directions(&problem);
     assert!(names[0].starts_with("p3."), "{names:?}");

@@ -2,6 +2,7 @@
 
 use super::*;
 use approx::assert_relative_eq;
+use std::sync::Arc;
 
 #[test]
 fn losses_follow_their_formulas() {
@@ -9,7 +10,7 @@ fn losses_follow_their_formulas() {
         let (_, mut problem) = problem();
         add_noise(&mut problem, 0.2, 10);
         for k in [3, 77, 311] {
-            problem.observations[k].x += 5.0;
+            Arc::make_mut(&mut problem.observations)[k].x += 5.0;
         }
         problem.loss = loss;
         disturb(&mut problem, 11);

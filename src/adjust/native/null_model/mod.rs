@@ -45,6 +45,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use rows::{EffectEntry, Source};
+use std::sync::Arc;
 use sums::Sums;
 
 /// Effects of more parameters than this are taken for fields of which a measurement sees a few (splines over the sensor).
@@ -57,8 +58,8 @@ const TASK_COLUMNS: usize = 64;
 pub struct ScoreSystem {
     /// `s`.
     pub score: DVector<f64>,
-    /// `M`; its diagonal alone as a column vector where that was asked for.
-    pub information: DMatrix<f64>,
+    /// `M`; its diagonal alone as a column vector where that was asked for. Shared: of thousands of columns it is the largest that there is.
+    pub information: Arc<DMatrix<f64>>,
     /// Squared length of each column before anything is taken out.
     pub length: Vec<f64>,
     /// Sum over the points of the squared part that each has of a score.
@@ -277,35 +278,38 @@ impl NullModel {
             }
             (a, b) => sums.local_local[(a - d) * l + b - d],
         };
-        let solved = self.factor.solve_columns(&with_base);
-        let rhs = |i: usize| if i < n { self.system.rhs_images[i] } else { self.system.rhs_border[i - n] };
-        let score = DVector::from_fn(q, |c, _| {
-            let own = own(places[c]);
-            let before = if own < d { sums.score_dense[own] } else { sums.score_local[own - d] };
-            before - solved.col_as_slice(c).iter().enumerate().map(|(i, x)| x * rhs(i)).sum::<f64>()
-        });
         let own_places = || places.iter().map(|place| own(*place));
         let length =
             own_places().map(|k| if k < d { sums.length_dense[k] } else { sums.length_local[k - d] }).collect();
         let squares =
             own_places().map(|k| if k < d { sums.squares_dense[k] } else { sums.squares_local[k - d] }).collect();
-        let held = own_places().map(|k| among(k, k)).collect();
-        let information = if each_alone {
-            DMatrix::from_fn(q, 1, |c, _| {
-                let taken: f64 = with_base.col_as_slice(c).iter().zip(solved.col_as_slice(c)).map(|(a, b)| a * b).sum();
-                among(own(places[c]), own(places[c])) - taken
-            })
+        let held: Vec<f64> = own_places().map(|k| among(k, k)).collect();
+        let mut information = if each_alone {
+            DMatrix::from_column_slice(q, 1, &held)
         } else {
-            let taken = product(&with_base, &solved);
-            DMatrix::from_fn(q, q, |i, j| {
-                let (i, j) = (i.max(j), i.min(j));
-                among(own(places[i]), own(places[j])) - taken[j * q + i]
-            })
+            DMatrix::from_fn(q, q, |i, j| if i < j { 0.0 } else { among(own(places[i]), own(places[j])) })
         };
-        let mut moves = solved;
-        moves.truncate(n + border, self.columns.len());
-        moves *= Scale(-1.0);
-        Ok(ScoreSystem { score, information, length, squares, held, moves })
+        let scores = own_places().map(|k| if k < d { sums.score_dense[k] } else { sums.score_local[k - d] });
+        let mut score = DVector::from_iterator(q, scores);
+        drop(sums);
+        let solved = self.factor.solve_columns(&with_base);
+        let rhs = |i: usize| if i < n { self.system.rhs_images[i] } else { self.system.rhs_border[i - n] };
+        for (c, score) in score.iter_mut().enumerate() {
+            *score -= solved.col_as_slice(c).iter().enumerate().map(|(i, x)| x * rhs(i)).sum::<f64>();
+        }
+        if each_alone {
+            for (c, information) in information.iter_mut().enumerate() {
+                *information -=
+                    with_base.col_as_slice(c).iter().zip(solved.col_as_slice(c)).map(|(a, b)| a * b).sum::<f64>();
+            }
+        } else {
+            take_product(&mut information, &with_base, &solved);
+            information.fill_upper_triangle_with_lower_triangle();
+        }
+        drop(with_base);
+        // A copy, since what is cut off would stay in memory.
+        let moves = Scale(-1.0) * solved.subcols(0, self.columns.len());
+        Ok(ScoreSystem { score, information: Arc::new(information), length, squares, held, moves })
     }
 
     /// The state when the columns of effects change by `change` (scaled units) and the base follows, to first order.
@@ -351,15 +355,13 @@ fn scale_of(problem: &Problem, unknown: usize) -> f64 {
     }
 }
 
-/// Lower triangle of `a'b`, column by column; the same sums for every number of threads.
-fn product(a: &Mat<f64>, b: &Mat<f64>) -> Vec<f64> {
+/// Takes `a'b` from the lower triangle of `matrix`; the same sums for every number of threads.
+fn take_product(matrix: &mut DMatrix<f64>, a: &Mat<f64>, b: &Mat<f64>) {
     let q = a.ncols();
-    let mut result = vec![0.0; q * q];
-    result.par_chunks_mut((TASK_COLUMNS * q).max(1)).enumerate().for_each(|(task, columns)| {
+    matrix.as_mut_slice().par_chunks_mut((TASK_COLUMNS * q).max(1)).enumerate().for_each(|(task, columns)| {
         let (first, count) = (task * TASK_COLUMNS, columns.len() / q.max(1));
         let columns = faer::MatMut::from_column_major_slice_mut(columns, q, count).subrows_mut(first, q - first);
         let (left, right) = (a.subcols(first, q - first), b.subcols(first, count));
-        matmul(columns, Accum::Replace, left.transpose(), right, 1.0, Par::Seq);
+        matmul(columns, Accum::Add, left.transpose(), right, -1.0, Par::Seq);
     });
-    result
 }

@@ -7,6 +7,7 @@ use crate::adjust::AdjustError;
 use crate::adjust::native::structure::NONE;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Parts of score and information by image: rows of an image are one unit that may err together. Rows of surveyed coordinates are the last
 /// part.
@@ -59,12 +60,6 @@ impl NullModel {
         };
         let border = self.structure.border.len();
         let images = self.structure.images;
-        let mut parts = vec![(DVector::zeros(count), DMatrix::zeros(count, count)); images + 1];
-        let image_of_rank: Vec<usize> = {
-            let mut of = vec![0; images];
-            self.structure.rank.iter().enumerate().for_each(|(image, rank)| of[*rank as usize] = image);
-            of
-        };
         let width = source.dense();
         let mut by_rank = vec![(DVector::zeros(count), DMatrix::zeros(count, count)); images + 1];
         let done = self.pool.install(|| {
@@ -84,15 +79,14 @@ impl NullModel {
             })
         });
         done?;
-        for (rank, mut part) in by_rank.into_iter().enumerate() {
-            part.1.fill_lower_triangle_with_upper_triangle();
-            let to = image_of_rank.get(rank).copied().unwrap_or(images);
-            parts[to] = part;
-        }
+        by_rank.iter_mut().for_each(|(_, information)| information.fill_lower_triangle_with_upper_triangle());
+        let ranks = self.structure.rank.iter().map(|rank| *rank as usize).chain([images]);
+        let parts: Vec<_> = ranks.map(|rank| std::mem::take(&mut by_rank[rank])).collect();
+        let information = Arc::make_mut(&mut system.information);
         for (a, to) in dense.iter().enumerate() {
             system.score[*to] = parts.iter().map(|(score, _)| score[a]).sum();
             for (b, other) in dense.iter().enumerate() {
-                system.information[(*to, *other)] = parts.iter().map(|(_, information)| information[(a, b)]).sum();
+                information[(*to, *other)] = parts.iter().map(|(_, information)| information[(a, b)]).sum();
             }
         }
         Ok(Parts { columns: dense, parts })
