@@ -1,5 +1,6 @@
 //! Bundle problems, for the Levenberg-Marquardt loop: the reduced system is what it linearises and solves.
 
+use super::bend::bent_step;
 use super::factor::{Factor, Pattern};
 use super::linearise;
 use super::lm::{Attempt, Iterated};
@@ -83,6 +84,16 @@ impl Iterated for Bundle<'_> {
         let step = self.pool.install(|| try_step(&self.at(state), system, step, damping, curvature))?;
         let (chi_square, predicted_drop) = (step.chi_square, step.predicted_drop);
         Some(Attempt { state: BundleState { state: step.state, frames: step.frames }, chi_square, predicted_drop })
+    }
+
+    fn bent(
+        &self,
+        state: &BundleState,
+        straight: &BundleState,
+        step: &Self::Increments,
+        damping: f64,
+    ) -> Option<Attempt<BundleState>> {
+        bent_step(self, state, &straight.state, step, damping)
     }
 
     /// The damping hides directions without information, so that without it they are named.

@@ -36,6 +36,9 @@ const NEAR_SHARE: f64 = 1e-3;
 /// Full steps that promise less than so many times the change of chi-square that is asked for are idle where they gain less than that.
 const IDLE_PROMISE: f64 = 1e3;
 
+/// Steps in a row that bring less than was predicted, after which the bend of the valley is looked at: from approximations the first does often.
+const BENDS: usize = 2;
+
 /// A least-squares problem as the loop sees it.
 pub trait Iterated {
     /// Values of the unknowns, and what is prepared with them.
@@ -84,6 +87,17 @@ pub trait Iterated {
         curvature: Curvature,
     ) -> Option<Attempt<Self::State>>;
 
+    /// Takes the step that the bend of the problem along `step` asks for, which led to `straight`. `None` where there is no such thing.
+    fn bent(
+        &self,
+        _state: &Self::State,
+        _straight: &Self::State,
+        _step: &Self::Increments,
+        _damping: f64,
+    ) -> Option<Attempt<Self::State>> {
+        None
+    }
+
     /// Why no step reduces the cost.
     fn stuck(&self, state: &Self::State, iterations: usize, cost: f64) -> AdjustError;
 }
@@ -122,7 +136,7 @@ pub fn minimise<P: Iterated>(
     let started = Instant::now();
     let robust = problem.is_robust();
     let mut search = StepControl { damping: START_DAMPING, tighten: TIGHTEN, curvature: Curvature::Weights };
-    let (mut iterations, mut idle) = (0, 0);
+    let (mut iterations, mut idle, mut bends) = (0, 0, 0);
     loop {
         let mut damping = search.damping;
         let mut system = problem.linearise(&state, damping, search.curvature)?;
@@ -165,7 +179,17 @@ pub fn minimise<P: Iterated>(
         }
         iterations += 1;
         let curvature = if full { Curvature::Newton } else { search.curvature };
-        let step = increments.and_then(|x| problem.attempt(&state, &system, &x, damping, curvature));
+        let mut step = increments.as_ref().and_then(|x| problem.attempt(&state, &system, x, damping, curvature));
+        if let (Some(straight), Some(x)) = (&mut step, &increments) {
+            let as_predicted = chi_square - straight.chi_square > GOOD_PREDICTION * straight.predicted_drop;
+            bends = if as_predicted { 0 } else { bends + 1 };
+            if bends >= BENDS && !robust && straight.predicted_drop > small {
+                let bent = problem.bent(&state, &straight.state, x, damping);
+                if let Some(bent) = bent.filter(|bent| bent.chi_square < straight.chi_square) {
+                    (straight.state, straight.chi_square) = (bent.state, bent.chi_square);
+                }
+            }
+        }
         let drop = step.as_ref().map_or(f64::NEG_INFINITY, |step| chi_square - step.chi_square);
         let predicted = step.as_ref().map_or(f64::INFINITY, |step| step.predicted_drop);
         idle = if drop < small && predicted < IDLE_PROMISE * small { idle + 1 } else { 0 };

@@ -2,6 +2,7 @@
 //! Levenberg-Marquardt.
 
 mod aligned;
+mod bend;
 mod bundle;
 mod columns;
 mod covariance;

@@ -274,13 +274,13 @@ fn dot<S: Simd>(simd: S, x: &[f64], y: &[f64]) -> f64 {
 
 /// `rho` of an image measurement that is predicted at `point`.
 #[inline(always)]
-fn loss_of(problem: &Problem, observation: &ImageObservation, point: [f64; 2]) -> f64 {
+pub fn loss_of(problem: &Problem, observation: &ImageObservation, point: [f64; 2]) -> f64 {
     let (dx, dy) = (observation.x - point[0], observation.y - point[1]);
     rho(problem.loss, (dx * dx + dy * dy) * observation.inverse_sigma * observation.inverse_sigma).0
 }
 
 /// `sum rho` of the surveyed coordinates of some points.
-fn surveyed_chi_square(after: &Prepared<'_>, points: Range<usize>, objects: &[Vector3<f64>]) -> Option<f64> {
+pub fn surveyed_chi_square(after: &Prepared<'_>, points: Range<usize>, objects: &[Vector3<f64>]) -> Option<f64> {
     let Prepared { problem, structure, state, .. } = after;
     let first = problem.control.partition_point(|c| (c.index as usize) < points.start);
     let mut sum = 0.0;

@@ -45,10 +45,31 @@ impl Turn {
         self.centre + self.rotation * (arm + by - self.omega.cross(&arm))
     }
 
+    /// By what a position moves that comes from `before` to `after`.
+    pub fn increment(&self, before: &Vector3<f64>, after: &Vector3<f64>) -> Vector3<f64> {
+        let arm = before - self.centre;
+        self.rotation.inverse() * (after - self.centre) - arm + self.omega.cross(&arm)
+    }
+
     /// What `R` (camera from world) becomes that turns by `by` (camera axes).
     pub fn attitude(&self, attitude: &UnitQuaternion<f64>, by: &Vector3<f64>) -> UnitQuaternion<f64> {
         let own = UnitQuaternion::from_scaled_axis(by + attitude * self.omega);
         // Normalised each time: an error of the quaternion's length would grow from step to step.
         UnitQuaternion::new_normalize((own * attitude * self.rotation.inverse()).into_inner())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_increment_is_what_a_position_moves_by() {
+        let omega = Vector3::new(0.01, -0.02, 0.03);
+        let turn =
+            Turn { omega, rotation: UnitQuaternion::from_scaled_axis(omega), centre: Vector3::new(5.0, 6.0, 7.0) };
+        let (before, by) = (Vector3::new(10.0, -4.0, 2.0), Vector3::new(0.3, 0.1, -0.2));
+        let found = turn.increment(&before, &turn.position(&before, &by));
+        assert!((found - by).norm() < 1e-14, "{found}");
     }
 }

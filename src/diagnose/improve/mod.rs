@@ -5,7 +5,7 @@ mod refit;
 use super::fit::{DiagnoseError, Fit, fit};
 use super::heldout::held_out_px;
 use super::linearised::{Added, Linearised, linearise};
-use super::models::{at_solution, predicted_drop, without_effect};
+use super::models::{at_solution, predicted_drop, with_search_held, without_effect};
 use super::scan::Places;
 use super::select::challenge::{self, Shape};
 use super::select::{Event, Situation, next};
@@ -307,7 +307,10 @@ impl Improvement {
         let mut parts = self.parts.clone();
         let model = without_effect(&self.fit, id, &mut parts);
         let before = self.fit.chi_square();
-        let after = match fit(block, &model, Some(&self.fit), &settings.options) {
+        // What has a place on the sensor keeps it until the rest has settled: at a state so far from the solution the place follows anything.
+        let held = with_search_held(&model).and_then(|held| fit(block, &held, Some(&self.fit), &settings.options).ok());
+        let near = held.as_ref().unwrap_or(&self.fit);
+        let after = match fit(block, &model, Some(near), &settings.options) {
             Ok(after) => self.settle(block, after, &parts, settings)?,
             Err(error) => {
                 (settings.tell)(&format!("{id} stays, for without it: {error}"));

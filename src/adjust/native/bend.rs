@@ -1,0 +1,99 @@
+//! Steps along a valley that bends.
+//!
+//! Where a step brings less than was predicted, though the damping made it small, the cost has a narrow valley that bends: coefficients of
+//! an unflat sensor beside a free centre of distortion, whose product counts. Along a step `d` the predicted measurements then leave the
+//! straight line by `h^2/2 c''` for a share `h` of it. The step that takes this into account is that of measurements that are shifted
+//! by `-c''/2`: geodesic acceleration. Source: Transtrum and Sethna (2012), arXiv:1201.5885, eq. 11, with a central difference for `c''`.
+
+use super::bundle::{Bundle, BundleState};
+use super::linearise::chi_square_beside_points;
+use super::lm::{Attempt, Iterated};
+use super::point::{Curvature, Prepared};
+use super::step::{loss_of, move_images_and_border, surveyed_chi_square};
+use super::system::System;
+use crate::measure;
+use crate::problem::{Problem, State};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Share of the step over which the bend is measured: far below one, so that it is that at the start, and far above rounding (a
+/// difference of 1e-12 of some thousand pixels over its square is 1e-7 px). Source: as above, sec. 4.
+const SHARE: f64 = 0.1;
+
+/// What a state predicts: image measurements (px) and antennas (m), in the order of the problem.
+struct Predicted {
+    points: Vec<[f64; 2]>,
+    antennas: Vec<Vector3<f64>>,
+}
+
+/// The step from `from` that follows the bend; `straight` is the state after the step `increments`, which does not. `None` where a
+/// state on the way cannot be predicted.
+pub fn bent_step(
+    bundle: &Bundle<'_>,
+    from: &BundleState,
+    straight: &State,
+    (images, border): &(Vec<f64>, Vec<f64>),
+    damping: f64,
+) -> Option<Attempt<BundleState>> {
+    let Bundle { problem, structure, pattern, pool } = *bundle;
+    let scaled = |share: f64| [images, border].map(|step| step.iter().map(|x| share * x).collect::<Vec<f64>>());
+    let along = |share: f64| -> Option<Predicted> {
+        let mut state = from.state.clone();
+        let whole = move_images_and_border(problem, structure, &mut state, images, border);
+        state.clone_from(&from.state);
+        let [images, border] = scaled(share);
+        let part = move_images_and_border(problem, structure, &mut state, &images, &border);
+        let before = from.state.points.iter().zip(&straight.points);
+        for (point, (before, after)) in state.points.iter_mut().zip(before) {
+            *point = part.position(before, &(share * whole.increment(before, after)));
+        }
+        predicted(bundle, &state)
+    };
+    let (here, ahead, behind) = (predicted(bundle, &from.state)?, along(SHARE)?, along(-SHARE)?);
+    let half_bend = |ahead: f64, here: f64, behind: f64| 0.5 * (ahead + behind - 2.0 * here) / SHARE.powi(2);
+    let mut shifted: Problem = problem.clone();
+    let observations = Arc::make_mut(&mut shifted.observations).iter_mut();
+    for (((observation, a), h), b) in observations.zip(&ahead.points).zip(&here.points).zip(&behind.points) {
+        observation.x -= half_bend(a[0], h[0], b[0]);
+        observation.y -= half_bend(a[1], h[1], b[1]);
+    }
+    for (k, observation) in shifted.gnss.iter_mut().enumerate() {
+        let [a, h, b] = [&ahead, &here, &behind].map(|predicted| &predicted.antennas[k]);
+        for axis in 0..3 {
+            observation.position[axis] -= half_bend(a[axis], h[axis], b[axis]);
+        }
+    }
+    let shifted = Bundle { problem: &shifted, structure, pattern, pool };
+    let system: System = shifted.linearise(from, damping, Curvature::Weights).ok()?;
+    let increments = shifted.solve(&system, damping)?;
+    let step = shifted.attempt(from, &system, &increments, damping, Curvature::Weights)?;
+    let chi_square = chi_square(bundle, &step.state)?;
+    Some(Attempt { chi_square, ..step })
+}
+
+/// `sum rho` at a state.
+fn chi_square(bundle: &Bundle<'_>, BundleState { state, frames }: &BundleState) -> Option<f64> {
+    let Bundle { problem, structure, .. } = *bundle;
+    let at = Prepared { problem, structure, state, frames };
+    let points = predicted(bundle, state)?.points;
+    let measured: f64 = problem.observations.iter().zip(points).map(|(o, point)| loss_of(problem, o, point)).sum();
+    let surveyed = surveyed_chi_square(&at, 0..state.points.len(), &state.points)?;
+    Some(measured + surveyed + chi_square_beside_points(&at).ok()?)
+}
+
+fn predicted(bundle: &Bundle<'_>, state: &State) -> Option<Predicted> {
+    let Bundle { problem, structure, pool, .. } = *bundle;
+    let stages = &structure.stages;
+    let frames = measure::frames(problem, stages, state).ok()?;
+    let of_point = |j: usize| {
+        let own = &problem.observations[problem.point_start[j]..problem.point_start[j + 1]];
+        let frames = &frames;
+        own.iter().map(move |o| measure::predict_point(problem, stages, &frames[o.image as usize], o, &state.points[j]))
+    };
+    let points =
+        pool.install(|| (0..state.points.len()).into_par_iter().flat_map_iter(of_point).collect::<Option<_>>())?;
+    let antenna = |image: usize| Some(measure::predict_antenna(problem, stages, &frames[image], image)?.position);
+    let antennas = problem.gnss.iter().map(|observation| antenna(observation.index as usize)).collect::<Option<_>>()?;
+    Some(Predicted { points, antennas })
+}
