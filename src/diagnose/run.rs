@@ -49,8 +49,8 @@ pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result
         round += 1;
         let may_change = round < MOST_ROUNDS;
         look_anew = false;
-        if may_change && !improvement.added.is_empty() {
-            // With the effects in the model, outliers that they hid stand out.
+        if may_change && (!improvement.added.is_empty() || improvement.rests_on_a_point()) {
+            // With the effects in the model, outliers that they hid stand out; and what looked like an effect may be one.
             let mut changed = judged_again(whole, &mut search, &mut improvement, strictness, settings)?;
             if !changed && strictness == Strictness::Loose {
                 strictness = Strictness::Tight;
@@ -250,7 +250,7 @@ fn judged_again(
         Ok(fit) => {
             let why = format!("{} measurements set aside, {} taken back", round.rejected, round.returned);
             let block = search.block(whole);
-            improvement.replace(&block, fit, &why, settings)?;
+            improvement.measured_anew(&block, fit, &why, settings)?;
             improvement.weigh(&block, settings)?;
             Ok(true)
         }
