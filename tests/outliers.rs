@@ -202,6 +202,41 @@ fn the_ray_that_a_lost_point_had_kept_is_named_where_the_others_agree_without_it
 }
 
 #[test]
+fn of_a_point_whose_rays_do_not_meet_the_wrong_one_alone_stays_out() {
+    let good = block("mapping", 600.0, 7);
+    let mut spoilt = good.clone();
+    spoilt.tie_points.iter_mut().for_each(|point| point.position = None);
+    let rays = rays(&spoilt);
+    let model = Model::default();
+    // Across the whole sensor, so that the point lies behind an image.
+    let across = |k: usize| {
+        let camera = &good.cameras[good.images[good.ties[k].image.index()].camera.index()];
+        [f64::from(camera.width_px) - good.ties[k].x, f64::from(camera.height_px) - good.ties[k].y]
+    };
+    let unmet = |k: usize| -> Option<(Block, Snooping)> {
+        let mut block = spoilt.clone();
+        [block.ties[k].x, block.ties[k].y] = across(k);
+        let search = Snooping::new(&block, &model);
+        let point = block.ties[k].point;
+        let out = search.outliers(&block).rejected;
+        (out.len() == rays[point.index()] && out[0].point == point).then_some((block, search))
+    };
+    let mut of_four = (0..spoilt.ties.len()).filter(|k| rays[spoilt.ties[*k].point.index()] == 4);
+    let (wrong, (block, mut search)) =
+        of_four.find_map(|k| Some((k, unmet(k)?))).expect("a point whose rays do not meet");
+    let fit = solved(&search.block(&block));
+    let round = search.judge(&block, &fit, Strictness::Tight).unwrap();
+    let out = search.outliers(&block).rejected;
+    assert_eq!((round.returned, out.len()), (3, 1), "{out:?}");
+    assert_eq!(out[0].measurement, wrong);
+    assert!(out[0].normalised.is_finite(), "it is known by how much");
+
+    // Where those that came back do not meet either, it does not come back a second time.
+    assert!(search.set_aside(&block, block.ties[wrong].point));
+    assert_eq!(search.judge(&block, &fit, Strictness::Tight).unwrap().returned, 0);
+}
+
+#[test]
 fn a_local_flaw_of_the_sensor_stays() {
     let mut block = block("mapping", 6000.0, 5);
     let camera = &block.cameras[0];

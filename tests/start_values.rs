@@ -5,10 +5,11 @@ mod common;
 use misclosure::adjust::Options;
 use misclosure::adjust::native::Native;
 use misclosure::block::Block;
-use misclosure::camera::{PARAMETERS, PPX};
+use misclosure::camera::{F, PARAMETERS, PPX};
 use misclosure::diagnose::outliers::Snooping;
 use misclosure::model::Model;
 use misclosure::run::multistart::best_start;
+use misclosure::run::start_focal::{FocalLengths, focal_lengths};
 use misclosure::run::start_values::{Doubt, doubts};
 use misclosure::scenario::{add_noise, preset_names};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -75,6 +76,64 @@ fn what_is_doubtful_is_said() {
     let half = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
     up.images.iter_mut().for_each(|image| image.pose.rotation = half * image.pose.rotation);
     assert!(text(&up).starts_with("100 % of the tie points"), "{}", text(&up));
+}
+
+fn focal_lengths_of(block: &Block) -> FocalLengths {
+    let interiors: Vec<_> = block.cameras.iter().map(|camera| camera.interior).collect();
+    focal_lengths(block, &Model::default(), &interiors).expect("a problem")
+}
+
+/// Images off by a metre and a degree, as a flight log has them.
+fn as_logged(mut block: Block) -> Block {
+    for (i, image) in block.images.iter_mut().enumerate() {
+        let wave = |k: f64| (k * (i as f64 + 1.0)).sin();
+        image.pose.centre += Vector3::new(wave(1.3), wave(2.1), wave(3.7));
+        let turn = Vector3::new(wave(0.7), wave(1.9), wave(2.9)) * 1f64.to_radians();
+        image.pose.rotation = UnitQuaternion::from_scaled_axis(turn) * image.pose.rotation;
+    }
+    block
+}
+
+#[test]
+fn a_focal_length_that_starts_at_half_or_at_twice_is_doubted() {
+    let exact = preset_names().into_iter().map(|preset| (preset, without_points(block(preset, 600.0))));
+    // Images that all look down tell it only where their poses are known better; and a metre is the whole scene of `closerange`.
+    let logged = ["dike", "corridor"].map(|preset| (preset, as_logged(without_points(block(preset, 600.0)))));
+    for (preset, good) in exact.chain(logged) {
+        assert_eq!(focal_lengths_of(&good).doubts, [], "{preset}");
+        for factor in [0.5, 1.0 / 1.8, 1.8, 2.0] {
+            let mut wrong = good.clone();
+            let truth = wrong.cameras[0].interior[F];
+            wrong.cameras[0].interior[F] *= factor;
+            let found = focal_lengths_of(&wrong);
+            let [Doubt::FocalLength { better, .. }] = found.doubts[..] else {
+                panic!("{preset} at {factor} times: {found:?}");
+            };
+            assert!((0.7..1.4).contains(&(better / truth)), "{preset} at {factor} times: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn a_good_focal_length_is_told_by_exact_poses() {
+    for preset in preset_names() {
+        let found = focal_lengths_of(&without_points(block(preset, 600.0)));
+        assert_eq!(found, FocalLengths::default(), "{preset}");
+    }
+}
+
+#[test]
+fn what_tells_nothing_of_the_focal_length_is_said() {
+    // One strip that looks down, its attitudes and heights no better than level flight: height and focal length scale alike.
+    let mut level = without_points(block("dike", 600.0));
+    let strip: Vec<_> = (0..level.images.len()).filter(|i| level.images[*i].name.starts_with("nadir50")).collect();
+    let is_in = |image: misclosure::block::ImageId| strip.contains(&image.index());
+    level.ties.retain(|row| is_in(row.image));
+    level.marks.clear();
+    level.images.iter_mut().for_each(|image| image.gnss = None);
+    let found = focal_lengths_of(&as_logged(level));
+    assert_eq!(found.doubts, []);
+    assert!(matches!(&found.untold[..], [(camera, _)] if camera == "cam"), "{:?}", found.untold);
 }
 
 #[test]

@@ -14,7 +14,8 @@ use crate::model::{Datum, EffectRef, Loss, Model, TieWeights};
 use crate::problem::start_interiors;
 use crate::run::folder::{self, OutlierRow};
 use crate::run::multistart::{best_start, doubtful_cameras};
-use crate::run::start_values::doubts;
+use crate::run::start_focal::focal_lengths;
+use crate::run::start_values::{Doubt, doubts};
 use crate::run::{Run, RunError, set_aside};
 use std::path::{Path, PathBuf};
 
@@ -163,7 +164,26 @@ impl ModelOptions {
     /// # Errors
     /// A camera of the model that the block does not have.
     pub fn judge_start(&self, block: &Block, model: &Model, console: &Console) -> Result<(), RunError> {
-        for doubt in doubts(block, &start_interiors(block, model)?) {
+        let interiors = start_interiors(block, model)?;
+        let mut doubts = doubts(block, &interiors);
+        // Where cameras look another way, rays meet at no focal length.
+        if !doubts.iter().any(|doubt| matches!(doubt, Doubt::Behind { .. })) {
+            match focal_lengths(block, model, &interiors) {
+                Ok(judged) => {
+                    doubts.extend(judged.doubts);
+                    for (camera, factor) in judged.untold {
+                        console.message(&format!(
+                            "The focal length that camera {camera} starts with cannot be judged: its rays meet about as well at {factor} times it"
+                        ));
+                    }
+                }
+                Err(error) => {
+                    let text = "The focal lengths that the cameras start with cannot be judged";
+                    console.message(&format!("{text}: {error}"));
+                }
+            }
+        }
+        for doubt in doubts {
             console.message(&format!("WARNING: the start values are in doubt: {doubt}{}", self.advice()));
         }
         Ok(())

@@ -31,11 +31,7 @@ pub fn held_out_px(fitted: &Fit, threads: usize) -> Result<f64, AdjustError> {
         let left_out = |j: &usize| matches!(problem.point_sources[*j], PointSource::Tie(_)) && j % FOLDS == fold;
         let (left_out, kept): (Vec<usize>, Vec<usize>) = (0..problem.point_sources.len()).partition(left_out);
         let (mut part, at) = problem.with_points(state, &kept);
-        let unoriented = part.unoriented_images();
-        for (free, _) in part.pose_free.iter_mut().zip(&unoriented).filter(|(_, unoriented)| **unoriented) {
-            *free = [false; 6];
-        }
-        part.gnss.retain(|observation| !unoriented[observation.index as usize]);
+        let unoriented = part.hold_unoriented_images();
         // A shape has no smooth way to the part's own best place (the kink of a flaw): that of the whole is kept.
         for t in part.searched() {
             part.theta[t].free = false;

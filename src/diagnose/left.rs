@@ -46,7 +46,7 @@ pub fn analyse(
     linearised: &Linearised,
     settings: &Settings<'_>,
 ) -> Result<Left, DiagnoseError> {
-    let situation = linearised.situation(settings, improvement.refused());
+    let situation = linearised.situation(settings, &improvement.refused());
     let mut judged = situation.judge_all(&situation.beside());
     judged.retain(|judged| linearised.sets[judged.set].physical);
     let (shapes, structure) = structure_of(block, improvement, settings)?;
@@ -92,7 +92,7 @@ pub fn challenge(
     if improvement.added.is_empty() {
         return Ok(false);
     }
-    let situation = left.shapes.situation(settings, improvement.refused());
+    let situation = left.shapes.situation(settings, &improvement.refused());
     let shapes = least_shapes(&situation, left, settings.significance);
     improvement.challenged(block, &left.shapes, &shapes, settings)
 }

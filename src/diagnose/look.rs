@@ -37,7 +37,7 @@ pub fn look(
     (settings.tell)("testing what is left");
     let left = left::analyse(block, improvement, &linearised, settings)?;
     let mut found = diagnosis(block, improvement, &linearised, &linearised, &left, &left.structure, outliers, settings);
-    let next = select::next(&linearised.situation(settings, improvement.refused()));
+    let next = select::next(&linearised.situation(settings, &improvement.refused()));
     match &next {
         Some(Event::Added { set }) => {
             found.verdict = Verdict::Missing;

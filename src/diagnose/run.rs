@@ -49,8 +49,8 @@ pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result
         round += 1;
         let may_change = round < MOST_ROUNDS;
         look_anew = false;
-        if may_change && !improvement.added.is_empty() {
-            // With the effects in the model, outliers that they hid stand out.
+        if may_change && (!improvement.added.is_empty() || improvement.rests_on_a_point()) {
+            // With the effects in the model, outliers that they hid stand out; and what looked like an effect may be one.
             let mut changed = judged_again(whole, &mut search, &mut improvement, strictness, settings)?;
             if !changed && strictness == Strictness::Loose {
                 strictness = Strictness::Tight;
@@ -132,15 +132,18 @@ pub fn settle(
         if round.rejected + round.returned == 0 {
             break;
         }
+        let mut robust = None;
         if round.bent {
             (settings.tell)("blunders bend the adjustment: searching them by a robust fit");
             let judged = std::mem::replace(search, before);
-            if !search_robustly(whole, search, model, near, strictness, settings)? {
+            robust = search_robustly(whole, search, model, near, strictness, settings)?;
+            if robust.is_none() {
                 *search = judged;
             }
         }
         // Not from where a blunder had bent it: that may be another minimum.
-        let from = if round.bent || round.held_back > 0 { near } else { Some(&fitted) };
+        let bent = round.bent || round.held_back > 0;
+        let from = robust.as_ref().or(if bent { near } else { Some(&fitted) });
         fitted = fit_what_meets(whole, search, |block| fit(block, model, from, options))?;
     }
     Ok(fitted)
@@ -169,12 +172,13 @@ fn after_robust_search(
     (settings.tell)(&format!("{error}: searching blunders by a robust fit"));
     // Nothing stands alone: it is not for a blunder that the fit failed.
     match search_robustly(whole, search, model, None, Strictness::Loose, settings)? {
-        true => fit_what_meets(whole, search, |block| fit(block, model, None, &settings.options)),
-        false => Err(error),
+        Some(robust) => fit_what_meets(whole, search, |block| fit(block, model, Some(&robust), &settings.options)),
+        None => Err(error),
     }
 }
 
-/// Judges at robust fits until nothing changes. Did anything? Nothing does where such a fit fails.
+/// Judges at robust fits until nothing changes. Gives the last of them, to start from: what is left agrees there, and an image that wrong measurements had
+/// oriented is a long way from where the block puts it. `None` where nothing changed, as where such a fit fails.
 fn search_robustly(
     whole: &Block,
     search: &mut Snooping,
@@ -182,18 +186,19 @@ fn search_robustly(
     near: Option<&Fit>,
     strictness: Strictness,
     settings: &Settings<'_>,
-) -> Result<bool, DiagnoseError> {
-    let mut changed = false;
+) -> Result<Option<Fit>, DiagnoseError> {
+    let (mut last, mut changed) = (None, false);
     for _ in 0..MAX_ROUNDS {
         let robust = fit_what_meets(whole, search, |block| outliers::robust_fit(block, model, near, &settings.options));
         let Ok(robust) = robust else { break };
         let round = judge(whole, search, &robust, strictness, settings)?;
-        if round.rejected + round.returned == 0 {
+        last = Some(robust);
+        if !search.set_aside_images(whole) && round.rejected + round.returned == 0 {
             break;
         }
         changed = true;
     }
-    Ok(changed)
+    Ok(last.filter(|_| changed))
 }
 
 /// Fits, without the points whose rays turn out not to meet.
@@ -234,6 +239,7 @@ fn judged_again(
         return Ok(false);
     }
     let fitted = &improvement.fit;
+    let before = search.clone();
     let round = judge(whole, search, fitted, strictness, settings)?;
     if round.rejected + round.returned == 0 {
         return Ok(false);
@@ -244,12 +250,13 @@ fn judged_again(
         Ok(fit) => {
             let why = format!("{} measurements set aside, {} taken back", round.rejected, round.returned);
             let block = search.block(whole);
-            improvement.replace(&block, fit, &why, settings)?;
+            improvement.measured_anew(&block, fit, &why, settings)?;
             improvement.weigh(&block, settings)?;
             Ok(true)
         }
         Err(error) => {
             (settings.tell)(&format!("the search for outliers stopped: {error}"));
+            *search = before;
             Ok(false)
         }
     }

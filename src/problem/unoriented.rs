@@ -65,6 +65,16 @@ impl Problem {
         unoriented(&gnss, points)
     }
 
+    /// Holds the poses of images that its measurements cannot orient, as where points were taken out. Which are they?
+    pub fn hold_unoriented_images(&mut self) -> Vec<bool> {
+        let unoriented = self.unoriented_images();
+        for (free, _) in self.pose_free.iter_mut().zip(&unoriented).filter(|(_, unoriented)| **unoriented) {
+            *free = [false; 6];
+        }
+        self.gnss.retain(|observation| !unoriented[observation.index as usize]);
+        unoriented
+    }
+
     /// Images without a measurement keep their approximate pose; a camera that none of the measured images used keeps its parameters.
     pub(super) fn hold_unmeasured_images(&mut self) {
         let mut measured = vec![false; self.pose_free.len()];

@@ -42,14 +42,20 @@ pub fn best_start(
     }
     let posed = search.best.as_ref().map_or_else(|| block.clone(), |best| best.block.clone());
     for factor in FACTORS {
-        let mut scaled = model.clone();
-        for camera in &block.cameras {
-            let values = scaled.camera_values.entry(camera.id.clone()).or_default();
-            *values.entry(PARAMETERS[F].to_string()).or_insert(camera.interior[F]) *= factor;
-        }
+        let scaled = scaled_focal_lengths(block, model, factor);
         search.attempt(&format!("{factor} times the focal length"), posed.clone(), scaled)?;
     }
     Ok(search.best.map_or_else(|| (block.clone(), model.clone()), |best| (best.block, best.model)))
+}
+
+/// The model with all cameras starting at so many times the focal lengths that they start with.
+pub(super) fn scaled_focal_lengths(block: &Block, model: &Model, factor: f64) -> Model {
+    let mut scaled = model.clone();
+    for camera in &block.cameras {
+        let values = scaled.camera_values.entry(camera.id.clone()).or_default();
+        *values.entry(PARAMETERS[F].to_string()).or_insert(camera.interior[F]) *= factor;
+    }
+    scaled
 }
 
 struct Search<'a> {
@@ -84,7 +90,7 @@ impl Search<'_> {
 }
 
 /// The problem without tie points whose rays do not meet.
-fn problem_of_what_meets(block: &Block, model: &Model) -> Result<Problem, ProblemError> {
+pub(super) fn problem_of_what_meets(block: &Block, model: &Model) -> Result<Problem, ProblemError> {
     let apart = match Problem::new(block, model) {
         Err(ProblemError::NoIntersection { points }) => points.into_iter().collect::<HashSet<_>>(),
         other => return other,

@@ -50,6 +50,20 @@ pub enum Doubt {
         /// px.
         corner: f64,
     },
+    /// A focal length at which rays do not meet.
+    #[error(
+        "camera {camera} starts with a focal length of {f:.0} px, and its rays meet {times:.1} times better at {better:.0} px"
+    )]
+    FocalLength {
+        /// Its id.
+        camera: String,
+        /// px.
+        f: f64,
+        /// px.
+        better: f64,
+        /// Misfit at `f` by that at `better`, both at the start.
+        times: f64,
+    },
     /// Tie points that cameras cannot have seen.
     #[error("{:.0} % of the tie points lie behind an image that sees them: orientation or order of the images", 100.0 * share)]
     Behind {

@@ -1,6 +1,7 @@
 //! Add and watch: the loop that carries out what the rules ask for, and keeps the ledger. Check points only watch.
 
 mod refit;
+mod single;
 
 use super::fit::{DiagnoseError, Fit, fit};
 use super::heldout::held_out_px;
@@ -8,7 +9,7 @@ use super::linearised::{Added, Linearised, linearise};
 use super::models::{at_solution, predicted_drop, with_search_held, without_effect};
 use super::scan::Places;
 use super::select::challenge::{self, Shape};
-use super::select::{Event, Situation, next};
+use super::select::{Event, Nature, Situation, next};
 use super::weights;
 use crate::adjust::native::Native;
 use crate::adjust::{CovarianceOf, Options, Solver};
@@ -112,6 +113,8 @@ pub struct Improvement {
     /// Effects and groups that the diagnosis took in.
     pub parts: Added,
     refused: BTreeSet<String>,
+    /// What was refused because it rests on one tie point, which may be wrong.
+    on_one_point: BTreeSet<String>,
     left_before: BTreeSet<String>,
     /// Places on the sensor, where they were found last.
     places: Places,
@@ -141,6 +144,7 @@ impl Improvement {
             added,
             parts,
             refused: BTreeSet::new(),
+            on_one_point: BTreeSet::new(),
             left_before: BTreeSet::new(),
             places: Places::new(),
         };
@@ -168,7 +172,7 @@ impl Improvement {
             let searched = self.places.is_empty();
             let linearised = linearise(block, &self.fit, &self.parts, first.is_none(), &self.places, settings)?;
             self.places = linearised.places();
-            let situation = linearised.situation(settings, &self.refused);
+            let situation = linearised.situation(settings, &self.refused());
             match next(&situation) {
                 Some(Event::Added { set }) if linearised.is_placed(set) && !searched => search = true,
                 Some(Event::Added { set }) if self.added.len() < MOST_EFFECTS => {
@@ -225,7 +229,7 @@ impl Improvement {
         structures: &[Shape],
         settings: &Settings<'_>,
     ) -> Result<bool, DiagnoseError> {
-        let situation = linearised.situation(settings, &self.refused);
+        let situation = linearised.situation(settings, &self.refused());
         let event = linearised.null.pool().install(|| challenge::rule(&situation, structures));
         let Some(Event::Removed { id, why }) = event else { return Ok(false) };
         self.take_out(block, &id, &why, settings)?;
@@ -234,11 +238,16 @@ impl Improvement {
     }
 
     /// Ids that may not enter any more.
-    pub fn refused(&self) -> &BTreeSet<String> {
-        &self.refused
+    pub fn refused(&self) -> BTreeSet<String> {
+        self.refused.union(&self.on_one_point).cloned().collect()
     }
 
-    /// Refits with a set; it stays where it takes something of v'Pv away, or where it was `asked_for`.
+    /// Was something refused because it rests on one tie point, which may be wrong?
+    pub fn rests_on_a_point(&self) -> bool {
+        !self.on_one_point.is_empty()
+    }
+
+    /// Refits with a set; it stays where it takes something of v'Pv away, not of one tie point alone, or where it was `asked_for`.
     fn take_in(
         &mut self,
         block: &Block,
@@ -253,7 +262,7 @@ impl Improvement {
         let beside = situation.beside();
         let judged = situation.judge(set, &beside);
         let (predicted, ln_p) =
-            judged.map_or((0.0, 0.0), |judged| (predicted_drop(linearised, &beside, &judged), judged.ln_p));
+            judged.as_ref().map_or((0.0, 0.0), |judged| (predicted_drop(linearised, &beside, judged), judged.ln_p));
         let mut confirmation = Confirmation {
             id: id.clone(),
             predicted,
@@ -277,7 +286,21 @@ impl Improvement {
             Ok((heldout_px, fit, parts)) => {
                 confirmation.drop = self.fit.chi_square() - fit.chi_square();
                 confirmation.after_px = heldout_px;
-                confirmation.kept = asked_for || confirmation.drop > 0.0;
+                if confirmation.drop <= 0.0 {
+                    confirmation.reason = "its refit takes nothing of v'Pv away".into();
+                    self.refused.insert(id.clone());
+                } else if let Some(judged) = judged.filter(|_| situation.sets[set].nature == Nature::Law)
+                    && let Some(single::Carrier { point, left }) = single::carrier(&self.fit, &fit, &settings.options)?
+                    && let ln_p = situation.ln_p_of_share(&judged, &beside, left)
+                    && ln_p > situation.ln_level
+                {
+                    confirmation.reason = format!(
+                        "it rests on {point} alone, where a blunder says as much (without it p = {:.1e})",
+                        ln_p.exp()
+                    );
+                    self.on_one_point.insert(id.clone());
+                }
+                confirmation.kept = asked_for || confirmation.reason.is_empty();
                 if confirmation.kept {
                     (self.fit, self.heldout_px, self.parts) = (fit, heldout_px, parts);
                     self.places.clear();
@@ -287,8 +310,7 @@ impl Improvement {
                         (step.drop, step.predicted, step.ln_p) = (confirmation.drop, predicted, ln_p);
                     }
                 } else {
-                    confirmation.reason = "its refit takes nothing of v'Pv away".into();
-                    self.refused.insert(id);
+                    (settings.tell)(&format!("{id} is not kept: {}", confirmation.reason));
                 }
             }
             Err(error) => {
@@ -335,14 +357,23 @@ impl Improvement {
         Ok(())
     }
 
-    /// The same model on other measurements, or with other weights.
-    pub fn replace(
+    /// The same model on other measurements. What rested on a single point may rest on more of these.
+    ///
+    /// # Errors
+    /// A fit with random values that fails, one that predicts nothing.
+    pub fn measured_anew(
         &mut self,
         block: &Block,
         fit: Fit,
         why: &str,
         settings: &Settings<'_>,
     ) -> Result<(), DiagnoseError> {
+        self.on_one_point.clear();
+        self.replace(block, fit, why, settings)
+    }
+
+    /// The same model on other measurements, or with other weights.
+    fn replace(&mut self, block: &Block, fit: Fit, why: &str, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
         self.fit = self.settle(block, fit, &self.parts, settings)?;
         self.heldout_px = held_out_px(&self.fit, settings.options.threads)?;
         self.note(block, Change::Reweighted, why)

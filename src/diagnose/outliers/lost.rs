@@ -1,49 +1,36 @@
-//! Points that data snooping left with fewer than two rays. Such a point takes no part in an adjustment, so that nothing would ever speak for it
-//! again; but a blunder elsewhere may have bent the cameras when it was judged. It is judged anew, all its rays at once.
+//! Points that were left with fewer than two rays, or set aside whole because their rays do not meet. Such a point takes no part in an adjustment, so
+//! that nothing would ever speak for it again; but a blunder elsewhere may have bent the cameras when it was judged, and of rays that do not meet one
+//! alone may be wrong. It is judged anew, all its rays at once.
 
+use super::majority::{Ray, place_of_most};
 use super::sight::Sight;
 use super::{FEWEST_RAYS, Rejected};
 use crate::block::{Block, Measurement};
 use crate::camera::undistort::viewing_ray;
-use crate::math::intersect::{ImagePoint, intersect_in_images, intersect_rays};
-use crate::measure::Predictor;
 use crate::problem::{MeasurementKind, State};
 use nalgebra::Vector3;
 
-/// Tie points that the search has lost, by position in the block. Those whose rays do not meet at the block's approximations are none of them:
-/// no adjustment could start with them.
-pub(super) fn lost_by_snooping(block: &Block, left: &[bool], rejected: &[Rejected]) -> Vec<bool> {
+/// Tie points that the search has lost, by position in the block, without those that are `barred`.
+pub(super) fn lost_points(block: &Block, left: &[bool], rejected: &[Rejected], barred: &[bool]) -> Vec<bool> {
     let mut lost = vec![false; block.tie_points.len()];
-    let ties = || rejected.iter().filter(|rejected| rejected.kind == MeasurementKind::Tie);
-    ties().for_each(|rejected| lost[rejected.point.index()] = true);
-    ties().filter(|rejected| rejected.normalised.is_infinite()).for_each(|r| lost[r.point.index()] = false);
+    let ties = rejected.iter().filter(|rejected| rejected.kind == MeasurementKind::Tie);
+    ties.for_each(|rejected| lost[rejected.point.index()] = !barred[rejected.point.index()]);
     let mut rays = vec![0; block.tie_points.len()];
     block.ties.iter().zip(left).for_each(|(row, left)| rays[row.point.index()] += usize::from(*left));
     lost.iter_mut().zip(rays).for_each(|(lost, rays)| *lost &= rays < FEWEST_RAYS);
     lost
 }
 
-/// Where the rays of all `rows` meet at a solution; `None` where they do not, or an image does not see the place.
-pub(super) fn meeting(
-    block: &Block,
-    state: &State,
-    predictor: &Predictor<'_>,
-    rows: &[&Measurement],
-) -> Option<Vector3<f64>> {
-    let (mut origins, mut directions) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
-    for row in rows {
+/// Where most of the rays of some `rows` meet at a solution, taken as straight lines; `None` where no two do.
+pub(super) fn meeting(block: &Block, state: &State, rows: &[&Measurement]) -> Option<Vector3<f64>> {
+    let ray = |row: &&Measurement| {
         let pose = &state.poses[row.image.index()];
         let interior = &state.interiors[block.images[row.image.index()].camera.index()];
-        origins.push(pose.centre);
-        directions.push(pose.rotation.inverse() * viewing_ray(interior, [row.x, row.y])?);
-    }
-    // Straight rays to begin with, then as the model has them.
-    let start = intersect_rays(&origins, &directions)?;
-    let sigma = |row: &Measurement| row.sigma.unwrap_or(block.sigma.tie_px);
-    let measured: Vec<ImagePoint> =
-        rows.iter().map(|row| ImagePoint { xy: [row.x, row.y], sigma: sigma(row) }).collect();
-    let project = |k: usize, point: &Vector3<f64>| predictor.image_point(rows[k].image.index(), measured[k].xy, point);
-    Some(intersect_in_images(&measured, start, project).ok()?.position)
+        let direction = pose.rotation.inverse() * viewing_ray(interior, [row.x, row.y])?;
+        Some(Ray { origin: pose.centre, direction: direction.normalize() })
+    };
+    let rays: Vec<Ray> = rows.iter().filter_map(ray).collect();
+    place_of_most(&rays, f64::INFINITY, |_| true)
 }
 
 /// What a point that was lost came to.
@@ -53,6 +40,8 @@ pub(super) struct Revived {
     pub(super) returned: usize,
     /// One that had been kept and does not agree with them: its position in [`Sight::seen`] and its residual in standard deviations.
     pub(super) rejected: Vec<(usize, f64)>,
+    /// The same of those that stay out.
+    pub(super) still_out: Vec<(usize, f64)>,
 }
 
 impl Sight {
@@ -66,9 +55,8 @@ impl Sight {
         let mut revived = Revived::default();
         while let Some((worst, normalised)) = beyond(self, j) {
             self.seen[worst].active = false;
-            if was_in(worst) {
-                revived.rejected.push((worst, normalised));
-            }
+            let of = if was_in(worst) { &mut revived.rejected } else { &mut revived.still_out };
+            of.push((worst, normalised));
         }
         if all.clone().filter(|k| self.seen[*k].active).count() < FEWEST_RAYS {
             all.clone().for_each(|k| self.seen[k].active = was_in(k));

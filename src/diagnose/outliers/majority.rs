@@ -44,14 +44,24 @@ fn meeting_of_most(problem: &Problem, j: usize) -> Option<Vector3<f64>> {
         .collect();
     let in_front =
         |point: &Vector3<f64>| measured.iter().all(|o| start.poses[o.image as usize].cam_from_world(point).z > 0.0);
-    let apart = |point: &Vector3<f64>| rays.iter().map(|ray| ray.apart(point)).sum::<f64>();
+    let of_start = rays.iter().map(|ray| ray.apart(&start.points[j])).sum();
+    place_of_most(&rays, of_start, in_front)
+}
+
+/// The place where two of some rays meet that lies least beside all of them; `None` where none lies less beside them than `least`, a sum of angles, or
+/// may be one.
+pub(super) fn place_of_most(
+    rays: &[Ray],
+    mut least: f64,
+    may_be: impl Fn(&Vector3<f64>) -> bool,
+) -> Option<Vector3<f64>> {
     let pairs: Vec<(usize, usize)> = (0..rays.len()).flat_map(|a| (0..a).map(move |b| (a, b))).collect();
-    let (mut best, mut least) = (None, apart(&start.points[j]));
+    let mut best = None;
     for &(a, b) in pairs.iter().step_by(pairs.len().div_ceil(MOST_PAIRS).max(1)) {
         let both = [rays[a], rays[b]];
         let Some(point) = intersect_rays(&both.map(|ray| ray.origin), &both.map(|ray| ray.direction)) else { continue };
-        let sum = apart(&point);
-        if sum < least && in_front(&point) {
+        let sum = rays.iter().map(|ray| ray.apart(&point)).sum();
+        if sum < least && may_be(&point) {
             (best, least) = (Some(point), sum);
         }
     }
@@ -59,11 +69,11 @@ fn meeting_of_most(problem: &Problem, j: usize) -> Option<Vector3<f64>> {
 }
 
 #[derive(Clone, Copy)]
-struct Ray {
+pub(super) struct Ray {
     /// Projection centre, m.
-    origin: Vector3<f64>,
+    pub(super) origin: Vector3<f64>,
     /// Unit vector.
-    direction: Vector3<f64>,
+    pub(super) direction: Vector3<f64>,
 }
 
 impl Ray {

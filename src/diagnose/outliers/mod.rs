@@ -4,7 +4,7 @@
 //! goes. So (Baarda 1968, with three precautions)
 //! - one measurement per point at a time: the worst, then the point is intersected again from the rest with the cameras held, and so
 //!   on; the cameras are adjusted anew once per round, until nothing changes;
-//! - what was rejected comes back when it fits again, also where its point had no two rays left;
+//! - what was rejected comes back when it fits again, also where its point had no two rays left or was set aside whole;
 //! - a measurement is judged against its neighbours in the image as well: an effect that the model lacks moves neighbours together,
 //!   an outlier stands alone. It is rejected only if both its own residual and its difference from theirs are too large.
 //!
@@ -15,6 +15,7 @@
 //! freedom, with one where the point has two rays (across the epipolar plane; along it nothing can be seen). `s0` is taken from the median,
 //! which outliers do not move. The threshold is that of the largest of as many as the block has.
 
+mod image;
 mod lost;
 mod majority;
 mod robust;
@@ -77,7 +78,8 @@ pub struct Rejected {
     pub image: ImageId,
     /// Tie point or surveyed point.
     pub point: PointId,
-    /// Square root of the statistic when it was rejected: the residual in its own standard deviations.
+    /// Square root of the statistic when it was rejected: the residual in its own standard deviations. Infinite where the rays of its point do not meet,
+    /// not a number where its image was set aside whole.
     pub normalised: f64,
     /// Round in which it was rejected, from 1.
     pub round: usize,
@@ -122,6 +124,7 @@ impl Outliers {
             };
             let reason = match rejected.normalised {
                 size if size.is_finite() => format!("data snooping: a residual of {size:.1} standard deviations"),
+                size if size.is_nan() => "most of the measurements of its image are wrong".into(),
                 _ => "the rays of its point do not meet".into(),
             };
             let image = block.images[rejected.image.index()].name.clone();
@@ -189,21 +192,42 @@ pub struct Snooping {
     left: Kept,
     significance: f64,
     outliers: Outliers,
+    apart: Vec<Apart>,
+}
+
+/// Did the rays of a tie point meet?
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Apart {
+    /// Whenever it took part.
+    Never,
+    /// They did not, and it may come back with those that do at a solution.
+    Once,
+    /// Nor did those that came back, where an adjustment starts: nothing could be adjusted with them.
+    Again,
 }
 
 impl Snooping {
     /// Nothing is left out yet, except points whose rays do not meet in front of the cameras at the block's approximations and that have no
-    /// coordinates to start from: each of their measurements is as likely to be wrong.
+    /// coordinates to start from: before a solution each of their measurements is as likely to be wrong.
     pub fn new(block: &Block, model: &Model) -> Self {
-        let mut search = Self { left: Kept::all(block), significance: SIGNIFICANCE, outliers: Outliers::default() };
+        let mut search = Self::nothing(block, SIGNIFICANCE);
         for point in unmeetable_points(block, model) {
             search.set_aside(block, point);
         }
         search
     }
 
+    fn nothing(block: &Block, significance: f64) -> Self {
+        let apart = vec![Apart::Never; block.tie_points.len()];
+        Self { left: Kept::all(block), significance, outliers: Outliers::default(), apart }
+    }
+
     /// Leaves out every measurement of a tie point whose rays do not meet. Was any in?
+    ///
+    /// Which of them are wrong, the next judgement may tell.
     pub fn set_aside(&mut self, block: &Block, point: PointId) -> bool {
+        let apart = &mut self.apart[point.index()];
+        *apart = if *apart == Apart::Never { Apart::Once } else { Apart::Again };
         let before = self.outliers.rejected.len();
         for (m, row) in block.ties.iter().enumerate().filter(|(_, row)| row.point == point) {
             if std::mem::replace(&mut self.left.ties[m], false) {
@@ -227,7 +251,8 @@ impl Snooping {
 
     /// Judges every measurement at a fit of [`Self::block`]. Nothing was rejected or came back: the search has come to its end there.
     pub fn judge(&mut self, block: &Block, fit: &Solved, strictness: Strictness) -> Result<Round, AdjustError> {
-        let lost = lost::lost_by_snooping(block, &self.left.ties, &self.outliers.rejected);
+        let barred: Vec<bool> = self.apart.iter().map(|apart| *apart == Apart::Again).collect();
+        let lost = lost::lost_points(block, &self.left.ties, &self.outliers.rejected, &barred);
         let mut sight = Sight::new(block, &self.left, &lost, fit)?;
         let options = SnoopingOptions { strictness, significance: self.significance, max_rounds: MAX_ROUNDS };
         let round = sight.round(options, self.outliers.rounds.len() + 1, &mut self.outliers.rejected);
@@ -273,8 +298,7 @@ pub fn find<E: From<AdjustError>>(
     options: SnoopingOptions,
     refit: &mut dyn FnMut(&Block) -> Result<Solved, E>,
 ) -> Result<Outliers, E> {
-    let mut search =
-        Snooping { left: Kept::all(block), significance: options.significance, outliers: Outliers::default() };
+    let mut search = Snooping::nothing(block, options.significance);
     for _ in 0..options.max_rounds {
         let fit = refit(&search.block(block))?;
         search.judge(block, &fit, options.strictness)?;

@@ -16,10 +16,14 @@ use crate::run::RunError;
 /// # Errors
 /// Those of the fit with the camera held.
 pub fn robust_fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) -> Result<Fit, RunError> {
-    // Near enough for a judgement of what is wrong by many standard deviations.
-    let few = Options { max_iterations: options.max_iterations.min(MOST_ITERATIONS), ..options.clone() };
     let fit = |model: &Model| -> Result<Fit, RunError> {
         let mut problem = Problem::new(block, model)?;
+        let near_enough = RESIDUAL_CHANGE.powi(2) * (2 * problem.observations.len()) as f64;
+        let few = Options {
+            max_iterations: options.max_iterations.min(MOST_ITERATIONS),
+            chi_square_change: options.chi_square_change.max(near_enough),
+            ..options.clone()
+        };
         if let Some(near) = near {
             problem.start_from(&near.problem, &near.solution.state);
         }
@@ -32,6 +36,10 @@ pub fn robust_fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Op
 
 /// Iterations of a robust fit at most.
 const MOST_ITERATIONS: usize = 50;
+
+/// Change of a residual in standard deviations, in the mean over the block, that a robust fit may leave: it tells what is wrong by many. An image most of
+/// whose measurements are wrong has no orientation to converge to, and would hold up the judgement of all others.
+const RESIDUAL_CHANGE: f64 = 0.01;
 
 /// Measurements that stand alone at a solution, the worst first. `block` is what it is a solution of.
 ///

@@ -94,7 +94,7 @@ impl Sight {
         for point in (0..lost.len()).filter(|point| lost[*point]) {
             let rows: Vec<&Measurement> = ties[point].iter().map(|m| &block.ties[*m]).collect();
             let rows: Vec<&Measurement> = rows.into_iter().filter(|row| !idle[row.image.index()]).collect();
-            if let Some(position) = meeting(block, state, &predictor, &rows) {
+            if let Some(position) = meeting(block, state, &rows) {
                 points.push((PointSource::Tie(PointId::from(point)), position));
                 sight.surveyed.push(Matrix3::zeros());
                 sight.lost.push(true);
@@ -171,6 +171,12 @@ impl Sight {
                 });
                 round.returned += revived.returned;
                 out.extend(revived.rejected);
+                // Now it is known which of them are wrong, and by how much.
+                for (k, normalised) in revived.still_out {
+                    let Seen { kind, measurement, .. } = self.seen[k];
+                    let is_it = |r: &&mut Rejected| (r.kind, r.measurement) == (kind, measurement);
+                    rejected.iter_mut().filter(is_it).for_each(|r| r.normalised = normalised);
+                }
                 continue;
             }
             while let Some((k, verdict)) = self.worst(j).filter(|(_, verdict)| beyond(*verdict, 1.0)) {

@@ -41,6 +41,27 @@ pub enum Searched {
     Variant,
 }
 
+impl Searched {
+    /// Natural logarithm of the p-value of a drop of `v'Pv`, corrected for the places that were searched; `rest` is the redundancy beside it.
+    fn ln_p(self, drop: f64, dof: f64, inflation: f64, rest: f64) -> f64 {
+        let (statistic, dof, count) = match self {
+            Searched::Places { count, drop: on_grid } => (drop.min(on_grid.max(0.0)) / (dof * inflation), dof, count),
+            // By the rule that let it in: of its size alone, less what chance gives to the estimate of a place.
+            Searched::Placed { count } => ((drop / inflation - (dof - 1.0)).max(0.0), 1.0, count),
+            _ => (drop / (dof * inflation), dof, 1.0),
+        };
+        multiple::best_of(f_ln_sf(statistic, dof, rest).min(0.0), count)
+    }
+
+    /// The same search where all that was found is smaller.
+    fn scaled(self, share: f64) -> Self {
+        match self {
+            Searched::Places { count, drop } => Searched::Places { count, drop: share * drop },
+            search => search,
+        }
+    }
+}
+
 /// A set of columns: an effect, or a group of camera parameters that the model holds.
 #[derive(Debug, Clone)]
 pub struct Set {
@@ -244,20 +265,7 @@ impl Situation<'_> {
             let variance = variance_factor(beside.chi_square - pivoted.drop(), rest);
             self.clusters.design_effect(&directions, &change, variance)
         })?;
-        let mut ln_p = tested.ln_p;
-        let rest = beside.redundancy - tested.dof;
-        match search {
-            Searched::Places { count, drop } => {
-                let statistic = tested.drop.min(drop.max(0.0)) / (tested.dof * tested.inflation());
-                ln_p = multiple::best_of(f_ln_sf(statistic, tested.dof, rest).min(0.0), count);
-            }
-            Searched::Placed { count } => {
-                // By the rule that let it in: of its size alone, less what chance gives to the estimate of a place.
-                let statistic = (tested.drop / tested.inflation() - (tested.dof - 1.0)).max(0.0);
-                ln_p = multiple::best_of(f_ln_sf(statistic, 1.0, rest).min(0.0), count);
-            }
-            _ => {}
-        }
+        let ln_p = search.ln_p(tested.drop, tested.dof, tested.inflation(), beside.redundancy - tested.dof);
         let (estimate, variances) = (tested.set.estimate(), tested.set.variances());
         let sigma = |k: usize| (variances[k] * tested.inflation()).sqrt();
         let implausible = tested.set.kept.iter().enumerate().any(|(k, c)| self.beyond(*c, estimate[k], sigma(k)));
@@ -274,6 +282,16 @@ impl Situation<'_> {
             component: None,
             predicted_drop,
         })
+    }
+
+    /// Natural logarithm of the p-value that a set would have if it took only a share of its drop away.
+    pub fn ln_p_of_share(&self, judged: &Judged, beside: &Beside, share: f64) -> f64 {
+        let Judged { dof, inflation, .. } = judged;
+        let search = self.sets[judged.set].search;
+        let ln_p =
+            |share: f64| search.scaled(share).ln_p(share * judged.drop, *dof, *inflation, beside.redundancy - dof);
+        // What was corrected for besides, a choice of variants, stays.
+        (judged.ln_p + ln_p(share) - ln_p(1.0)).min(0.0)
     }
 
     /// Is a value of a column beyond its plausible range?

@@ -234,6 +234,22 @@ fn of_places_the_refined_one_says_which_variant_it_is() {
 }
 
 #[test]
+fn a_share_of_a_drop_is_judged_as_the_whole() {
+    let mut placed = Regression::new(10).set("flaw", Nature::Law, vec![wave(1)]).truth(&wave(1), 0.5);
+    for search in [Searched::None, Searched::Places { count: 100.0, drop: 90.0 }] {
+        placed.sets[0].search = search;
+        let (whole, same, none) = placed.ask(|situation| {
+            let beside = situation.beside();
+            let judged = situation.judge(0, &beside).expect("a set");
+            let share = |share| situation.ln_p_of_share(&judged, &beside, share);
+            (judged.ln_p, share(1.0), share(0.0))
+        });
+        assert!((same - whole).abs() < 1e-12 * whole.abs() && whole < -20.0, "{search:?}: {same} {whole}");
+        assert!((-1e-9..=0.0).contains(&none), "{search:?}: {none}");
+    }
+}
+
+#[test]
 fn a_structure_elsewhere_takes_nothing_out() {
     let drift_of_positions = Regression::new(7)
         .set("true", Nature::Law, vec![wave(1)])
