@@ -44,12 +44,14 @@ pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result
     let mut first = None;
     let mut strictness = Strictness::Loose;
     let (mut look_anew, mut round) = (false, 0);
+    // Effects and outliers that a judgement led to. One that leads back to where one was would go on for ever.
+    let (mut judging, mut reached) = (true, HashSet::new());
     let (linearised, rest) = loop {
         let (linearised, searched) = improvement.advance(&block, settings, &mut first, look_anew)?;
         round += 1;
         let may_change = round < MOST_ROUNDS;
         look_anew = false;
-        if may_change && (!improvement.added.is_empty() || improvement.rests_on_a_point()) {
+        if may_change && judging && (!improvement.added.is_empty() || improvement.rests_on_a_point()) {
             // With the effects in the model, outliers that they hid stand out; and what looked like an effect may be one.
             let mut changed = judged_again(whole, &mut search, &mut improvement, strictness, settings)?;
             if !changed && strictness == Strictness::Loose {
@@ -58,6 +60,7 @@ pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result
             }
             if changed {
                 block = search.block(whole);
+                judging = reached.insert((improvement.added.clone(), search.left_out()));
                 continue;
             }
         }

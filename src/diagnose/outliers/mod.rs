@@ -249,6 +249,11 @@ impl Snooping {
         self.left.block(block)
     }
 
+    /// Numbers of the tie measurements, and of the marks, that are left out.
+    pub fn left_out(&self) -> [Vec<usize>; 2] {
+        [&self.left.ties, &self.left.marks].map(|left| (0..left.len()).filter(|row| !left[*row]).collect())
+    }
+
     /// Judges every measurement at a fit of [`Self::block`]. Nothing was rejected or came back: the search has come to its end there.
     pub fn judge(&mut self, block: &Block, fit: &Solved, strictness: Strictness) -> Result<Round, AdjustError> {
         let barred: Vec<bool> = self.apart.iter().map(|apart| *apart == Apart::Again).collect();
