@@ -75,7 +75,11 @@ export function listen(handlers) {
   for (const [name, handler] of Object.entries(handlers)) {
     source.addEventListener(name, (event) => handler(JSON.parse(event.data || "{}")));
   }
-  source.onopen = () => set({ connection: "open" });
+  source.onopen = () => {
+    set({ connection: "open" });
+    // A step that ended before anybody listened told nobody.
+    handlers.tree({});
+  };
   source.onerror = () => {
     source.close();
     set({ connection: "gone" });
@@ -83,7 +87,6 @@ export function listen(handlers) {
       const answer = await fetch("/api/tree", { headers: { "x-token": token } }).catch(() => null);
       if (answer?.status === 401) return set({ connection: "refused" });
       listen(handlers);
-      if (answer?.ok) handlers.tree({});
     }, 1000);
   };
 }
