@@ -4,11 +4,12 @@
 use anyhow::{Context, Result};
 use misclosure::adjust::Options;
 use misclosure::block::Block;
+use misclosure::diagnose::added::Added;
 use misclosure::diagnose::fit::fit;
-use misclosure::diagnose::improve::Settings;
-use misclosure::diagnose::linearised::{Added, linearise};
+use misclosure::diagnose::linearised::linearise;
 use misclosure::diagnose::run::diagnose;
 use misclosure::diagnose::scan::Places;
+use misclosure::diagnose::settings::Settings;
 use misclosure::inject;
 use misclosure::io::block::read_block;
 use misclosure::model::Model;

@@ -103,7 +103,8 @@ class Adjustment {
   std::vector<Place> theta_places_;
   std::vector<std::unique_ptr<ceres::Manifold>> manifolds_;
   std::unique_ptr<ceres::LossFunction> loss_;
-  std::vector<Chain> image_chains_, position_chains_;
+  std::vector<ImageChain> image_chains_;
+  std::vector<Chain> position_chains_;
   Chain control_chain_;
   // Deques: cost functions cannot be moved.
   std::deque<ImageCost> image_costs_;

@@ -62,22 +62,25 @@ void Adjustment::AddResiduals() {
   if (view_.loss == Loss::kCauchy) loss_ = std::make_unique<ceres::CauchyLoss>(view_.loss_scale);
 
   for (std::size_t i = 0; i < view_.images(); ++i) {
-    image_chains_.push_back(
-        MakeChain(view_.contexts[i], {Stage::kExposure, Stage::kRay, Stage::kInterior, Stage::kImage}));
-    position_chains_.push_back(MakeChain(view_.contexts[i], {Stage::kPosition, Stage::kFrame}));
+    const misclosure_context& context = view_.contexts[i];
+    image_chains_.push_back({MakeChain(context, {Stage::kExposure, Stage::kRay, Stage::kInterior, Stage::kImage}),
+                             camera_blocks_[context.camera]});
+    position_chains_.push_back(MakeChain(context, {Stage::kPosition, Stage::kFrame}));
     const double unknown = std::nan("");
-    image_chains_.back().context.column_px = position_chains_.back().context.column_px = unknown;
-    image_chains_.back().context.row_px = position_chains_.back().context.row_px = unknown;
+    image_chains_.back().chain.context.column_px = position_chains_.back().context.column_px = unknown;
+    image_chains_.back().chain.context.row_px = position_chains_.back().context.row_px = unknown;
   }
   control_chain_ = MakeChain(view_.control_context, {Stage::kControl, Stage::kFrame});
 
+  residual_blocks_.reserve(view_.observation_image.size + view_.control_point.size + view_.gnss_image.size +
+                           view_.theta_prior_index.size + view_.prior_camera.size);
   for (std::size_t j = 0; j < view_.point_count(); ++j) {
     for (std::size_t o = view_.point_start[j]; o < view_.point_start[j + 1]; ++o) {
       const std::size_t i = view_.observation_image[o];
       const std::size_t c = view_.contexts[i].camera;
-      auto& cost = image_costs_.emplace_back(image_chains_[i], camera_blocks_[c], view_.observation_xy.data + 2 * o,
-                                             view_.observation_weight[o]);
-      AddResidual(cost, loss_.get(), {Camera(c), Pose(i), Point(j)}, image_chains_[i]);
+      auto& cost =
+          image_costs_.emplace_back(image_chains_[i], view_.observation_xy.data + 2 * o, view_.observation_weight[o]);
+      AddResidual(cost, loss_.get(), {Camera(c), Pose(i), Point(j)}, image_chains_[i].chain);
     }
   }
   for (std::size_t k = 0; k < view_.control_point.size; ++k) {

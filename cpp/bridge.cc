@@ -2,6 +2,10 @@
 
 #include "bridge.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <utility>
 
 #include "misclosure/src/adjust/ceres/bridge.rs.h"
@@ -158,6 +162,12 @@ CovarianceResult covariance_at(const View& view) {
     result.theta_variances = Copy<double>(covariance.theta_variances);
   });
   return result;
+}
+
+void map_large_allocations() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
 }
 
 }  // namespace misclosure::bridge

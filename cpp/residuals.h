@@ -60,15 +60,23 @@ void PackPose(const RowMajor<M, 4>& by_q, const RowMajor<M, 3>& by_c, double* ja
   Into<M, 7>(jacobian) << by_q, by_c;
 }
 
-// An image measurement. Parameter blocks: camera, pose, point, then those of the effects.
+// What the measurements of an image have in common.
+struct ImageChain {
+  Chain chain;
+  CameraBlock camera;
+};
+
+// An image measurement. Parameter blocks: camera, pose, point, then those of the effects. Of these there are millions: each is small.
 class ImageCost final : public ceres::CostFunction {
  public:
-  ImageCost(const Chain& chain, const CameraBlock& camera, const double* xy, double weight)
-      : chain_(chain), camera_(camera), xy_{xy[0], xy[1]}, weight_(weight) {
+  // `image` and `xy` (2) must outlive this.
+  ImageCost(const ImageChain& image, const double* xy, double weight) : image_(image), xy_(xy), weight_(weight) {
     set_num_residuals(2);
-    *mutable_parameter_block_sizes() = {camera.size(), 7, 3};
-    mutable_parameter_block_sizes()->insert(mutable_parameter_block_sizes()->end(), chain.block_sizes.begin(),
-                                            chain.block_sizes.end());
+    std::vector<int32_t>& sizes = *mutable_parameter_block_sizes();
+    const std::vector<int>& of_effects = image.chain.block_sizes;
+    sizes.reserve(3 + of_effects.size());
+    sizes = {image.camera.size(), 7, 3};
+    sizes.insert(sizes.end(), of_effects.begin(), of_effects.end());
   }
 
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
@@ -78,18 +86,18 @@ class ImageCost final : public ceres::CostFunction {
   // The same; says why it failed.
   bool Compute(double const* const* x, double* residuals, double** jacobians, std::string* reason) const {
     const bool derive = jacobians != nullptr;
-    const auto& exposure = chain_.stage(Stage::kExposure);
-    const auto& ray = chain_.stage(Stage::kRay);
-    const auto& interior_effects = chain_.stage(Stage::kInterior);
-    const auto& image = chain_.stage(Stage::kImage);
-    const bool any = !chain_.values.empty() || chain_.derivatives > 0;
+    const auto& exposure = image_.chain.stage(Stage::kExposure);
+    const auto& ray = image_.chain.stage(Stage::kRay);
+    const auto& interior_effects = image_.chain.stage(Stage::kInterior);
+    const auto& image = image_.chain.stage(Stage::kImage);
+    const bool any = !image_.chain.values.empty() || image_.chain.derivatives > 0;
     misclosure_context context;
     if (any) {
-      context = chain_.context;
+      context = image_.chain.context;
       context.column_px = xy_[0];
       context.row_px = xy_[1];
     }
-    ChainRun run(chain_, x + 3, 2, derive);
+    ChainRun run(image_.chain, x + 3, 2, derive);
     const auto outside = [&] {
       if (reason != nullptr) *reason = std::string("outside the domain of effect ") + run.LastEffect();
       return false;
@@ -123,7 +131,7 @@ class ImageCost final : public ceres::CostFunction {
       std::copy_n(p, 3, in + 6);
       if (!run.Forward(link, context, in, p)) return outside();
     }
-    camera_.Unpack(x[0], interior);
+    image_.camera.Unpack(x[0], interior);
     if (!run.ForwardInterior(image_r, interior)) return outside();
 
     // Into the camera and onto the sensor.
@@ -196,7 +204,7 @@ class ImageCost final : public ceres::CostFunction {
       by_q += (by_r + by_image_r) * r_q;
     }
 
-    if (jacobians[0] != nullptr) camera_.Pack(by_interior, jacobians[0]);
+    if (jacobians[0] != nullptr) image_.camera.Pack(by_interior, jacobians[0]);
     if (jacobians[1] != nullptr) PackPose<2>(by_q, by_c, jacobians[1]);
     if (jacobians[2] != nullptr) Into<2, 3>(jacobians[2]) = by_p;
     run.Scatter(jacobians + 3);
@@ -204,9 +212,8 @@ class ImageCost final : public ceres::CostFunction {
   }
 
  private:
-  const Chain& chain_;
-  CameraBlock camera_;
-  double xy_[2];
+  const ImageChain& image_;
+  const double* xy_;
   double weight_;
 };
 

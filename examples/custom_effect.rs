@@ -1,6 +1,6 @@
 //! An effect of one's own through the public trait: written, held against the laws, and found in a block that has it.
 
-use misclosure::diagnose::{improve::Settings, run::diagnose};
+use misclosure::diagnose::{run::diagnose, settings::Settings};
 use misclosure::effects::*;
 use misclosure::model::{Datum, EffectRef, Model};
 use misclosure::{adjust::Options, inject, scenario};

@@ -1,7 +1,7 @@
 //! A block is simulated, something goes wrong with it, it is adjusted, and the diagnosis says what: `cargo run --release --example diagnose`.
 
 use misclosure::adjust::{Options, ceres::Ceres, native::Native};
-use misclosure::diagnose::{improve::Settings, run::diagnose};
+use misclosure::diagnose::{run::diagnose, settings::Settings};
 use misclosure::model::{Datum, Model};
 use misclosure::scenario::{Scenario, SurveyNoise, add_survey_noise, simulate};
 use misclosure::{inject, run};

@@ -23,7 +23,7 @@
 //!
 //! ```
 //! use misclosure::adjust::{Options, ceres::Ceres, native::Native};
-//! use misclosure::diagnose::{improve::Settings, run::diagnose};
+//! use misclosure::diagnose::{run::diagnose, settings::Settings};
 //! use misclosure::{inject, model::{Datum, Model}, run, scenario};
 //! use std::ops::ControlFlow;
 //!

@@ -2,7 +2,7 @@
 
 use misclosure::effects::{Context, Descriptor, Effect, Kind, OutsideDomain, Parameter, Role, Scope, Stage};
 use misclosure::io::model::{read_model, write_model};
-use misclosure::model::{Datum, EffectRef, EffectTerm, Loss, Model, Prior, SigmaFactors, TieWeights};
+use misclosure::model::{Datum, EffectRef, EffectTerm, FlightFactors, Loss, Model, Prior, SigmaFactors, TieWeights};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -98,6 +98,7 @@ fn full() -> Model {
         loss: Loss::Cauchy,
         tie_weights: TieWeights::Pairs,
         sigma_factors: SigmaFactors { image: 0.75, control: 2.0, control_z: 1.5, gnss: 1.25, gnss_z: 2.5 },
+        flight_factors: [("second flight".to_owned(), FlightFactors { image: 1.5, gnss: 0.5, gnss_z: 3.0 })].into(),
     }
 }
 
@@ -190,6 +191,10 @@ fn every_fault_is_named() {
         (
             "format = 1\n[sigma_factors]\nimage = 2.0\ngnss = -1",
             "model.toml:4:8: key gnss: expected a number above zero, found -1",
+        ),
+        (
+            "format = 1\n[sigma_factors.flight.first]\ncontrol = 2.0",
+            "model.toml:3:1: unknown key \"control\" in [sigma_factors.flight.first]; known: \"image\", \"gnss\", \"gnss_z\"",
         ),
         ("format = 1\n[camera]\nf = 1.0", "model.toml:3:5: key f: expected a table, found 1.0"),
         ("format = 1\n[[effect]]\nheld = []", "model.toml:2:1: key id is missing in [[effect]]"),

@@ -165,7 +165,7 @@ fn a_point_that_was_lost_comes_back_where_its_rays_agree() {
     let round = search.judge(&block, &without, Strictness::Tight).unwrap();
     let found = search.outliers(&block);
     assert_eq!((round.returned, found.rejected.len(), found.lost_points.len()), (1, 0, 0));
-    assert_eq!(search.block(&block), block);
+    assert_eq!(*search.block(&block), block);
 }
 
 #[test]

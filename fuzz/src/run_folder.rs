@@ -1,7 +1,8 @@
 //! The reader of run folders, and the page of what it takes.
 
 use super::folder::{said, with_files};
-use misclosure::report::run::{RunFolder, page};
+use misclosure::report::pictures::RunFolder;
+use misclosure::report::run::page;
 use misclosure::run::folder::{FILES, SUMMARY, read_outliers};
 
 /// Files of a run, in the order in which an input has them.

@@ -217,6 +217,24 @@ pub struct Block {
 }
 
 impl Block {
+    /// The same block with other image measurements.
+    pub fn with_measurements(&self, ties: Vec<Measurement>, marks: Vec<Measurement>) -> Self {
+        Self {
+            ties,
+            marks,
+            name: self.name.clone(),
+            crs: self.crs.clone(),
+            origin: self.origin,
+            sigma: self.sigma,
+            cameras: self.cameras.clone(),
+            flights: self.flights.clone(),
+            images: self.images.clone(),
+            tie_points: self.tie_points.clone(),
+            surveyed: self.surveyed.clone(),
+            extra_image_columns: self.extra_image_columns.clone(),
+        }
+    }
+
     /// Camera of an image.
     pub fn camera_of(&self, image: ImageId) -> &Camera {
         &self.cameras[self.images[image.index()].camera.index()]

@@ -47,7 +47,7 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     let progress = console.progress("adjust");
     let (whole, model) = arguments.model.started(whole, model, &options, &|what| progress.step(what))?;
     let search = blunders::search(&whole, &model, &options, arguments.model.outliers, &|what| progress.step(what))?;
-    let block = &search.block(&whole);
+    let block = &*search.block(&whole);
     let set_aside = search.outliers(&whole).rows(&whole);
     let run = run::adjust(block, &model, &arguments.model.solvers(), &options, &mut |solver, at| {
         let (cost, gradient) = (significant(at.cost, 9), significant(at.gradient_max, 2));

@@ -7,10 +7,10 @@ use super::plugins::with_faults;
 use super::summary_text::{failure, warning};
 use super::{Answer, Console};
 use crate::adjust::Options;
-use crate::diagnose::fit::{HandedOn, adjust_handed_on};
-use crate::diagnose::improve::Settings;
+use crate::diagnose::handed_on::{HandedOn, adjust_handed_on};
 use crate::diagnose::pictures::Shown;
 use crate::diagnose::run::{Diagnosed, diagnose};
+use crate::diagnose::settings::Settings;
 use crate::io::block::read_block;
 use crate::report;
 use crate::run::summary::Summary;
@@ -56,6 +56,9 @@ struct Common {
     /// Error of points that you tolerate, mm: what is left is weighed against it instead of against the precision of the points
     #[arg(long, value_name = "MM")]
     tolerance_mm: Option<f64>,
+    /// Estimate the weights of image measurements and of GNSS for each flight by itself
+    #[arg(long)]
+    weights_by_flight: bool,
     #[command(flatten)]
     model: ModelOptions,
 }
@@ -91,7 +94,12 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
         console.message(&format!("{}: set aside: {}", arguments.block.display(), loaded.set_aside));
     }
     let (block, mut outliers) = arguments.model.without_outliers(loaded.block.about_its_centre(), console)?;
-    let model = arguments.model.model(run::default_diagnosis_datum(&block))?;
+    let mut model = arguments.model.model(run::default_diagnosis_datum(&block))?;
+    if arguments.weights_by_flight {
+        for flight in &block.flights {
+            model.flight_factors.entry(flight.clone()).or_default();
+        }
+    }
     let snoop = arguments.model.outliers.unwrap_or(Treatment::Snoop) == Treatment::Snoop;
     let options = Options { threads, ..Options::default() };
     arguments.model.judge_start(&block, &model, console)?;

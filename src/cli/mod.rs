@@ -91,6 +91,7 @@ pub struct Answer {
 
 /// Parses the command line, runs the command, prints its answer or the chain of errors, and gives the exit code.
 pub fn main() -> ExitCode {
+    crate::adjust::ceres::map_large_allocations();
     let arguments = Arguments::parse();
     // A panic is a bug; it must still end with a code that scripts know, after the default hook's message.
     let exit = std::panic::catch_unwind(|| execute(arguments)).unwrap_or_else(|_| {

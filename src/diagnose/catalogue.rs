@@ -1,8 +1,8 @@
 //! The candidates of a fit, each in the variants that are tested: values of a lag, kinds of coordinates that are of a map.
 
+use super::added::Added;
 use super::candidate::{Addition, Candidate, candidates as all};
 use super::fit::Fit;
-use super::linearised::Added;
 use super::select::Searched;
 use crate::block::Block;
 use crate::effects::{Domain, Role, Stage};

@@ -1,12 +1,26 @@
 //! Residuals summed over cells of the sensor: the score of a shape is a sum over residuals, which need not be told apart within a cell.
 
-use super::scan::Residual;
 use crate::model::EffectRef;
 use crate::problem::{ImageObservation, Problem};
 use std::collections::HashMap;
 
 /// Side of a cell in widths of the shape: a mean over it takes a twenty-fourth off the peak of a smooth flaw.
 const SIDE: f64 = 0.5;
+
+/// An image measurement at the solution.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Residual<'a> {
+    /// The measurement.
+    pub observation: &'a ImageObservation,
+    /// Predicted point, px.
+    pub predicted: [f64; 2],
+    /// Interior orientation of its image.
+    pub interior: &'a [f64; 12],
+    /// `P v`, 1/px.
+    pub pull: [f64; 2],
+    /// `P`, 1/px^2.
+    pub weight: f64,
+}
 
 /// Sums of one cell.
 struct ScanCell {

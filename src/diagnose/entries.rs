@@ -1,10 +1,11 @@
 //! What a linearisation says of each candidate, and of each effect that is in, as entries of `diagnosis.json`.
 
 use super::impact;
-use super::improve::{Confirmation, Improvement, Settings};
+use super::improve::{Confirmation, Improvement};
 use super::left::Left;
 use super::linearised::Linearised;
 use super::select::Judged;
+use super::settings::Settings;
 use super::test::power::noncentrality;
 use super::test::separability::{self, INSEPARABLE};
 use super::verdict::{CandidateEntry, ConfirmedEntry, DetectableEntry, EstimateEntry, FoundEntry, LeftEntry};

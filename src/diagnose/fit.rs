@@ -1,13 +1,12 @@
 //! Fits of the diagnosis: by the native solver, as far as decisions see.
 
-use super::models::with_search_held;
 use crate::adjust::native::Native;
 use crate::adjust::{AdjustError, CovarianceOf, Options, Solution, Solver};
 use crate::block::Block;
 use crate::measure::MeasureError;
 use crate::model::Model;
 use crate::problem::{Problem, ProblemError};
-use crate::run::{self, Progress, Run, RunError};
+use crate::run::RunError;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
@@ -80,44 +79,6 @@ pub fn solve(model: &Model, problem: Problem, options: &Options) -> Result<Fit, 
 
 fn solve_as_it_is(problem: &Problem, options: &Options) -> Result<Solution, AdjustError> {
     Native.solve(problem, &deciding(options), &mut |_| ControlFlow::Continue(()))
-}
-
-/// A model that is handed on, adjusted to the last digit by `solvers`.
-pub struct HandedOn {
-    /// The model.
-    pub model: Model,
-    /// Its adjustment.
-    pub run: Run,
-    /// Why places that were searched are held; `None` where they were found again.
-    pub held: Option<String>,
-}
-
-/// Adjusts the model that a diagnosis hands on with each solver, from where the diagnosis ended. Where that fails with a place that was
-/// searched, the place stays where the diagnosis found it.
-///
-/// # Errors
-/// Those of [`run::adjust_from`].
-pub fn adjust_handed_on(
-    block: &Block,
-    ended: &Fit,
-    solvers: &[&dyn Solver],
-    options: &Options,
-    progress: &mut Progress<'_>,
-) -> Result<HandedOn, RunError> {
-    let model = ended.model.clone();
-    let near = Some((&ended.problem, &ended.solution.state));
-    let error = match run::adjust_from(block, &model, near, solvers, options, progress) {
-        Ok(run) => return Ok(HandedOn { model, run, held: None }),
-        Err(error) => error,
-    };
-    match with_search_held(&model) {
-        Some(model) if !options.stop.is_raised() => {
-            let run = run::adjust_from(block, &model, near, solvers, options, progress)?;
-            let held = format!("{error}\nso the places that were searched are held where they were found");
-            Ok(HandedOn { model, run, held: Some(held) })
-        }
-        _ => Err(error),
-    }
 }
 
 /// Effects of which a searched parameter left its domain.

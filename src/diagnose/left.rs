@@ -2,10 +2,11 @@
 
 use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
-use super::improve::{Improvement, Settings};
+use super::improve::Improvement;
 use super::linearised::{Linearised, Questions, with_candidates};
 use super::select::challenge::Shape;
 use super::select::{Judged, Situation};
+use super::settings::Settings;
 use super::structure::{self, Structure};
 use super::test::fixed;
 use crate::adjust::native::null_model::measurements_at;
@@ -82,7 +83,10 @@ fn structure_of(
     })
 }
 
-/// Takes out an effect that what is left could itself be. Was there one?
+/// Takes out an effect that what is left could itself be. Did one go?
+///
+/// # Errors
+/// A wish to stop.
 pub fn challenge(
     block: &Block,
     improvement: &mut Improvement,

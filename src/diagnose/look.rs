@@ -1,12 +1,14 @@
 //! One model looked at as it stands: what it leaves, and what may be missing beside it. Nothing is added, nothing taken out.
 
+use super::conclusion::diagnosis;
 use super::fit::DiagnoseError;
-use super::improve::{Improvement, Settings};
+use super::improve::Improvement;
 use super::left::{self, Left};
 use super::linearised::{Linearised, linearise};
 use super::scan::Places;
 use super::select::{self, Event};
-use super::verdict::{Diagnosis, Verdict, diagnosis};
+use super::settings::Settings;
+use super::verdict::{Diagnosis, Verdict};
 use crate::block::Block;
 
 /// What a look showed.
@@ -36,7 +38,8 @@ pub fn look(
     let linearised = linearise(block, &improvement.fit, &improvement.parts, true, &Places::new(), settings)?;
     (settings.tell)("testing what is left");
     let left = left::analyse(block, improvement, &linearised, settings)?;
-    let mut found = diagnosis(block, improvement, &linearised, &linearised, &left, &left.structure, outliers, settings);
+    let mut found =
+        diagnosis(block, improvement, &linearised, &linearised, &left, &left.structure, outliers, settings)?;
     let next = select::next(&linearised.situation(settings, &improvement.refused()));
     match &next {
         Some(Event::Added { set }) => {

@@ -7,14 +7,18 @@
 //! - [`look`]: one model as it stands, without the loop.
 //! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
 
+pub mod added;
 pub mod candidate;
 mod catalogue;
 mod cells;
+mod conclusion;
 mod domain;
 mod entries;
 pub mod fit;
+pub mod handed_on;
 pub mod heldout;
 pub mod impact;
+pub mod imprecise;
 pub mod improve;
 pub mod left;
 pub mod linearised;
@@ -26,6 +30,7 @@ pub mod pictures;
 pub mod run;
 pub mod scan;
 pub mod select;
+pub mod settings;
 pub mod shown;
 pub mod structure;
 pub mod test;

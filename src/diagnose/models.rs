@@ -1,8 +1,9 @@
 //! Models that the loop makes of others.
 
+use super::added::Added;
 use super::candidate::Addition;
 use super::fit::{DiagnoseError, Fit};
-use super::linearised::{Added, Linearised};
+use super::linearised::Linearised;
 use super::select::{Judged, Nature, Searched, Set, Situation};
 use super::test::System;
 use crate::block::Block;

@@ -1,11 +1,13 @@
 //! A whole diagnosis: a base without outliers and with believable weights, the loop, what is left, the verdict.
 
+use super::conclusion::diagnosis;
 use super::fit::{DiagnoseError, Fit, fit};
-use super::improve::{Improvement, Settings};
+use super::improve::Improvement;
 use super::left;
 use super::outliers::{self, MAX_ROUNDS, Outliers, Round, Snooping, Strictness};
+use super::settings::Settings;
 use super::structure::{self, Structure};
-use super::verdict::{Diagnosis, diagnosis};
+use super::verdict::Diagnosis;
 use crate::adjust::AdjustError;
 use crate::adjust::native::pool;
 use crate::block::{Block, PointId};
@@ -39,7 +41,7 @@ pub struct Diagnosed {
 pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
     let tell = settings.tell;
     let (mut search, base) = base(whole, model, settings)?;
-    let mut block = search.block(whole);
+    let mut block = search.block(whole).into_owned();
     let mut improvement = Improvement::new(&block, base, settings)?;
     let mut first = None;
     let mut strictness = Strictness::Loose;
@@ -59,7 +61,7 @@ pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result
                 changed = judged_again(whole, &mut search, &mut improvement, strictness, settings)?;
             }
             if changed {
-                block = search.block(whole);
+                block = search.block(whole).into_owned();
                 judging = reached.insert((improvement.added.clone(), search.left_out()));
                 continue;
             }
@@ -83,7 +85,7 @@ pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result
     };
     let outliers = search.outliers(whole);
     let first = first.as_ref().unwrap_or(&linearised);
-    let found = diagnosis(&block, &improvement, first, &linearised, &rest, &after, outliers.rejected.len(), settings);
+    let found = diagnosis(&block, &improvement, first, &linearised, &rest, &after, outliers.rejected.len(), settings)?;
     Ok(Diagnosed { block, outliers, improvement, before, after, diagnosis: found })
 }
 
@@ -266,10 +268,9 @@ fn judged_again(
 }
 
 fn weighed(block: &Block, mut fitted: Fit, settings: &Settings<'_>) -> Result<Fit, DiagnoseError> {
-    let added = super::linearised::Added { own: fitted.model.effects.len(), ..Default::default() };
+    let added = super::added::Added { own: fitted.model.effects.len(), ..Default::default() };
     for _ in 0..WEIGHT_ROUNDS {
-        let Some(factors) = super::weights::factors(block, &fitted, &added, settings)? else { break };
-        let model = Model { sigma_factors: factors, ..fitted.model.clone() };
+        let Some(model) = super::weights::reweighted(block, &fitted, &added, settings)? else { break };
         fitted = fit(block, &model, Some(&fitted), &settings.options)?;
     }
     Ok(fitted)

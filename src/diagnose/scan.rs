@@ -5,7 +5,7 @@
 //! cells. What the base leaves of a shape is dear, and is computed for the best places of each width alone.
 
 use super::candidate::{Addition, Candidate};
-use super::cells::Cells;
+use super::cells::{Cells, Residual};
 use super::fit::{DiagnoseError, Fit};
 use super::select::Searched;
 use crate::adjust::native::null_model::{Columns, Entries, Measured, NullModel};
@@ -61,21 +61,6 @@ struct Shape {
 
 /// A shape and its statistic.
 type Found = (f64, Shape);
-
-/// An image measurement at the solution.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Residual<'a> {
-    /// The measurement.
-    pub observation: &'a ImageObservation,
-    /// Predicted point, px.
-    pub predicted: [f64; 2],
-    /// Interior orientation of its image.
-    pub interior: &'a [f64; 12],
-    /// `P v`, 1/px.
-    pub pull: [f64; 2],
-    /// `P`, 1/px^2.
-    pub weight: f64,
-}
 
 /// Candidates at places that were found on the sensor, each in its variants.
 pub type Places = Vec<(Candidate, Searched)>;

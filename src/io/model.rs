@@ -15,6 +15,9 @@
 //! gnss = 1.0
 //! gnss_z = 1.0
 //!
+//! [sigma_factors.flight.first] # the same of one flight, on top of those: image, gnss, gnss_z
+//! gnss = 2.0
+//!
 //! [camera.cam]                 # start values that replace the block's
 //! f = 5510.0
 //!
@@ -36,7 +39,9 @@
 use super::error::{Error, advice, shown};
 use super::toml_table::{Source, Table, quoted};
 use crate::camera::{F, GROUPS, PARAMETER_COUNT, PARAMETERS, parameter_indices};
-use crate::model::{Datum, EffectRef, EffectTerm, Loss, Model, PRIOR_KEY, Prior, SigmaFactors, TieWeights};
+use crate::model::{
+    Datum, EffectRef, EffectTerm, FlightFactors, Loss, Model, PRIOR_KEY, Prior, SigmaFactors, TieWeights,
+};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::ops::Range;
@@ -51,6 +56,9 @@ const DC_TO_PP: &str = "dc=pp";
 const KEYS: [&str; 10] =
     ["format", "free", "tie", "datum", "loss", "tie_weights", "sigma_factors", "camera", "effect", "prior"];
 const SIGMA_FACTORS: [&str; 5] = ["image", "control", "control_z", "gnss", "gnss_z"];
+const FLIGHT_FACTORS: [&str; 3] = ["image", "gnss", "gnss_z"];
+/// Key of `[sigma_factors]` that holds those of single flights.
+const OF_FLIGHT: &str = "flight";
 const DATUMS: [(&str, Datum); 4] =
     [("free", Datum::Free), ("control", Datum::Control), ("gnss", Datum::Gnss), ("all", Datum::All)];
 const LOSSES: [(&str, Loss); 3] = [("none", Loss::None), ("huber", Loss::Huber), ("cauchy", Loss::Cauchy)];
@@ -78,18 +86,12 @@ pub fn read_model(path: &Path, resolve: &dyn Fn(&str) -> Option<EffectRef>) -> R
         ..default
     };
     if let Some((factors, _)) = table.table("sigma_factors")? {
-        let factors = Table::new(&source, "[sigma_factors]", factors, &SIGMA_FACTORS)?;
-        SIGMA_FACTORS.iter().try_for_each(|name| factors.positive(name).map(drop))?;
-        let values = numbers(&factors)?;
-        let factor = |name: &str| values.get(name).copied().unwrap_or(1.0);
-        let height = |name: &str, horizontal: &str| values.get(name).copied().unwrap_or_else(|| factor(horizontal));
-        model.sigma_factors = SigmaFactors {
-            image: factor("image"),
-            control: factor("control"),
-            control_z: height("control_z", "control"),
-            gnss: factor("gnss"),
-            gnss_z: height("gnss_z", "gnss"),
-        };
+        let known: Vec<&str> = SIGMA_FACTORS.into_iter().chain([OF_FLIGHT]).collect();
+        let factors = Table::new(&source, "[sigma_factors]", factors, &known)?;
+        model.sigma_factors = sigma_factors(&factors)?;
+        if let Some((flights, _)) = factors.table(OF_FLIGHT)? {
+            model.flight_factors = flight_factors(&source, flights)?;
+        }
     }
     if let Some((cameras, _)) = table.table("camera")? {
         let cameras = Table::of_names(&source, "[camera]", cameras);
@@ -110,6 +112,37 @@ pub fn read_model(path: &Path, resolve: &dyn Fn(&str) -> Option<EffectRef>) -> R
         model.priors.push(prior(&source, entries, &span)?);
     }
     Ok(model)
+}
+
+/// A factor and, for heights, the one that counts where it is absent.
+fn factor(factors: &Table<'_>, name: &str, horizontal: Option<f64>) -> Result<f64, Error> {
+    Ok(factors.positive(name)?.or(horizontal).unwrap_or(1.0))
+}
+
+fn sigma_factors(factors: &Table<'_>) -> Result<SigmaFactors, Error> {
+    let (control, gnss) = (factor(factors, "control", None)?, factor(factors, "gnss", None)?);
+    Ok(SigmaFactors {
+        image: factor(factors, "image", None)?,
+        control,
+        control_z: factor(factors, "control_z", Some(control))?,
+        gnss,
+        gnss_z: factor(factors, "gnss_z", Some(gnss))?,
+    })
+}
+
+fn flight_factors(source: &Source, flights: &DeTable<'_>) -> Result<BTreeMap<String, FlightFactors>, Error> {
+    let flights = Table::of_names(source, "[sigma_factors.flight]", flights);
+    let mut all = BTreeMap::new();
+    for (id, _) in flights.keys() {
+        if let Some((factors, _)) = flights.table(id)? {
+            let name = format!("[sigma_factors.flight.{id}]");
+            let factors = Table::new(source, &name, factors, &FLIGHT_FACTORS)?;
+            let gnss = factor(&factors, "gnss", None)?;
+            let (image, gnss_z) = (factor(&factors, "image", None)?, factor(&factors, "gnss_z", Some(gnss))?);
+            all.insert(id.to_owned(), FlightFactors { image, gnss, gnss_z });
+        }
+    }
+    Ok(all)
 }
 
 fn free(source: &Source, table: &Table<'_>) -> Result<Option<[bool; PARAMETER_COUNT]>, Error> {
@@ -227,7 +260,9 @@ pub fn write_model(model: &Model, path: &Path) -> Result<(), Error> {
     let effect_values = model.effects.iter().flat_map(|term| term.values.values());
     let priors = model.priors.iter().flat_map(|prior| [&prior.value, &prior.sigma]);
     let factors = &model.sigma_factors;
-    let factors = [&factors.image, &factors.control, &factors.gnss];
+    let factors = [&factors.image, &factors.control, &factors.control_z, &factors.gnss, &factors.gnss_z];
+    let of_flights = model.flight_factors.values().flat_map(|of| [&of.image, &of.gnss, &of.gnss_z]);
+    let factors = factors.into_iter().chain(of_flights);
     if let Some(number) =
         camera_values.chain(effect_values).chain(priors).chain(factors).find(|number| !number.is_finite())
     {
@@ -255,6 +290,13 @@ fn text(model: &Model) -> String {
         text,
         "\n[sigma_factors]\nimage = {image:?}\ncontrol = {control:?}\ncontrol_z = {control_z:?}\ngnss = {gnss:?}\ngnss_z = {gnss_z:?}"
     );
+    for (id, FlightFactors { image, gnss, gnss_z }) in &model.flight_factors {
+        let _ = writeln!(
+            text,
+            "\n[sigma_factors.flight.{}]\nimage = {image:?}\ngnss = {gnss:?}\ngnss_z = {gnss_z:?}",
+            quoted(id)
+        );
+    }
     for (id, values) in &model.camera_values {
         let _ = writeln!(text, "\n[camera.{}]", quoted(id));
         write_values(&mut text, values);

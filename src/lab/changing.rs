@@ -6,11 +6,12 @@ use super::measurements::{all_there, named};
 use super::step::Step;
 use crate::block::Block;
 use crate::diagnose::fit::fit;
-use crate::diagnose::improve::{Improvement, Settings};
+use crate::diagnose::improve::Improvement;
 use crate::diagnose::models::at_solution;
 use crate::diagnose::outliers::{Snooping, Strictness};
 use crate::diagnose::run::{base, settle};
-use crate::model::EffectTerm;
+use crate::diagnose::settings::Settings;
+use crate::model::{EffectTerm, Model};
 use crate::run::folder::OutlierRow;
 use crate::run::set_aside;
 use anyhow::{Result, bail};
@@ -38,7 +39,7 @@ impl Step<'_> {
         let given = lab.setup.set_aside.clone();
         let whole = set_aside::without(&source.block, &given, Path::new("outliers.csv"))?;
         let (search, fitted) = base(&whole, &lab.setup.model, settings)?;
-        let block = search.block(&whole);
+        let block = search.block(&whole).into_owned();
         let improvement = Improvement::new(&block, fitted, settings)?;
         let found = search.outliers(&whole).rows(&whole);
         Ok(Changed { block, set_aside: given.into_iter().chain(found).collect(), improvement })
@@ -98,9 +99,10 @@ impl Step<'_> {
                 Ok(same(improvement))
             }
             Change::EstimateWeights => {
-                let before = improvement.fit.model.sigma_factors;
+                let factors = |model: &Model| (model.sigma_factors, model.flight_factors.clone());
+                let before = factors(&improvement.fit.model);
                 improvement.weigh(block, settings)?;
-                if improvement.fit.model.sigma_factors == before {
+                if factors(&improvement.fit.model) == before {
                     bail!("the residuals ask for no other weights");
                 }
                 Ok(same(improvement))
@@ -182,7 +184,7 @@ impl Step<'_> {
         if of(&rows) == of(&from.set_aside) {
             bail!("nothing else stands alone, and nothing comes back");
         }
-        let block = search.block(&whole);
+        let block = search.block(&whole).into_owned();
         let improvement = Improvement::with(&block, fitted, from.improvement.parts.clone(), &settings)?;
         Ok(Changed { block, set_aside: rows, improvement })
     }

@@ -10,7 +10,7 @@ use super::tree::{Figures, Saved};
 use super::view::View;
 use super::worker::Job;
 use crate::adjust::{Options, Stop};
-use crate::diagnose::improve::Settings;
+use crate::diagnose::settings::Settings;
 use crate::effects;
 use crate::io::block::read_block;
 use crate::model::EffectRef;

@@ -2,7 +2,7 @@
 
 use super::columns::{Columns, Names};
 use crate::block::Block;
-use crate::report::run::RunFolder;
+use crate::report::pictures::RunFolder;
 use crate::run::folder::{OutlierRow, each_residual, read_outliers, read_points};
 use anyhow::Result;
 use std::path::Path;

@@ -135,11 +135,10 @@ fn asked(lab: &Lab, parent: u32, stop: &Stop) -> Result<Option<Change>> {
     let saved = lab.saved(parent)?;
     let tell = |_: &str| {};
     let settings = lab.settings(stop, lab.setup.snoop, &tell);
-    if matches!(saved.change, Change::Add { .. } | Change::SearchOutliers) {
-        let factors = weights::factors(&live.block, live.fit(), &live.improvement.parts, &settings)?;
-        if factors.is_some() {
-            return Ok(Some(Change::EstimateWeights));
-        }
+    if matches!(saved.change, Change::Add { .. } | Change::SearchOutliers)
+        && weights::reweighted(&live.block, live.fit(), &live.improvement.parts, &settings)?.is_some()
+    {
+        return Ok(Some(Change::EstimateWeights));
     }
     let effect = |set: usize| live.linearised.sets[set].id.clone();
     match &live.next {

@@ -156,6 +156,24 @@ pub struct SigmaFactors {
     pub gnss_z: f64,
 }
 
+/// Factors on the a-priori standard deviations of the measurements of one flight, on top of [`SigmaFactors`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FlightFactors {
+    /// Tie points and marks.
+    pub image: f64,
+    /// GNSS positions, horizontal.
+    pub gnss: f64,
+    /// Heights of GNSS positions.
+    pub gnss_z: f64,
+}
+
+impl Default for FlightFactors {
+    fn default() -> Self {
+        Self { image: 1.0, gnss: 1.0, gnss_z: 1.0 }
+    }
+}
+
 impl Default for SigmaFactors {
     fn default() -> Self {
         Self { image: 1.0, control: 1.0, control_z: 1.0, gnss: 1.0, gnss_z: 1.0 }
@@ -183,6 +201,8 @@ pub struct Model {
     pub tie_weights: TieWeights,
     /// Factors on the a-priori standard deviations.
     pub sigma_factors: SigmaFactors,
+    /// The same of single flights, by name. Where there are any, a diagnosis estimates the weights of images and GNSS by flight.
+    pub flight_factors: BTreeMap<String, FlightFactors>,
 }
 
 impl Default for Model {
@@ -198,6 +218,7 @@ impl Default for Model {
             loss: Loss::None,
             tie_weights: TieWeights::Unit,
             sigma_factors: SigmaFactors::default(),
+            flight_factors: BTreeMap::new(),
         }
     }
 }

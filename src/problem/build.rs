@@ -11,6 +11,7 @@ use super::{Problem, ProblemError, State};
 use crate::block::Block;
 use crate::camera::Camera;
 use crate::model::Model;
+use std::sync::Arc;
 
 impl Problem {
     /// Lays out the least-squares problem. Tie points with fewer than two rays, and images without any measurement, do not take part.
@@ -21,6 +22,7 @@ impl Problem {
         let poses: Vec<_> = block.images.iter().map(|image| image.pose).collect();
         let ranks = ranks_along_block(&poses.iter().map(|pose| pose.centre).collect::<Vec<_>>());
 
+        check_flights(block, model)?;
         let mut points = collect_points(block, model, uses_control, &ranks);
         set_aside_unoriented(block, uses_gnss, &mut points);
         if points.iter().all(|point| point.observations.len() < 2) {
@@ -55,9 +57,9 @@ impl Problem {
             image_ranks: ranks,
             block_context: block_context(block),
             pose_free: vec![[true; 6]; block.images.len()],
-            point_sources: points.iter().map(|point| point.source).collect(),
-            point_names: points.iter().map(|point| point_name(block, point.source)).collect(),
-            point_start,
+            point_sources: Arc::new(points.iter().map(|point| point.source).collect()),
+            point_names: Arc::new(points.iter().map(|point| point_name(block, point.source)).collect()),
+            point_start: point_start.into(),
             observations: observations.into(),
             control,
             gnss: Vec::new(),
@@ -70,7 +72,7 @@ impl Problem {
         };
         problem.hold_unmeasured_images();
         if uses_gnss {
-            problem.gnss = gnss_observations(block, &problem.pose_free, &model.sigma_factors);
+            problem.gnss = gnss_observations(block, &problem.pose_free, model);
         }
         problem.block_context.survey_centre = survey_centre(&problem.control, &problem.gnss);
         if uses_control || uses_gnss {
@@ -83,5 +85,16 @@ impl Problem {
             problem.add_effect(block, model.datum, term)?;
         }
         Ok(problem)
+    }
+}
+
+/// Errors: factors on the standard deviations of a flight that the block does not have.
+fn check_flights(block: &Block, model: &Model) -> Result<(), ProblemError> {
+    match model.flight_factors.keys().find(|name| !block.flights.contains(name)) {
+        None => Ok(()),
+        Some(name) => {
+            let hint = format!("; it has {}", block.flights.join(", "));
+            Err(ProblemError::Unknown { kind: "flight", name: name.clone(), hint })
+        }
     }
 }

@@ -185,11 +185,11 @@ pub struct Problem {
     /// Free parts of each pose (rotation 3, centre 3).
     pub pose_free: Vec<[bool; 6]>,
     /// What each point is.
-    pub point_sources: Vec<PointSource>,
+    pub point_sources: Arc<Vec<PointSource>>,
     /// Names of the points, for messages.
-    pub point_names: Vec<String>,
+    pub point_names: Arc<Vec<String>>,
     /// Observations of point `j`: `observations[point_start[j]..point_start[j + 1]]`.
-    pub point_start: Vec<usize>,
+    pub point_start: Arc<Vec<usize>>,
     /// Image measurements, by point.
     pub observations: Arc<Vec<ImageObservation>>,
     /// Control coordinates.

@@ -2,7 +2,7 @@
 
 use super::{ImageObservation, MeasurementKind, PointSource, PositionObservation};
 use crate::block::{Block, Image, Measurement, PointId, Role};
-use crate::model::{Model, SigmaFactors, TieWeights};
+use crate::model::{FlightFactors, Model, SigmaFactors, TieWeights};
 use nalgebra::Vector3;
 
 /// A point and its measurements.
@@ -20,7 +20,9 @@ pub(super) fn point_name(block: &Block, source: PointSource) -> String {
 
 /// Tie points with two rays or more in order along the block, then control points.
 pub(super) fn collect_points(block: &Block, model: &Model, uses_control: bool, ranks: &[u32]) -> Vec<PointRows> {
-    let factor = model.sigma_factors.image;
+    let flights = flight_factors(block, model);
+    let factor =
+        |row: &Measurement| model.sigma_factors.image * flights[block.images[row.image.index()].flight.index()].image;
     let ties = by_point(&block.ties, block.tie_points.len());
     let mut points: Vec<PointRows> = ties
         .into_iter()
@@ -35,7 +37,7 @@ pub(super) fn collect_points(block: &Block, model: &Model, uses_control: bool, r
             };
             let mut observations: Vec<_> = rows
                 .into_iter()
-                .map(|row| observation(row, MeasurementKind::Tie, block.sigma.tie_px, weight.sqrt() / factor))
+                .map(|row| observation(row, MeasurementKind::Tie, block.sigma.tie_px, weight.sqrt() / factor(row)))
                 .collect();
             observations.sort_by_key(|o| ranks[o.image as usize]);
             PointRows { source: PointSource::Tie(PointId::from(id)), observations }
@@ -53,13 +55,18 @@ pub(super) fn collect_points(block: &Block, model: &Model, uses_control: bool, r
             }
             let mut observations: Vec<_> = rows
                 .into_iter()
-                .map(|row| observation(row, MeasurementKind::Mark, block.sigma.mark_px, 1.0 / factor))
+                .map(|row| observation(row, MeasurementKind::Mark, block.sigma.mark_px, 1.0 / factor(row)))
                 .collect();
             observations.sort_by_key(|o| ranks[o.image as usize]);
             points.push(PointRows { source: PointSource::Control(PointId::from(id)), observations });
         }
     }
     points
+}
+
+/// Factors of each flight.
+fn flight_factors(block: &Block, model: &Model) -> Vec<FlightFactors> {
+    block.flights.iter().map(|name| model.flight_factors.get(name).copied().unwrap_or_default()).collect()
 }
 
 fn by_point(measurements: &[Measurement], points: usize) -> Vec<Vec<&Measurement>> {
@@ -98,15 +105,13 @@ pub(super) fn control_observations(
 }
 
 /// Antenna positions of the images that take part.
-pub(super) fn gnss_observations(
-    block: &Block,
-    pose_free: &[[bool; 6]],
-    factors: &SigmaFactors,
-) -> Vec<PositionObservation> {
+pub(super) fn gnss_observations(block: &Block, pose_free: &[[bool; 6]], model: &Model) -> Vec<PositionObservation> {
+    let (factors, flights) = (&model.sigma_factors, flight_factors(block, model));
     let observed = |(i, image): (usize, &Image)| {
         let gnss = image.gnss.filter(|_| pose_free[i] != [false; 6])?;
-        let xy = factors.gnss * gnss.sigma_xy.unwrap_or(block.sigma.gnss_xy_m);
-        let z = factors.gnss_z * gnss.sigma_z.unwrap_or(block.sigma.gnss_z_m);
+        let of_flight = &flights[image.flight.index()];
+        let xy = factors.gnss * of_flight.gnss * gnss.sigma_xy.unwrap_or(block.sigma.gnss_xy_m);
+        let z = factors.gnss_z * of_flight.gnss_z * gnss.sigma_z.unwrap_or(block.sigma.gnss_z_m);
         Some(PositionObservation { index: i as u32, position: gnss.position, sigma: Vector3::new(xy, xy, z) })
     };
     block.images.iter().enumerate().filter_map(observed).collect()

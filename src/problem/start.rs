@@ -4,6 +4,7 @@ use super::{PointSource, Problem, State};
 use crate::camera::tie_centre;
 use nalgebra::Vector3;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 impl Problem {
     /// Starts where `problem` ended: cameras, poses, and what both have of points and effect parameters. Both are of the same images and
@@ -11,9 +12,10 @@ impl Problem {
     pub fn start_from(&mut self, problem: &Problem, state: &State) {
         let State { interiors, theta, poses, points } = state;
         // Of millions of measurements one copy is enough.
-        if self.observations == problem.observations {
-            self.observations = problem.observations.clone();
-        }
+        share(&mut self.observations, &problem.observations);
+        share(&mut self.point_start, &problem.point_start);
+        share(&mut self.point_sources, &problem.point_sources);
+        share(&mut self.point_names, &problem.point_names);
         for ((own, free), from) in self.start.interiors.iter_mut().zip(&self.camera_free).zip(interiors) {
             (0..own.len()).filter(|k| free[*k]).for_each(|k| own[k] = from[k]);
         }
@@ -31,5 +33,12 @@ impl Problem {
         for (source, point) in self.point_sources.iter().zip(&mut self.start.points) {
             *point = known.get(source).copied().unwrap_or(*point);
         }
+    }
+}
+
+/// One copy of what is equal.
+fn share<T: PartialEq>(own: &mut Arc<T>, other: &Arc<T>) {
+    if own == other {
+        *own = other.clone();
     }
 }

@@ -17,9 +17,9 @@ impl Problem {
     /// The problem and a state of it with the given points alone (ascending).
     pub fn with_points(&self, state: &State, kept: &[usize]) -> (Problem, State) {
         let mut part = Problem {
-            point_sources: kept.iter().map(|j| self.point_sources[*j]).collect(),
-            point_names: kept.iter().map(|j| self.point_names[*j].clone()).collect(),
-            point_start: vec![0],
+            point_sources: Arc::new(kept.iter().map(|j| self.point_sources[*j]).collect()),
+            point_names: Arc::new(kept.iter().map(|j| self.point_names[*j].clone()).collect()),
+            point_start: Arc::default(),
             observations: Arc::default(),
             control: Vec::new(),
             start: State {
@@ -45,17 +45,17 @@ impl Problem {
             loss: self.loss,
             datum_defect: self.datum_defect,
         };
-        let mut observations = Vec::new();
+        let (mut observations, mut point_start) = (Vec::new(), vec![0]);
         for (position, j) in kept.iter().enumerate() {
             observations.extend_from_slice(&self.observations[self.point_start[*j]..self.point_start[*j + 1]]);
-            part.point_start.push(observations.len());
+            point_start.push(observations.len());
             if let Ok(c) = self.control.binary_search_by_key(&(*j as u32), |observation| observation.index) {
                 let mut observation = self.control[c];
                 observation.index = position as u32;
                 part.control.push(observation);
             }
         }
-        part.observations = observations.into();
+        (part.observations, part.point_start) = (observations.into(), point_start.into());
         let state = State { points: kept.iter().map(|j| state.points[*j]).collect(), ..state.clone() };
         (part, state)
     }

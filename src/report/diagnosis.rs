@@ -5,7 +5,8 @@ use super::figures::{Axis, BinnedProfile, ImageBar, ImageBars, Ledger, LedgerSte
 use super::html::Page;
 use super::letter;
 use super::numbers::fixed;
-use super::run::{RunFolder, sensor_figures};
+use super::pictures::RunFolder;
+use super::sensor_section::sensor_figures;
 use crate::diagnose::verdict::Diagnosis;
 use crate::run::folder::ProfileRow;
 
@@ -44,6 +45,14 @@ pub(super) fn verdict(page: &mut Page, diagnosis: &Diagnosis) {
         fixed(factors.gnss, 3),
         fixed(factors.gnss_z, 3)
     ));
+    for (flight, of) in &diagnosis.flight_factors {
+        page.paragraph(&format!(
+            "Those of flight {flight} were multiplied by {} (image), {} and {} (GNSS, plan and height) beside that.",
+            fixed(of.image, 3),
+            fixed(of.gnss, 3),
+            fixed(of.gnss_z, 3)
+        ));
+    }
 }
 
 /// Refits that took more steps than one that starts at the predicted solution should.

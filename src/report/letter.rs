@@ -4,9 +4,10 @@
 use super::figures::{Arrow, Axis, LineChart, LineStyle, Panel, Series, VectorField, line_chart, vector_field};
 use super::html::Page;
 use super::numbers::{fixed, mm, p_value, significant, with_sigma};
-use super::run::RunFolder;
+use super::pictures::RunFolder;
 use super::words;
 use crate::diagnose::impact::Impact;
+use crate::diagnose::imprecise::Imprecise;
 use crate::diagnose::verdict::{Diagnosis, EstimateEntry, FoundEntry};
 use crate::run::folder::{FoundRow, WITH, WITHOUT};
 use std::collections::{BTreeMap, BTreeSet};
@@ -167,24 +168,16 @@ pub(super) fn weight(page: &mut Page, diagnosis: &Diagnosis) {
 
 /// A finding of its own: stated precisions that the residuals contradict.
 pub fn weights_sentence(diagnosis: &Diagnosis) -> Option<String> {
-    let factors = &diagnosis.sigma_factors;
-    let all = [
-        ("image measurements", factors.image),
-        ("control in plan", factors.control),
-        ("control in height", factors.control_z),
-        ("GNSS in plan", factors.gnss),
-        ("GNSS in height", factors.gnss_z),
-    ];
-    let beyond: Vec<String> = all
-        .iter()
-        .filter(|(_, factor)| *factor >= crate::diagnose::weights::MOST)
-        .map(|(what, factor)| format!("{what} ({} times)", fixed(*factor, 1)))
-        .collect();
-    (!beyond.is_empty()).then(|| {
+    let group = |of: &Imprecise| {
+        let worst = if of.worst.is_empty() { String::new() } else { format!(": worst {}", of.worst.join(", ")) };
+        format!("{} ({} times{worst})", of.group, fixed(of.factor, 1))
+    };
+    let groups: Vec<String> = diagnosis.imprecise.iter().map(group).collect();
+    (!groups.is_empty()).then(|| {
         format!(
             "Much less precise than stated: {}. That is no question of precision any more: look for wrong coordinates, a wrong frame or a \
-             missing effect, first in the images and points with the largest residuals.",
-            beyond.join(", ")
+             missing effect there first.",
+            groups.join("; ")
         )
     })
 }

@@ -40,5 +40,6 @@ mod axes;
 mod diagnosis;
 mod frame;
 mod scale;
+mod sensor_section;
 mod sheet;
 mod svg;

@@ -5,9 +5,12 @@ use super::figures::{
     PlanSigned, Sample, Series, Station, VectorField,
 };
 use super::numbers::significant;
-use super::run::RunFolder;
+use crate::diagnose::verdict::Diagnosis;
 use crate::run::CELLS;
-use crate::run::folder::{CheckRow, GnssRow, SensorRow};
+use crate::run::folder::{self, CheckRow, GnssRow, SensorRow};
+
+/// The folder of a run, with what a diagnosis left in it.
+pub type RunFolder = folder::RunFolder<Diagnosis>;
 
 /// Cells below this p-value are marked. A cell is one of hundreds: 1e-5 marks no cell of a clean block in most pictures.
 pub const MARKED_P: f64 = 1e-5;

@@ -1,14 +1,15 @@
 //! The page of a run: what was adjusted, how well it fits, and, after a diagnosis, what was missing.
 
 use super::figures::{
-    flights_plan_profile, histogram, image_bars, line_chart, residuals_plan_arrows, residuals_plan_signed, vector_field,
+    flights_plan_profile, histogram, image_bars, line_chart, residuals_plan_arrows, residuals_plan_signed,
 };
 use super::html::Page;
 use super::numbers::{fixed, or_dash, px, significant};
-use super::pictures::{GnssAgainst, MARKED_P};
+use super::pictures::{GnssAgainst, RunFolder};
 use super::run_tables::{
     Conclusion, camera_table, compared, effects_table, residuals_table, solvers_table, solvers_verdict,
 };
+use super::sensor_section::sensor_figures;
 use super::tables::Table;
 use super::{diagnosis, letter, pictures};
 use crate::block::Block;
@@ -19,14 +20,11 @@ use crate::run::folder::{self, CheckRow, OutlierRow};
 use crate::run::summary::Summary;
 use crate::run::{Run, gnss_residuals, residual_rows, rms_by};
 use anyhow::Result;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A distribution of fewer values is no picture.
 const FEWEST_FOR_HISTOGRAM: usize = 50;
-
-/// The folder of a run, with what a diagnosis left in it.
-pub type RunFolder = folder::RunFolder<Diagnosis>;
 
 /// Reads the folder of a run and writes its `report.html` and `figures/`.
 ///
@@ -166,40 +164,6 @@ fn parameters(page: &mut Page, run: &RunFolder) {
         page.paragraph("No effect was added to the camera model.");
     } else {
         page.table(&effects_table(&run.summary));
-    }
-}
-
-/// The mean residuals over the sensor, camera by camera; before and after side by side where the folder has both.
-pub(super) fn sensor_figures(page: &mut Page, run: &RunFolder) {
-    let cameras: BTreeSet<&str> = run.sensor.iter().map(|row| row.camera.as_str()).collect();
-    if cameras.is_empty() {
-        page.paragraph("There are no tie points.");
-    }
-    for (c, camera) in cameras.into_iter().enumerate() {
-        let field =
-            |stage: &str, title: &str| pictures::sensor(run, camera, stage, &format!("{title}, camera {camera}"));
-        let marks = format!(
-            "Mean residual of the measurements of tie points and control points in cells; cells marked as significant have p \
-             below {MARKED_P:e} each."
-        );
-        let id = |stage: &str| format!("sensor-{stage}-{}", c + 1);
-        match (field("base", "Before"), field("final", "After")) {
-            (Some(mut base), Some(mut last)) => {
-                base.scale = [base.natural_scale(), last.natural_scale()].into_iter().flatten().reduce(f64::min);
-                last.scale = base.scale;
-                page.pair(
-                    (&id("base"), vector_field(&base), &marks),
-                    (&id("final"), vector_field(&last), "The same after the effects were added, at the same scale."),
-                );
-            }
-            (_, Some(mut only)) => {
-                only.title = format!("Mean residual, camera {camera}");
-                let tested = only.sets.iter().any(|set| !set.significant.is_empty());
-                let caption = if tested { marks.as_str() } else { "Mean residual of the tie points in cells." };
-                page.figure(&id("final"), vector_field(&only), caption);
-            }
-            _ => {}
-        }
     }
 }
 

@@ -48,7 +48,7 @@ pub fn without(block: &Block, rows: &[OutlierRow], file: &Path) -> Result<Block,
         let OutlierRow { image, point, kind, .. } = row;
         return Err(wrong(number, format!("the block has no {kind} of point {point:?} in image {image:?}")));
     }
-    Ok(Block { ties, marks, ..block.clone() })
+    Ok(block.with_measurements(ties, marks))
 }
 
 #[cfg(test)]

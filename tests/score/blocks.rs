@@ -3,7 +3,7 @@
 use misclosure::adjust::{CovarianceOf, Options};
 use misclosure::block::Block;
 use misclosure::diagnose::fit::{Fit, fit};
-use misclosure::diagnose::improve::Settings;
+use misclosure::diagnose::settings::Settings;
 use misclosure::measure::Predictor;
 use misclosure::model::{Datum, EffectTerm, Model};
 use misclosure::problem::Problem;

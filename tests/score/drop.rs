@@ -6,9 +6,10 @@ use super::blocks::{
 };
 use super::in_turn::in_turn;
 use misclosure::block::Block;
+use misclosure::diagnose::added::Added;
 use misclosure::diagnose::candidate::{Addition, Candidate, candidates};
 use misclosure::diagnose::fit::{Fit, solve};
-use misclosure::diagnose::linearised::{Added, Questions, with_candidates};
+use misclosure::diagnose::linearised::{Questions, with_candidates};
 use misclosure::diagnose::models::{predicted_drop, with_set};
 use misclosure::diagnose::select::{Searched, Taken};
 use misclosure::effects::{self, Domain, Role};

@@ -8,7 +8,8 @@ use super::blocks::{UNTESTABLE, everything_free, fitted, settings, small, with_n
 use super::in_turn::in_turn;
 use misclosure::block::Block;
 use misclosure::camera;
-use misclosure::diagnose::linearised::{Added, linearise};
+use misclosure::diagnose::added::Added;
+use misclosure::diagnose::linearised::linearise;
 use misclosure::diagnose::scan::Places;
 use misclosure::effects::{self, Role, Stage};
 use misclosure::math::statistics::kolmogorov_smirnov;

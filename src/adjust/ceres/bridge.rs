@@ -165,6 +165,8 @@ pub mod ffi {
         fn evaluate(view: &View<'_>) -> Result<EvaluateResult>;
         fn reduce(view: &View<'_>) -> Result<ReduceResult>;
         fn covariance_at(view: &View<'_>) -> Result<CovarianceResult>;
+        /// Large allocations go back to the system when they are let go: for a program, not for a library within one.
+        fn map_large_allocations();
     }
 }
 

@@ -11,6 +11,7 @@ mod tests;
 
 use super::*;
 use crate::effects::{Context, Descriptor};
+pub use bridge::ffi::map_large_allocations;
 use bridge::{builtin_effects, ffi};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use view::Arrays;

@@ -1,99 +1,29 @@
 //! Add and watch: the loop that carries out what the rules ask for, and keeps the ledger. Check points only watch.
 
+mod ledger;
 mod refit;
+mod removal;
 mod single;
 
+pub use ledger::{Change, Confirmation, Step};
+
+use super::added::Added;
 use super::fit::{DiagnoseError, Fit, fit};
 use super::heldout::held_out_px;
-use super::linearised::{Added, Linearised, linearise};
-use super::models::{at_solution, predicted_drop, with_search_held, without_effect};
+use super::linearised::{Linearised, linearise};
+use super::models::{at_solution, predicted_drop};
 use super::scan::Places;
-use super::select::challenge::{self, Shape};
 use super::select::{Event, Nature, Situation, next};
+use super::settings::Settings;
 use super::weights;
 use crate::adjust::native::Native;
 use crate::adjust::{CovarianceOf, Options, Solver};
 use crate::block::Block;
-use crate::model::{EffectRef, Model};
-use crate::run;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
 /// Effects that one improvement adds at most: more than this is not a diagnosis any more.
 const MOST_EFFECTS: usize = 6;
-
-/// What an improvement needs besides block and model.
-pub struct Settings<'a> {
-    /// Effects from plug-ins.
-    pub plugins: &'a [EffectRef],
-    /// Options of every fit.
-    pub options: Options,
-    /// Family-wise significance level.
-    pub significance: f64,
-    /// Are outliers searched, and set aside?
-    pub snoop: bool,
-    /// Told what is being done.
-    pub tell: &'a dyn Fn(&str),
-}
-
-/// What happened in a step of the ledger.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Change {
-    /// The base.
-    Base,
-    /// An effect came in.
-    Added(String),
-    /// An effect was taken out.
-    Removed(String),
-    /// Outliers or weights changed.
-    Reweighted,
-}
-
-/// One row of the ledger.
-#[derive(Debug, Clone)]
-pub struct Step {
-    /// What happened.
-    pub change: Change,
-    /// Why, in words; empty for the base.
-    pub why: String,
-    /// Model of the step, start values those of its solution.
-    pub model: Model,
-    /// `sqrt(v'Pv / redundancy)`.
-    pub sigma0: f64,
-    /// RMS of tie residuals per coordinate, px.
-    pub tie_rms_px: f64,
-    /// Typical error of predictions of left-out measurements, px.
-    pub heldout_px: f64,
-    /// 3D RMS at check points, m.
-    pub check_rms_m: Option<f64>,
-    /// `v'Pv` of the step before less that of this one, on the same measurements and weights.
-    pub drop: f64,
-    /// Drop that the null model predicted.
-    pub predicted: f64,
-    /// Logarithm of the p-value that let it in.
-    pub ln_p: f64,
-    /// Iterations of its refit.
-    pub iterations: usize,
-}
-
-/// A candidate that was refitted.
-#[derive(Debug, Clone)]
-pub struct Confirmation {
-    /// Id.
-    pub id: String,
-    /// Predicted drop.
-    pub predicted: f64,
-    /// Drop of the refit.
-    pub drop: f64,
-    /// Held-out error before and after, px.
-    pub before_px: f64,
-    /// See `before_px`.
-    pub after_px: f64,
-    /// It was kept.
-    pub kept: bool,
-    /// Why not.
-    pub reason: String,
-}
 
 /// A model on its way: its fit, and what is known of how it came about.
 #[derive(Clone)]
@@ -116,6 +46,8 @@ pub struct Improvement {
     /// What was refused because it rests on one tie point, which may be wrong.
     on_one_point: BTreeSet<String>,
     left_before: BTreeSet<String>,
+    /// What stays although a rule asked for its removal: no fit without it succeeded.
+    staying: BTreeSet<String>,
     /// Places on the sensor, where they were found last.
     places: Places,
 }
@@ -146,6 +78,7 @@ impl Improvement {
             refused: BTreeSet::new(),
             on_one_point: BTreeSet::new(),
             left_before: BTreeSet::new(),
+            staying: BTreeSet::new(),
             places: Places::new(),
         };
         improvement.note(block, Change::Base, "")?;
@@ -172,7 +105,7 @@ impl Improvement {
             let searched = self.places.is_empty();
             let linearised = linearise(block, &self.fit, &self.parts, first.is_none(), &self.places, settings)?;
             self.places = linearised.places();
-            let situation = linearised.situation(settings, &self.refused());
+            let situation = self.situation(&linearised, settings);
             match next(&situation) {
                 Some(Event::Added { set }) if linearised.is_placed(set) && !searched => search = true,
                 Some(Event::Added { set }) if self.added.len() < MOST_EFFECTS => {
@@ -181,7 +114,9 @@ impl Improvement {
                     self.weigh(block, settings)?;
                     first.get_or_insert(linearised);
                 }
-                Some(Event::Removed { id, why }) => self.take_out(block, &id, &why, settings)?,
+                Some(Event::Removed { id, why }) => {
+                    self.let_go(block, &id, &why, settings)?;
+                }
                 _ => return Ok((linearised, searched)),
             }
         }
@@ -213,28 +148,13 @@ impl Improvement {
         Ok(refused.map_or(Ok(()), |refused| Err(format!("{id}: {}", refused.reason))))
     }
 
-    /// Takes out an effect or a group that was taken in.
-    ///
-    /// # Errors
-    /// A refit that fails.
-    pub fn remove(&mut self, block: &Block, id: &str, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
-        self.take_out(block, id, "as asked for", settings)
-    }
-
-    /// Takes out an effect that a structure could itself be. Was there one?
-    pub fn challenged(
-        &mut self,
-        block: &Block,
-        linearised: &Linearised,
-        structures: &[Shape],
-        settings: &Settings<'_>,
-    ) -> Result<bool, DiagnoseError> {
-        let situation = linearised.situation(settings, &self.refused());
-        let event = linearised.null.pool().install(|| challenge::rule(&situation, structures));
-        let Some(Event::Removed { id, why }) = event else { return Ok(false) };
-        self.take_out(block, &id, &why, settings)?;
-        self.refused.insert(id);
-        Ok(true)
+    /// What the rules see.
+    fn situation<'a>(&self, linearised: &'a Linearised, settings: &Settings<'_>) -> Situation<'a> {
+        let mut situation = linearised.situation(settings, &self.refused());
+        for taken in &mut situation.taken {
+            taken.removable &= !self.staying.contains(&linearised.sets[taken.set].id);
+        }
+        situation
     }
 
     /// Ids that may not enter any more.
@@ -323,40 +243,6 @@ impl Improvement {
         Ok(())
     }
 
-    /// Takes an effect out again.
-    fn take_out(&mut self, block: &Block, id: &str, why: &str, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
-        (settings.tell)(&format!("taking {id} out: {why}"));
-        let mut parts = self.parts.clone();
-        let model = without_effect(&self.fit, id, &mut parts);
-        let before = self.fit.chi_square();
-        // What has a place on the sensor keeps it until the rest has settled: at a state so far from the solution the place follows anything.
-        let held = with_search_held(&model).and_then(|held| fit(block, &held, Some(&self.fit), &settings.options).ok());
-        let near = held.as_ref().unwrap_or(&self.fit);
-        let after = match fit(block, &model, Some(near), &settings.options) {
-            Ok(after) => self.settle(block, after, &parts, settings)?,
-            Err(error) => {
-                (settings.tell)(&format!("{id} stays, for without it: {error}"));
-                self.left_before.insert(id.to_string());
-                self.refused.insert(id.to_string());
-                return Err(error.into());
-            }
-        };
-        self.heldout_px = held_out_px(&after, settings.options.threads)?;
-        (self.fit, self.parts) = (after, parts);
-        self.places.clear();
-        self.added.retain(|other| other != id);
-        // What was taken out twice does not come back: two that take each other's place would go on for ever.
-        if !self.left_before.insert(id.to_string()) {
-            self.refused.insert(id.to_string());
-        }
-        let drop = before - self.fit.chi_square();
-        self.note(block, Change::Removed(id.to_string()), why)?;
-        if let Some(step) = self.steps.last_mut() {
-            step.drop = drop;
-        }
-        Ok(())
-    }
-
     /// The same model on other measurements. What rested on a single point may rest on more of these.
     ///
     /// # Errors
@@ -369,6 +255,7 @@ impl Improvement {
         settings: &Settings<'_>,
     ) -> Result<(), DiagnoseError> {
         self.on_one_point.clear();
+        self.staying.clear();
         self.replace(block, fit, why, settings)
     }
 
@@ -382,8 +269,7 @@ impl Improvement {
     /// Estimates the weights of groups of observations anew; fits again where they changed. Where that fails they stay.
     pub fn weigh(&mut self, block: &Block, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
         let refit = || -> Result<Option<Fit>, DiagnoseError> {
-            let Some(factors) = weights::factors(block, &self.fit, &self.parts, settings)? else { return Ok(None) };
-            let model = Model { sigma_factors: factors, ..self.fit.model.clone() };
+            let Some(model) = weights::reweighted(block, &self.fit, &self.parts, settings)? else { return Ok(None) };
             let refitted = fit(block, &model, Some(&self.fit), &settings.options)?;
             self.settle(block, refitted, &self.parts, settings).map(Some)
         };
@@ -415,21 +301,7 @@ impl Improvement {
 
     /// Appends the fit as it stands to the ledger.
     fn note(&mut self, block: &Block, change: Change, why: &str) -> Result<(), DiagnoseError> {
-        let Fit { model, problem, solution } = &self.fit;
-        let comparison = run::compare(block, problem, solution)?;
-        self.steps.push(Step {
-            change,
-            why: why.into(),
-            model: model.clone(),
-            sigma0: (self.fit.chi_square() / problem.redundancy().2 as f64).sqrt(),
-            tie_rms_px: run::tie_rms_px(block, problem, &solution.state)?,
-            heldout_px: self.heldout_px,
-            check_rms_m: comparison.and_then(|comparison| comparison.check).map(|check| check.rms_m.xyz),
-            drop: 0.0,
-            predicted: 0.0,
-            ln_p: 0.0,
-            iterations: solution.iterations,
-        });
+        self.steps.push(Step::of(block, &self.fit, self.heldout_px, change, why)?);
         Ok(())
     }
 }

@@ -1,10 +1,12 @@
 //! Refits of an improvement: with a set in the model, and with the standard deviations of random values that the fit asks for.
 
+use super::super::added::Added;
 use super::super::fit::{DiagnoseError, Fit, fit, solve};
-use super::super::linearised::{Added, Linearised, without_candidates};
+use super::super::linearised::{Linearised, without_candidates};
 use super::super::models::{at_solution, with_set};
 use super::super::select::{Nature, Situation, Taken};
-use super::{Improvement, Settings};
+use super::super::settings::Settings;
+use super::Improvement;
 use crate::adjust::Options;
 use crate::block::Block;
 use crate::problem::Problem;

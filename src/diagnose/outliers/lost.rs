@@ -2,13 +2,10 @@
 //! that nothing would ever speak for it again; but a blunder elsewhere may have bent the cameras when it was judged, and of rays that do not meet one
 //! alone may be wrong. It is judged anew, all its rays at once.
 
-use super::majority::{Ray, place_of_most};
 use super::sight::Sight;
 use super::{FEWEST_RAYS, Rejected};
-use crate::block::{Block, Measurement};
-use crate::camera::undistort::viewing_ray;
-use crate::problem::{MeasurementKind, State};
-use nalgebra::Vector3;
+use crate::block::Block;
+use crate::problem::MeasurementKind;
 
 /// Tie points that the search has lost, by position in the block, without those that are `barred`.
 pub(super) fn lost_points(block: &Block, left: &[bool], rejected: &[Rejected], barred: &[bool]) -> Vec<bool> {
@@ -19,18 +16,6 @@ pub(super) fn lost_points(block: &Block, left: &[bool], rejected: &[Rejected], b
     block.ties.iter().zip(left).for_each(|(row, left)| rays[row.point.index()] += usize::from(*left));
     lost.iter_mut().zip(rays).for_each(|(lost, rays)| *lost &= rays < FEWEST_RAYS);
     lost
-}
-
-/// Where most of the rays of some `rows` meet at a solution, taken as straight lines; `None` where no two do.
-pub(super) fn meeting(block: &Block, state: &State, rows: &[&Measurement]) -> Option<Vector3<f64>> {
-    let ray = |row: &&Measurement| {
-        let pose = &state.poses[row.image.index()];
-        let interior = &state.interiors[block.images[row.image.index()].camera.index()];
-        let direction = pose.rotation.inverse() * viewing_ray(interior, [row.x, row.y])?;
-        Some(Ray { origin: pose.centre, direction: direction.normalize() })
-    };
-    let rays: Vec<Ray> = rows.iter().filter_map(ray).collect();
-    place_of_most(&rays, f64::INFINITY, |_| true)
 }
 
 /// What a point that was lost came to.

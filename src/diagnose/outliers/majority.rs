@@ -4,9 +4,10 @@
 //! there takes them all for wrong. So every two rays are intersected, and of these places the one counts that has the least sum of angles to
 //! all rays: a wrong ray adds the same to the sum of every place where others meet.
 
+use crate::block::{Block, Measurement};
 use crate::camera::undistort::viewing_ray;
 use crate::math::intersect::intersect_rays;
-use crate::problem::{PointSource, Problem};
+use crate::problem::{PointSource, Problem, State};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -81,6 +82,18 @@ impl Ray {
     fn apart(&self, point: &Vector3<f64>) -> f64 {
         ((point - self.origin).normalize() - self.direction).norm()
     }
+}
+
+/// Where most of the rays of some `rows` meet at a solution, taken as straight lines; `None` where no two do.
+pub(super) fn meeting(block: &Block, state: &State, rows: &[&Measurement]) -> Option<Vector3<f64>> {
+    let ray = |row: &&Measurement| {
+        let pose = &state.poses[row.image.index()];
+        let interior = &state.interiors[block.images[row.image.index()].camera.index()];
+        let direction = pose.rotation.inverse() * viewing_ray(interior, [row.x, row.y])?;
+        Some(Ray { origin: pose.centre, direction: direction.normalize() })
+    };
+    let rays: Vec<Ray> = rows.iter().filter_map(ray).collect();
+    place_of_most(&rays, f64::INFINITY, |_| true)
 }
 
 #[cfg(test)]

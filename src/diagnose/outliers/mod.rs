@@ -30,6 +30,7 @@ use crate::problem::{MeasurementKind, Problem, ProblemError, State};
 use crate::run::folder::OutlierRow;
 use crate::run::set_aside;
 use sight::Sight;
+use std::borrow::Cow;
 use std::collections::HashSet;
 
 /// Points below two rays take no part.
@@ -139,7 +140,7 @@ impl Outliers {
         for rejected in &self.rejected {
             left.of(rejected.kind)[rejected.measurement] = false;
         }
-        left.block(block)
+        left.block(block).into_owned()
     }
 }
 
@@ -178,11 +179,14 @@ impl Kept {
         }
     }
 
-    fn block(&self, block: &Block) -> Block {
+    fn block<'a>(&self, block: &'a Block) -> Cow<'a, Block> {
+        if self.ties.iter().chain(&self.marks).all(|is_in| *is_in) {
+            return Cow::Borrowed(block);
+        }
         let kept = |rows: &[Measurement], left: &[bool]| {
             rows.iter().zip(left).filter(|(_, left)| **left).map(|(row, _)| *row).collect()
         };
-        Block { ties: kept(&block.ties, &self.ties), marks: kept(&block.marks, &self.marks), ..block.clone() }
+        Cow::Owned(block.with_measurements(kept(&block.ties, &self.ties), kept(&block.marks, &self.marks)))
     }
 }
 
@@ -245,7 +249,7 @@ impl Snooping {
     }
 
     /// The block without what is left out.
-    pub fn block(&self, block: &Block) -> Block {
+    pub fn block<'a>(&self, block: &'a Block) -> Cow<'a, Block> {
         self.left.block(block)
     }
 

@@ -1,6 +1,6 @@
 //! A block's measurements at a solution: each tested against the others of its point and against its neighbours in the image.
 
-use super::lost::meeting;
+use super::majority::meeting;
 use super::{FEWEST_RAYS, Kept, Rejected, Round, SnoopingOptions, Solved, Strictness};
 use crate::adjust::AdjustError;
 use crate::block::{Block, Measurement, PointId};

@@ -2,7 +2,7 @@
 //! more simply; independent values enter only for what remains beside it. And the other way round: a law that is no more than chance among
 //! such values is none.
 
-use super::{Judged, Nature, Situation, entry::may_enter};
+use super::{Judged, Nature, Situation};
 use crate::diagnose::test::random::{self, law_beside_chance};
 use crate::diagnose::test::{System, separability};
 
@@ -15,7 +15,7 @@ const SAME_QUANTITY: f64 = 0.99;
 pub fn likeliest<'a>(situation: &Situation<'_>, beside: &System, judged: &'a [Judged]) -> Option<&'a Judged> {
     let open = judged
         .iter()
-        .filter(|judged| situation.sets[judged.set].nature == Nature::Chance && may_enter(situation, judged));
+        .filter(|judged| situation.sets[judged.set].nature == Nature::Chance && situation.may_enter(judged));
     let open: Vec<&Judged> = open.collect();
     if open.len() < 2 {
         return open.first().copied();
@@ -35,7 +35,7 @@ pub fn law_instead(situation: &Situation<'_>, beside: &System, judged: &[Judged]
     let own = &situation.sets[values.set].columns;
     let laws = judged.iter().filter(|law| {
         let set = &situation.sets[law.set];
-        set.nature == Nature::Law && may_enter(situation, law)
+        set.nature == Nature::Law && situation.may_enter(law)
     });
     let mut best: Option<(f64, usize)> = None;
     for law in laws.filter(|law| same_quantity(beside, law, own)) {
@@ -52,7 +52,7 @@ pub fn law_instead(situation: &Situation<'_>, beside: &System, judged: &[Judged]
 pub fn instead_of_law(situation: &Situation<'_>, beside: &System, judged: &[Judged], law: &Judged) -> Option<usize> {
     let values = judged.iter().find(|values| {
         let set = &situation.sets[values.set];
-        set.nature == Nature::Chance && may_enter(situation, values) && same_quantity(beside, law, &set.columns)
+        set.nature == Nature::Chance && situation.may_enter(values) && same_quantity(beside, law, &set.columns)
     })?;
     let ln_p = law_beside_chance(beside, &law.pivoted.kept, &situation.sets[values.set].columns, values.design_effect)?;
     if ln_p < situation.ln_level {

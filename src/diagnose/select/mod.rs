@@ -12,29 +12,14 @@
 pub mod challenge;
 pub mod chance;
 pub mod entry;
+mod event;
 pub mod need;
 mod situation;
 #[cfg(test)]
 mod tests;
 
+pub use event::Event;
 pub use situation::{Judged, Nature, Searched, Set, Situation, Taken};
-
-/// What a rule asks for.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Event {
-    /// Take a set in.
-    Added {
-        /// Position of the set.
-        set: usize,
-    },
-    /// Take an effect out.
-    Removed {
-        /// Its id.
-        id: String,
-        /// Why, in words.
-        why: String,
-    },
-}
 
 /// What is asked for next: what has to leave leaves before anything enters. `None`: nothing enters, nothing leaves.
 pub fn next(situation: &Situation<'_>) -> Option<Event> {

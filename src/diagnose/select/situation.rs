@@ -179,6 +179,16 @@ impl Situation<'_> {
         self.taken.iter().any(|taken| self.sets[taken.set].id == id)
     }
 
+    /// Significant, the name of a cause, of a size that physics allows, not refused, and of use where it was not fitted?
+    pub fn may_enter(&self, judged: &Judged) -> bool {
+        let set = &self.sets[judged.set];
+        set.physical
+            && judged.ln_p < self.ln_level
+            && !self.refused.contains(&set.id)
+            && !judged.implausible
+            && judged.predicted_drop.is_none_or(|drop| drop > 0.0)
+    }
+
     /// The other variants of a set that was placed on the sensor, each at its own best place, that explain as much to within what a grid of places
     /// loses: which of them it is, only their refits tell.
     pub fn rivals(&self, set: usize, beside: &Beside) -> Vec<usize> {

@@ -55,8 +55,11 @@ fn wrong_arrays_are_named() {
         &|problem| Arc::make_mut(&mut problem.observations)[5].inverse_sigma = 0.0,
         "array `observation_weight`: entry 5 is 0.000000, expected more than 0",
     );
-    wrong(&|problem| problem.point_start[1] = 1000, "array `point_start`: falls at entry 2");
-    wrong(&|problem| problem.point_start[POINTS] = 639, "array `point_start`: ends at 639, expected 640");
+    wrong(&|problem| Arc::make_mut(&mut problem.point_start)[1] = 1000, "array `point_start`: falls at entry 2");
+    wrong(
+        &|problem| Arc::make_mut(&mut problem.point_start)[POINTS] = 639,
+        "array `point_start`: ends at 639, expected 640",
+    );
     wrong(
         &|problem| problem.image_contexts[2].camera = 1,
         "array `contexts`: entry 2: camera is 1, expected less than 1",
@@ -130,7 +133,7 @@ fn a_point_on_one_ray_is_named() {
     // Point 3 loses all rays but one.
     let (begin, end) = (problem.point_start[3] + 1, problem.point_start[4]);
     Arc::make_mut(&mut problem.observations).drain(begin..end);
-    problem.point_start[4..].iter_mut().for_each(|start| *start -= end - begin);
+    Arc::make_mut(&mut problem.point_start)[4..].iter_mut().for_each(|start| *start -= end - begin);
     let names = null_directions(&problem);
     assert!(names[0].starts_with("p3."), "{names:?}");
 }

@@ -3,35 +3,28 @@
 //! Effects of the user's own model belong to the base and are taken for granted. An effect that was taken in later is a column like every
 //! candidate, with a value: whatever is asked of it, it is asked by the same rule.
 
-use super::candidate::{Addition, Candidate};
+mod design_effects;
+mod limits;
+mod sets;
+
+use super::added::Added;
+use super::candidate::Candidate;
 use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
-use super::improve::Settings;
 use super::scan::{self, Places};
-use super::select::{Nature, Searched, Set, Situation, Taken};
-use super::test::design_effect::{ClusterOfValues, Clusters, of_values};
+use super::select::{Searched, Set, Situation, Taken};
+use super::settings::Settings;
+use super::test::design_effect::Clusters;
 use super::test::{System, random};
-use crate::adjust::native::null_model::{
-    Columns, GROUPINGS, ImageCell, ImageCells, NoColumns, NullModel, Parts, ScoreSystem,
-};
+use crate::adjust::native::null_model::{Columns, NoColumns, NullModel, ScoreSystem};
 use crate::block::Block;
 use crate::effects::Role;
 use crate::model::EffectTerm;
-use crate::problem::{Problem, State};
+use crate::problem::State;
+use limits::{least_information, plausible_values};
 use nalgebra::{DMatrix, DVector};
-use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
-
-/// What the diagnosis took into a model, beside the user's own effects.
-#[derive(Debug, Clone, Default)]
-pub struct Added {
-    /// Effects that are the user's own: the first so many of the model.
-    pub own: usize,
-    /// Groups of camera parameters that were set free, with the values that they were held at, by camera.
-    pub freed: BTreeMap<String, Vec<(usize, Vec<f64>)>>,
-    /// Effects that were searched over the sensor, with the number of places.
-    pub placed: BTreeMap<String, f64>,
-}
+use sets::Laid;
+use std::collections::BTreeSet;
 
 /// A fit with everything that is asked of it.
 pub struct Linearised {
@@ -126,95 +119,11 @@ pub fn with_candidates(
     let terms: Vec<EffectTerm> = tested.iter().filter_map(|(candidate, _)| candidate.term().cloned()).collect();
     let (mut problem, state) = problem.with_effects(block, model.datum, &terms, &solution.state)?;
     let layout = problem.layout();
-    let mut sets = Vec::new();
-    let mut candidates = Vec::new();
-    let mut columns: Vec<usize> = Vec::new();
-    let mut values: Vec<f64> = Vec::new();
-    let mut variances = Vec::new();
-    let first_candidate = model.effects.len();
-    let of_effect = |problem: &Problem, effect: usize, held_searched: bool| -> Vec<usize> {
-        let column = |(_, entry): &(usize, &crate::problem::ThetaEntry)| {
-            let parameters = &problem.effects[entry.effect as usize].effect.descriptor().parameters;
-            let searched = matches!(parameters[entry.parameter as usize].role, Role::Searched(_));
-            entry.effect as usize == effect && entry.free && !(held_searched && searched)
-        };
-        problem.theta.iter().enumerate().filter(column).map(|(t, _)| t).collect()
-    };
-    let nature_of = |term: &EffectTerm| {
-        let random = |p: &crate::effects::Parameter| matches!(p.role, Role::Random(_));
-        if term.effect.descriptor().parameters.iter().any(random) { Nature::Chance } else { Nature::Law }
-    };
-    // What is in, first.
-    for (effect, term) in model.effects.iter().enumerate().skip(added.own) {
-        let thetas = of_effect(&problem, effect, false);
-        let nature = nature_of(term);
-        let own = columns.len()..columns.len() + thetas.len();
-        for t in thetas {
-            let entry = &problem.theta[t];
-            let role = &term.effect.descriptor().parameters[entry.parameter as usize].role;
-            let nominal = if matches!(role, Role::Searched(_)) { state.theta[t] } else { entry.prior_mean };
-            values.push((state.theta[t] - nominal) / entry.scale);
-            variances.push((entry.prior_sigma.unwrap_or(0.0) / entry.scale).powi(2));
-            columns.push(layout.theta(t));
-        }
-        let id = term.effect.descriptor().id.to_string();
-        let physical = term.effect.descriptor().kind == crate::effects::Kind::Physical;
-        let search = added.placed.get(&id).map_or(Searched::None, |count| Searched::Placed { count: *count });
-        sets.push(Set { id, columns: own.collect(), nature, physical, search });
-        candidates.push(None);
-    }
-    for (id, held) in &added.freed {
-        let first = columns.len();
-        for (k, at) in held {
-            for (camera, at) in at.iter().enumerate() {
-                if problem.camera_free[camera][*k] {
-                    columns.push(layout.camera(camera, *k));
-                    values.push((state.interiors[camera][*k] - at) / problem.camera_scales[camera][*k]);
-                    variances.push(0.0);
-                }
-            }
-        }
-        let columns = (first..columns.len()).collect();
-        sets.push(Set { id: id.clone(), columns, nature: Nature::Law, physical: true, search: Searched::None });
-        candidates.push(None);
-    }
-    let taken: Vec<Taken> = sets
-        .iter()
-        .enumerate()
-        .map(|(set, own)| {
-            let variance = own.columns.first().map_or(0.0, |c| variances[*c]);
-            Taken { set, variance, removable: true }
-        })
-        .collect();
-    let mut effect = first_candidate;
-    for (candidate, search) in tested {
-        let first = columns.len();
-        let nature = match &candidate.addition {
-            Addition::Effect(term) => {
-                columns.extend(of_effect(&problem, effect, true).into_iter().map(|t| layout.theta(t)));
-                effect += 1;
-                nature_of(term)
-            }
-            Addition::Free(indices) => {
-                let cameras = 0..problem.camera_free.len();
-                let used = |camera: &usize| {
-                    let context = |image: usize| problem.image_contexts[image].camera as usize == *camera;
-                    (0..problem.pose_free.len()).any(|i| context(i) && problem.pose_free[i] != [false; 6])
-                };
-                columns.extend(cameras.filter(used).flat_map(|c| indices.iter().map(move |k| layout.camera(c, *k))));
-                Nature::Law
-            }
-        };
-        values.resize(columns.len(), 0.0);
-        sets.push(Set {
-            id: candidate.id.clone(),
-            columns: (first..columns.len()).collect(),
-            nature,
-            physical: candidate.physical,
-            search,
-        });
-        candidates.push(Some(candidate));
-    }
+    let mut laid = Laid::default();
+    laid.take_in(&problem, &state, model, added);
+    let taken = laid.taken();
+    laid.ask(&problem, tested, model.effects.len());
+    let Laid { sets, candidates, columns, mut values, .. } = laid;
     for unknown in columns.iter().filter(|unknown| **unknown < layout.theta(0)) {
         problem.camera_free[unknown / 12][unknown % 12] = false;
     }
@@ -239,7 +148,7 @@ pub fn with_candidates(
         clusters: Clusters { parts: Vec::new() },
         clustered: vec![None; values.len()],
         design_effects: vec![1.0; sets.len()],
-        in_effects: added.own..first_candidate,
+        in_effects: added.own..model.effects.len(),
         null,
         scores,
         system,
@@ -256,65 +165,6 @@ pub fn with_candidates(
     Ok(linearised)
 }
 
-impl Linearised {
-    /// Design effects, which make a p-value larger and never smaller: of what would be significant without, and of what is in.
-    fn widen(&mut self, laws: bool, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
-        let situation = self.situation(settings, &BTreeSet::new());
-        let beside = situation.beside();
-        let asked = |set: usize| {
-            situation.has(&self.sets[set].id)
-                || situation.judge(set, &beside).is_some_and(|judged| judged.ln_p < situation.ln_level)
-        };
-        let wanted = |nature: Nature| -> Vec<usize> {
-            (0..self.sets.len()).filter(|set| self.sets[*set].nature == nature && asked(*set)).collect()
-        };
-        let values = (laws || self.extra_columns.is_empty()) && !wanted(Nature::Chance).is_empty();
-        let laws = if laws { wanted(Nature::Law) } else { Vec::new() };
-        let columns: Vec<usize> = laws.into_iter().flat_map(|set| self.sets[set].columns.iter().copied()).collect();
-        if values {
-            self.design_effects =
-                design_effects(&self.null, &self.sets, self.null.chi_square() / self.system.redundancy);
-        }
-        if columns.is_empty() {
-            return Ok(());
-        }
-        // Let go, so that what is changed need not be copied.
-        self.system.information = Arc::default();
-        let Parts { columns, mut parts } = self.null.parts(&mut self.scores, &columns)?;
-        columns.iter().enumerate().for_each(|(position, column)| self.clustered[*column] = Some(position));
-        // Surveyed coordinates are no cluster: each is a measurement of its own.
-        parts.pop();
-        self.clusters = Clusters { parts };
-        let System { least, redundancy, .. } = &self.system;
-        self.system = at_zero(&self.scores, &self.values, least, self.null.chi_square(), *redundancy);
-        Ok(())
-    }
-}
-
-/// Design effect of every set of values per image; one for laws.
-fn design_effects(null: &NullModel, sets: &[Set], variance: f64) -> Vec<f64> {
-    let images = null.image_cells();
-    let of = |set: &Set| {
-        if set.nature == Nature::Law {
-            return 1.0;
-        }
-        let own = |image: &ImageCells, grouping: usize| {
-            let is_own = |position: &usize| set.columns.binary_search(&image.columns[*position]).is_ok();
-            let rows: Vec<usize> = (0..image.columns.len()).filter(is_own).collect();
-            let among = |matrix: &DMatrix<f64>| matrix.select_rows(&rows).select_columns(&rows);
-            let own = |cell: &ImageCell| ClusterOfValues {
-                score: cell.score.select_rows(&rows),
-                information: among(&cell.information),
-                covariance: among(&cell.covariance),
-            };
-            if rows.is_empty() { Vec::new() } else { image.groupings[grouping].iter().map(own).collect() }
-        };
-        let grouped = |grouping| of_values(images.iter().map(|image| own(image, grouping)), variance);
-        (0..GROUPINGS).map(grouped).fold(1.0, f64::max)
-    };
-    sets.iter().map(of).collect()
-}
-
 /// Score, information and `v'Pv` where all columns are zero.
 fn at_zero(scores: &ScoreSystem, values: &[f64], least: &[f64], chi_square: f64, redundancy: f64) -> System {
     let values = DVector::from_column_slice(values);
@@ -327,32 +177,6 @@ fn at_zero(scores: &ScoreSystem, values: &[f64], least: &[f64], chi_square: f64,
         least: least.to_vec(),
         redundancy,
     }
-}
-
-/// Information (unit weight, scaled units) below which a parameter is known to no better than what is plausible of it, or where nothing is said
-/// of that, than its domain.
-fn least_information(problem: &Problem, unknown: usize) -> f64 {
-    let layout = problem.layout();
-    if let Some((camera, k)) = layout.camera_parameter(unknown) {
-        return (problem.camera_scales[camera][k] / problem.camera_domains[camera][k]).powi(2);
-    }
-    let entry = &problem.theta[unknown - layout.theta(0)];
-    let parameter = &problem.effects[entry.effect as usize].effect.descriptor().parameters[entry.parameter as usize];
-    match (&parameter.role, plausible_values(problem, unknown)) {
-        (Role::Estimated, Some([min, max])) => (max - min).recip().powi(2),
-        (Role::Estimated, None) => crate::adjust::native::EFFECT_DOMAIN.powi(-2),
-        _ => 0.0,
-    }
-}
-
-/// What is plausible of a parameter, scaled units.
-fn plausible_values(problem: &Problem, unknown: usize) -> Option<[f64; 2]> {
-    let entry = &problem.theta[unknown.checked_sub(problem.layout().theta(0))?];
-    let parameter = &problem.effects[entry.effect as usize].effect.descriptor().parameters[entry.parameter as usize];
-    let plausible = parameter.plausible.as_ref()?;
-    // Both are stated for the same sensor, and the scale is the typical size on this one.
-    let typical = parameter.typical.abs();
-    Some([plausible.min / typical, plausible.max / typical])
 }
 
 impl Linearised {

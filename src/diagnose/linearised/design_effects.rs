@@ -1,0 +1,71 @@
+//! Design effects: by how much measurements that err together, in an image or about a point, make an estimate less sure than it says.
+
+use super::super::fit::DiagnoseError;
+use super::super::select::{Nature, Set};
+use super::super::settings::Settings;
+use super::super::test::System;
+use super::super::test::design_effect::{ClusterOfValues, Clusters, of_values};
+use super::{Linearised, at_zero};
+use crate::adjust::native::null_model::{GROUPINGS, ImageCell, ImageCells, NullModel, Parts};
+use nalgebra::DMatrix;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+impl Linearised {
+    /// Design effects, which make a p-value larger and never smaller: of what would be significant without, and of what is in.
+    pub(super) fn widen(&mut self, laws: bool, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
+        let situation = self.situation(settings, &BTreeSet::new());
+        let beside = situation.beside();
+        let asked = |set: usize| {
+            situation.has(&self.sets[set].id)
+                || situation.judge(set, &beside).is_some_and(|judged| judged.ln_p < situation.ln_level)
+        };
+        let wanted = |nature: Nature| -> Vec<usize> {
+            (0..self.sets.len()).filter(|set| self.sets[*set].nature == nature && asked(*set)).collect()
+        };
+        let values = (laws || self.extra_columns.is_empty()) && !wanted(Nature::Chance).is_empty();
+        let laws = if laws { wanted(Nature::Law) } else { Vec::new() };
+        let columns: Vec<usize> = laws.into_iter().flat_map(|set| self.sets[set].columns.iter().copied()).collect();
+        if values {
+            self.design_effects =
+                design_effects(&self.null, &self.sets, self.null.chi_square() / self.system.redundancy);
+        }
+        if columns.is_empty() {
+            return Ok(());
+        }
+        // Let go, so that what is changed need not be copied.
+        self.system.information = Arc::default();
+        let Parts { columns, mut parts } = self.null.parts(&mut self.scores, &columns)?;
+        columns.iter().enumerate().for_each(|(position, column)| self.clustered[*column] = Some(position));
+        // Surveyed coordinates are no cluster: each is a measurement of its own.
+        parts.pop();
+        self.clusters = Clusters { parts };
+        let System { least, redundancy, .. } = &self.system;
+        self.system = at_zero(&self.scores, &self.values, least, self.null.chi_square(), *redundancy);
+        Ok(())
+    }
+}
+
+/// Design effect of every set of values per image; one for laws.
+fn design_effects(null: &NullModel, sets: &[Set], variance: f64) -> Vec<f64> {
+    let images = null.image_cells();
+    let of = |set: &Set| {
+        if set.nature == Nature::Law {
+            return 1.0;
+        }
+        let own = |image: &ImageCells, grouping: usize| {
+            let is_own = |position: &usize| set.columns.binary_search(&image.columns[*position]).is_ok();
+            let rows: Vec<usize> = (0..image.columns.len()).filter(is_own).collect();
+            let among = |matrix: &DMatrix<f64>| matrix.select_rows(&rows).select_columns(&rows);
+            let own = |cell: &ImageCell| ClusterOfValues {
+                score: cell.score.select_rows(&rows),
+                information: among(&cell.information),
+                covariance: among(&cell.covariance),
+            };
+            if rows.is_empty() { Vec::new() } else { image.groupings[grouping].iter().map(own).collect() }
+        };
+        let grouped = |grouping| of_values(images.iter().map(|image| own(image, grouping)), variance);
+        (0..GROUPINGS).map(grouped).fold(1.0, f64::max)
+    };
+    sets.iter().map(of).collect()
+}

@@ -1,0 +1,30 @@
+//! What is plausible of a column, and how little of it counts as known.
+
+use crate::effects::Role;
+use crate::problem::Problem;
+
+/// Information (unit weight, scaled units) below which a parameter is known to no better than what is plausible of it, or where nothing is said
+/// of that, than its domain.
+pub fn least_information(problem: &Problem, unknown: usize) -> f64 {
+    let layout = problem.layout();
+    if let Some((camera, k)) = layout.camera_parameter(unknown) {
+        return (problem.camera_scales[camera][k] / problem.camera_domains[camera][k]).powi(2);
+    }
+    let entry = &problem.theta[unknown - layout.theta(0)];
+    let parameter = &problem.effects[entry.effect as usize].effect.descriptor().parameters[entry.parameter as usize];
+    match (&parameter.role, plausible_values(problem, unknown)) {
+        (Role::Estimated, Some([min, max])) => (max - min).recip().powi(2),
+        (Role::Estimated, None) => crate::adjust::native::EFFECT_DOMAIN.powi(-2),
+        _ => 0.0,
+    }
+}
+
+/// What is plausible of a parameter, scaled units.
+pub fn plausible_values(problem: &Problem, unknown: usize) -> Option<[f64; 2]> {
+    let entry = &problem.theta[unknown.checked_sub(problem.layout().theta(0))?];
+    let parameter = &problem.effects[entry.effect as usize].effect.descriptor().parameters[entry.parameter as usize];
+    let plausible = parameter.plausible.as_ref()?;
+    // Both are stated for the same sensor, and the scale is the typical size on this one.
+    let typical = parameter.typical.abs();
+    Some([plausible.min / typical, plausible.max / typical])
+}

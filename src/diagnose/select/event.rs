@@ -1,0 +1,18 @@
+//! What a rule asks for.
+
+/// What a rule asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Event {
+    /// Take a set in.
+    Added {
+        /// Position of the set.
+        set: usize,
+    },
+    /// Take an effect out.
+    Removed {
+        /// Its id.
+        id: String,
+        /// Why, in words.
+        why: String,
+    },
+}

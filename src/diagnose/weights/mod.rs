@@ -1,0 +1,237 @@
+//! One variance factor per group of observations: a wrong `tie_px` must not mis-scale what GNSS positions say.
+//!
+//! The factor of images is that of their residuals. Those of control and GNSS are variance components of their coordinates, estimated from
+//! the null model beside everything that the candidates of their stages could explain: a missing lever arm does not pass for noise. A group is
+//! never let go: beyond [`MOST`] times the stated standard deviation it is no question of precision any more but a finding, and the block
+//! would bend freely.
+//!
+//! Where the model has factors of single flights, those of images and GNSS are estimated by flight.
+//!
+//! Source: Förstner and Wrobel, Photogrammetric Computer Vision (2016), sec. 4.2.4.
+
+mod flights;
+#[cfg(test)]
+mod tests;
+
+use super::added::Added;
+use super::catalogue;
+use super::fit::{DiagnoseError, Fit};
+use super::linearised::{Linearised, Questions, with_candidates};
+use super::select::Nature;
+use super::settings::Settings;
+use super::test::random;
+use crate::adjust::native::null_model::{Columns, Coordinate, Entries, Measured};
+use crate::block::Block;
+use crate::effects::Stage;
+use crate::math::statistics::chi_square_quantile;
+use crate::model::{Model, SigmaFactors};
+use crate::problem::Problem;
+use flights::{Flights, Share};
+
+/// A group's stated precision is believed unless its variance factor is improbable at this level.
+const BELIEVED: f64 = 0.01;
+/// Largest factor that a standard deviation is multiplied by: three times what was stated is beyond any doubt about a precision.
+pub const MOST: f64 = 3.0;
+/// Relative change of a factor below which the weights stand: it changes statistics by twice that.
+const CHANGE: f64 = 0.02;
+/// Least variance that is left of a group, as a share of the stated one: no receiver is ten times better than its maker says.
+const LEAST_SHARE: f64 = 0.01;
+/// Least factor on the standard deviation of image measurements: none is a hundred times better than stated. The weights of an error-free block
+/// would leave nothing to control and GNSS.
+const LEAST_IMAGE: f64 = 0.01;
+/// Coordinates that take part in an estimate; of more, an even sample.
+const SAMPLE: usize = 900;
+
+/// Every observed coordinate as a column of its own: what a change of it would do.
+struct Coordinates {
+    control: usize,
+    gnss: usize,
+    stride: [usize; 2],
+}
+
+impl Coordinates {
+    fn new(problem: &Problem) -> Self {
+        let (control, gnss) = (problem.control.len(), problem.gnss.len());
+        let stride = [control, gnss].map(|count| (3 * count).div_ceil(SAMPLE).max(1));
+        Self { control: control.div_ceil(stride[0]), gnss: gnss.div_ceil(stride[1]), stride }
+    }
+
+    /// Columns of control coordinates: axes 0 and 1, or 2.
+    fn control(&self, height: bool) -> Vec<usize> {
+        (0..self.control).flat_map(|k| axes(height).map(move |axis| 3 * k + axis)).collect()
+    }
+
+    /// Columns of the antenna positions that are `of` what is asked for, by their number in the problem.
+    fn gnss(&self, height: bool, of: impl Fn(usize) -> bool) -> Vec<usize> {
+        let (first, stride) = (3 * self.control, self.stride[1]);
+        let kept = (0..self.gnss).filter(|k| of(k * stride));
+        kept.flat_map(|k| axes(height).map(move |axis| first + 3 * k + axis)).collect()
+    }
+}
+
+/// Axes of a position: plan or height.
+fn axes(height: bool) -> std::ops::Range<usize> {
+    if height { 2..3 } else { 0..2 }
+}
+
+impl Coordinates {
+    fn local(&self) -> usize {
+        3 * (self.control + self.gnss)
+    }
+
+    fn coordinate(&self, coordinate: Coordinate, entries: &mut Entries<'_>) {
+        let (number, axis, first, stride) = match coordinate {
+            Coordinate::Control(number, axis) => (number, axis, 0, self.stride[0]),
+            Coordinate::Gnss(number, axis) => (number, axis, 3 * self.control, self.stride[1]),
+        };
+        if number.is_multiple_of(stride) {
+            entries.standardised(first + 3 * (number / stride) + axis, 1.0);
+        }
+    }
+}
+
+/// What is asked beside the candidates.
+struct Extra<'a> {
+    coordinates: Coordinates,
+    flights: Option<&'a Flights>,
+}
+
+impl Columns for Extra<'_> {
+    fn dense(&self) -> usize {
+        self.flights.map_or(0, Flights::columns)
+    }
+
+    fn local(&self) -> usize {
+        self.coordinates.local()
+    }
+
+    fn image(&self, measured: &Measured<'_>, x: &mut Entries<'_>, y: &mut Entries<'_>) {
+        if let Some(flights) = self.flights {
+            flights.image(measured, x, y);
+        }
+    }
+
+    fn coordinate(&self, coordinate: Coordinate, entries: &mut Entries<'_>) {
+        self.coordinates.coordinate(coordinate, entries);
+    }
+}
+
+/// A model with the weights that the residuals of its fit ask for; `None` where they are those that it has.
+pub fn reweighted(
+    block: &Block,
+    fit: &Fit,
+    added: &Added,
+    settings: &Settings<'_>,
+) -> Result<Option<Model>, DiagnoseError> {
+    let problem = &fit.problem;
+    let by_flight = !fit.model.flight_factors.is_empty();
+    let flights = by_flight.then(|| Flights::new(problem, block.flights.len()));
+    let extra = Extra { coordinates: Coordinates::new(problem), flights: flights.as_ref() };
+    let (mut tested, untested) = catalogue::candidates(block, fit, added, settings.plugins);
+    tested.retain(|(candidate, _)| {
+        let stage = candidate.term().map(|term| term.effect.descriptor().stage);
+        let bears = [Stage::Position, Stage::Exposure, Stage::Control, Stage::Frame];
+        stage.is_some_and(|stage| bears.contains(&stage))
+    });
+    let linearised = with_candidates(
+        block,
+        fit,
+        added,
+        Questions { tested, untested, extra: &extra, ..Questions::nothing() },
+        settings,
+    )?;
+    let now = fit.model.sigma_factors;
+    let first = linearised.extra_columns.start;
+    let of_coordinates = first + extra.dense()..linearised.extra_columns.end;
+    let groups = Coordinated { linearised: &linearised, settings, first: of_coordinates.start };
+    let coordinates = &extra.coordinates;
+    let mut next = fit.model.clone();
+    let factors = &mut next.sigma_factors;
+    factors.control = groups.factor(&coordinates.control(false), now.control);
+    factors.control_z = groups.factor(&coordinates.control(true), now.control_z);
+    if let Some(flights) = &flights {
+        let shares = flights.shares(&linearised, fit)?;
+        for (flight, (name, share)) in block.flights.iter().zip(shares).enumerate() {
+            let Some(own) = next.flight_factors.get_mut(name) else { continue };
+            let of = |number: usize| flights.of_image(problem.gnss[number].index) == flight;
+            own.image = share.factor(own.image);
+            own.gnss = groups.factor(&coordinates.gnss(false, of), own.gnss);
+            own.gnss_z = groups.factor(&coordinates.gnss(true, of), own.gnss_z);
+        }
+    } else {
+        // What is left of the redundancy and of v'Pv is the images'.
+        let mut images = Share { chi_square: linearised.null.chi_square(), redundancy: problem.redundancy().2 as f64 };
+        for column in of_coordinates {
+            images.redundancy -= linearised.system.information[(column, column)];
+            images.chi_square -= residual(&linearised, column).powi(2);
+        }
+        factors.image = images.factor(now.image);
+        factors.gnss = groups.factor(&coordinates.gnss(false, |_| true), now.gnss);
+        factors.gnss_z = groups.factor(&coordinates.gnss(true, |_| true), now.gnss_z);
+    }
+    Ok((!same(&next, &fit.model)).then_some(next))
+}
+
+impl Share {
+    /// Factor on the standard deviations of the group, which were multiplied by `now` in the fit.
+    fn factor(self, now: f64) -> f64 {
+        let Self { chi_square, redundancy } = self;
+        // Without redundancy nothing is known of a precision.
+        if redundancy < 1.0 {
+            return now;
+        }
+        let variance = chi_square / redundancy;
+        let spread = chi_square_quantile(1.0 - 0.5 * BELIEVED, redundancy) / redundancy - 1.0;
+        let factor = if (variance - 1.0).abs() > spread { variance.sqrt() } else { 1.0 };
+        (now * factor).max(LEAST_IMAGE)
+    }
+}
+
+/// Standardised residual of an observed coordinate: its column has nothing but its own row.
+fn residual(linearised: &Linearised, column: usize) -> f64 {
+    linearised.scores.score[column]
+}
+
+/// Do the factors of two models differ by less than statistics see?
+fn same(a: &Model, b: &Model) -> bool {
+    let all = |model: &Model| -> Vec<f64> {
+        let SigmaFactors { image, control, control_z, gnss, gnss_z } = model.sigma_factors;
+        let flights = model.flight_factors.values().flat_map(|of| [of.image, of.gnss, of.gnss_z]);
+        [image, control, control_z, gnss, gnss_z].into_iter().chain(flights).collect()
+    };
+    all(a).iter().zip(all(b)).all(|(a, b)| (a / b - 1.0).abs() < CHANGE)
+}
+
+/// Groups of observed coordinates.
+struct Coordinated<'a> {
+    linearised: &'a Linearised,
+    settings: &'a Settings<'a>,
+    /// Column of the first coordinate.
+    first: usize,
+}
+
+impl Coordinated<'_> {
+    /// Factor on the stated standard deviations of a group of coordinates, which were multiplied by `now` in the fit. What is stated stands
+    /// unless it is improbable, whatever an effect that was missing before has made of it.
+    fn factor(&self, group: &[usize], now: f64) -> f64 {
+        let Self { linearised, settings, first } = self;
+        let own: Vec<usize> = group.iter().map(|column| first + column).collect();
+        if own.is_empty() {
+            return now;
+        }
+        let situation = linearised.situation(settings, &Default::default());
+        let (mut fixed, random) = situation.parts_in();
+        for (s, set) in linearised.sets.iter().enumerate() {
+            if set.nature == Nature::Law && !situation.taken.iter().any(|taken| taken.set == s) {
+                fixed.extend(&set.columns);
+            }
+        }
+        let beside = linearised.system.beside(&fixed, &random);
+        let variance = 1.0;
+        let size = random::estimate(&beside, &own, variance, LEAST_SHARE - 1.0);
+        let likelihood = |size: f64| random::likelihood_ratio(&beside, &own, variance, size);
+        let as_stated = now.powi(-2) - 1.0;
+        let improbable = likelihood(size) - likelihood(as_stated) > chi_square_quantile(1.0 - BELIEVED, 1.0);
+        if improbable { (now * (1.0 + size).sqrt()).min(MOST) } else { 1.0 }
+    }
+}

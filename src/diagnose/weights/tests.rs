@@ -1,0 +1,85 @@
+//! Weights that the residuals ask for, of a flight by itself and of all together.
+
+use super::*;
+use crate::adjust::Options;
+use crate::adjust::ceres::Ceres;
+use crate::adjust::native::Native;
+use crate::diagnose::imprecise;
+use crate::diagnose::run::base;
+use crate::model::{Datum, FlightFactors};
+use crate::run::adjust_from;
+use crate::scenario::{Scenario, SurveyNoise, add_noise, add_survey_noise, simulate};
+use std::ops::ControlFlow;
+
+/// px.
+const NOISE: f64 = 0.3;
+const WORSE: &str = "nadir50";
+
+/// A block whose flight `WORSE` is `times` as noisy as stated, in images and antenna positions.
+fn block(times: f64) -> Block {
+    let parameters = [("points".into(), 800.0)].into();
+    let scenario = Scenario::preset("dike", &parameters).expect("a preset");
+    let exact = simulate(&scenario, 1).expect("a block").block;
+    let mut block = exact.clone();
+    add_noise(&mut block, NOISE, 1).expect("noise");
+    add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: true }, 1);
+    let worse = block.flights.iter().position(|flight| flight == WORSE).expect("a flight");
+    let is_worse = |image: usize| exact.images[image].flight.index() == worse;
+    for (own, exact) in block.ties.iter_mut().zip(&exact.ties).filter(|(own, _)| is_worse(own.image.index())) {
+        (own.x, own.y) = (exact.x + times * (own.x - exact.x), exact.y + times * (own.y - exact.y));
+    }
+    for (own, exact) in block.images.iter_mut().zip(&exact.images).filter(|(own, _)| own.flight.index() == worse) {
+        let (own, exact) = (own.gnss.as_mut().expect("GNSS"), exact.gnss.as_ref().expect("GNSS"));
+        own.position = exact.position + times * (own.position - exact.position);
+    }
+    block
+}
+
+fn based(block: &Block, by_flight: bool) -> Fit {
+    let flights = block.flights.iter().filter(|_| by_flight);
+    let flight_factors = flights.map(|flight| (flight.clone(), FlightFactors::default())).collect();
+    let model = Model { datum: Datum::All, flight_factors, ..Model::default() };
+    let options = Options { threads: 1, ..Options::default() };
+    let settings = Settings { plugins: &[], options, significance: 0.001, snoop: false, tell: &|_| {} };
+    let (_, fit) = base(block, &model, &settings).expect("a base");
+    let near = Some((&fit.problem, &fit.solution.state));
+    let solvers: [&dyn crate::adjust::Solver; 2] = [&Native, &Ceres];
+    let run = adjust_from(block, &fit.model, near, &solvers, &settings.options, &mut |_, _| ControlFlow::Continue(()));
+    assert!(run.expect("a run").agreement.expect("two solvers").agree);
+    fit
+}
+
+#[test]
+fn the_weights_of_a_flight_are_its_own_where_they_are_asked_for() {
+    let times = 2.0;
+    let block = block(times);
+    let fit = based(&block, true);
+    let factors = fit.model.sigma_factors;
+    assert_eq!((factors.image, factors.gnss, factors.gnss_z), (1.0, 1.0, 1.0), "all is said by flight");
+    for (flight, own) in &fit.model.flight_factors {
+        let is = if flight == WORSE { times } else { 1.0 };
+        assert!((own.image / is - 1.0).abs() < 0.1, "{flight}: {own:?}");
+        // Of a few dozen positions no more than this is known.
+        assert!((own.gnss / is - 1.0).abs() < 0.3 && (own.gnss_z / is - 1.0).abs() < 0.4, "{flight}: {own:?}");
+    }
+    let chi_square = fit.chi_square() / fit.problem.redundancy().2 as f64;
+    assert!((chi_square - 1.0).abs() < 0.03, "{chi_square}");
+
+    let together = based(&block, false).model;
+    assert!(together.flight_factors.is_empty() && together.sigma_factors.image > 1.2, "{together:?}");
+}
+
+#[test]
+fn a_flight_far_less_precise_than_stated_is_named_with_its_worst_images() {
+    let block = block(6.0);
+    let fit = based(&block, true);
+    let named = imprecise::beyond(&block, &fit).expect("predictions");
+    let of = |group: &str| named.iter().find(|of| of.group == format!("{group} of flight {WORSE}")).expect("it");
+    assert!(of("image measurements").factor > 5.0, "of images nothing is held back: {named:?}");
+    for group in ["GNSS in plan", "GNSS in height", "image measurements"] {
+        let of = of(group);
+        assert!(of.factor >= MOST && of.worst.len() == 3, "{of:?}");
+        assert!(of.worst.iter().all(|image| image.starts_with(WORSE)), "{of:?}");
+    }
+    assert_eq!(named.len(), 3, "{named:?}");
+}
