@@ -2,7 +2,7 @@
 
 use super::bent::predict_bent;
 use super::frame::{Frame, InteriorChain, Stages};
-use super::lanes::Predictions;
+use super::lanes::{CAMERA, POINT, Predictions, ROTATION};
 use crate::camera::{DCX, DCY, PARAMETER_COUNT, PPX, PPY, fraser};
 use crate::effects::{Context, IMAGE_INTERIOR, Stage};
 use crate::math::rotation;
@@ -79,10 +79,10 @@ pub fn predict_seen(
     out.clear(stages);
     for i in 0..2 {
         out.point[i] = seen.point[i][lane];
-        out.d_camera[i] = seen.d_camera[i].map(|lanes| lanes[lane]);
-        out.d_point[i] = seen.d_point[i].map(|lanes| lanes[lane]);
-        let (rotation, point) = (seen.d_rotation[i].map(|lanes| lanes[lane]), out.d_point[i]);
-        out.d_pose[i] = std::array::from_fn(|k| if k < 3 { rotation[k] } else { -point[k - 3] });
+        let of = |first: usize, k: usize| seen.rows[i][first + k][lane];
+        out.d_camera[i] = std::array::from_fn(|k| of(CAMERA, k));
+        out.d_pose[i] = std::array::from_fn(|k| of(ROTATION, k));
+        out.d_point[i] = std::array::from_fn(|k| of(POINT, k));
     }
     finish(problem, stages, frame, &context(problem, observation), out)
 }

@@ -2,6 +2,7 @@
 //! and the values of the effect parameters that hold there.
 
 use super::MeasureError;
+use super::lanes::Lane;
 use super::plain::PlainView;
 use crate::camera::{Interior, PARAMETER_COUNT as COUNT};
 use crate::effects::{Context, OutsideDomain, Role, Stage};
@@ -127,6 +128,8 @@ pub struct Frame {
     pub interior_chain: Option<Box<InteriorChain>>,
     /// Local list of effect parameters.
     pub theta: Vec<f64>,
+    /// Rotation by rows and projection centre once more, together, for measurements side by side.
+    pub plain: [Lane; 2],
 }
 
 impl Frame {
@@ -145,6 +148,7 @@ impl Frame {
             interior: state.interiors[context.camera as usize],
             interior_chain: None,
             theta,
+            plain: plain(&rotation, &pose.centre),
         };
         if !problem.effects.is_empty() {
             frame.rotation_vector = rotation::log(&rotation);
@@ -226,6 +230,12 @@ impl Frame {
         }));
         Ok(())
     }
+}
+
+fn plain(rotation: &Matrix3<f64>, centre: &Vector3<f64>) -> [Lane; 2] {
+    let by_rows = rotation.transpose();
+    let mut all = by_rows.iter().chain(centre).copied();
+    [0; 2].map(|_| Lane(std::array::from_fn(|_| all.next().unwrap_or(0.0))))
 }
 
 /// Prepares every image. Errors: the first image (in order) that cannot be prepared.

@@ -1,25 +1,63 @@
 //! The plain camera for eight measurements at a time, in vector registers of any width: the same text as for one ([`super::PlainView`]), and the
 //! same numbers.
 
+use super::chain::Prediction;
 use super::frame::Frame;
 use super::plain::PlainView;
-use crate::camera::{Interior, PARAMETER_COUNT, fraser};
+use super::transpose::transpose;
+use crate::camera::{DCX, DCY, Interior, PARAMETER_COUNT, PPX, PPY, fraser};
 use crate::math::Number;
 use nalgebra::Vector3;
 use pulp::Simd;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, Deref, DerefMut, Div, Mul, Neg, Sub};
 
 /// Measurements side by side.
 pub const LANES: usize = 8;
 
-/// One number of each.
-pub type Lane = [f64; LANES];
+/// One number of each, in a cache line.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C, align(64))]
+pub struct Lane(pub [f64; LANES]);
+
+impl Deref for Lane {
+    type Target = [f64; LANES];
+    #[inline(always)]
+    fn deref(&self) -> &[f64; LANES] {
+        &self.0
+    }
+}
+
+impl DerefMut for Lane {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [f64; LANES] {
+        &mut self.0
+    }
+}
+
+impl Lane {
+    /// The same number for each.
+    pub const fn splat(value: f64) -> Self {
+        Self([value; LANES])
+    }
+
+    /// Of so many registers as eight take, number `piece`.
+    #[inline(always)]
+    pub fn get<S: Simd>(&self, piece: usize) -> S::f64s {
+        S::as_simd_f64s(&self.0).0[piece]
+    }
+
+    /// Replaces what [`Self::get`] gives.
+    #[inline(always)]
+    pub fn set<S: Simd>(&mut self, piece: usize, value: S::f64s) {
+        S::as_mut_simd_f64s(&mut self.0).0[piece] = value;
+    }
+}
 
 /// Numbers in a vector register.
 #[derive(Clone, Copy)]
-struct Register<S: Simd> {
-    simd: S,
-    value: S::f64s,
+pub(super) struct Register<S: Simd> {
+    pub simd: S,
+    pub value: S::f64s,
 }
 
 macro_rules! operator {
@@ -61,43 +99,87 @@ impl<S: Simd> Number for Register<S> {
     }
 }
 
+/// Numbers of a frame that the plain camera is given: rotation by rows, projection centre.
+const OF_FRAME: usize = 12;
+
 /// What the plain camera is given of eight measurements.
 #[derive(Debug, Clone, Default)]
 #[repr(C, align(64))]
 pub struct Views {
-    rotation: [[Lane; 3]; 3],
-    centre: [Lane; 3],
-    object: [Lane; 3],
+    /// Of the image, measurement by measurement, then number by number: [`Frame::plain`].
+    image: [[Lane; LANES]; 2],
+    /// The object point, likewise.
+    object: [Lane; LANES],
     interior: [Lane; PARAMETER_COUNT],
 }
 
-/// What it predicts of them; see [`super::PlainPrediction`].
-#[derive(Debug, Clone, Default)]
-#[repr(C, align(64))]
+/// Places in [`Predictions::rows`]: derivatives by the interior orientation ...
+pub const CAMERA: usize = 0;
+/// ... by the rotation `w` ...
+pub const ROTATION: usize = CAMERA + PARAMETER_COUNT;
+/// ... by the projection centre ...
+pub const CENTRE: usize = ROTATION + 3;
+/// ... by the object point ...
+pub const POINT: usize = CENTRE + 3;
+/// ... observed minus predicted, px, which the weighing puts there ...
+pub const MISCLOSURE: usize = POINT + 3;
+/// ... zeros ...
+pub const NOTHING: usize = MISCLOSURE + 1;
+/// ... and derivatives by the local list of effect parameters.
+pub const THETA: usize = NOTHING + 1;
+
+/// What the camera predicts of eight measurements; see [`super::PlainPrediction`].
+#[derive(Debug, Clone)]
 pub struct Predictions {
     /// Third coordinate in the camera frame, m; where it is not positive, the rest means nothing.
     pub depth: Lane,
     /// Image point, px.
     pub point: [Lane; 2],
-    /// By the interior orientation.
-    pub d_camera: [[Lane; PARAMETER_COUNT]; 2],
-    /// By the rotation `w`.
-    pub d_rotation: [[Lane; 3]; 2],
-    /// By the object point.
-    pub d_point: [[Lane; 3]; 2],
+    /// Derivatives of x and of y.
+    pub rows: [Vec<Lane>; 2],
 }
 
 impl Predictions {
-    /// Multiplies all derivatives by weights.
+    /// Room for a local list of `local_len` effect parameters.
+    pub fn new(local_len: usize) -> Self {
+        let row = vec![Lane::default(); THETA + local_len];
+        Self { depth: Lane::default(), point: Default::default(), rows: [row.clone(), row] }
+    }
+
+    /// Takes what was predicted of one measurement alone.
+    pub fn set(&mut self, lane: usize, p: &Prediction) {
+        for (i, row) in self.rows.iter_mut().enumerate() {
+            self.point[i][lane] = p.point[i];
+            let derivatives = p.d_camera[i].iter().chain(&p.d_pose[i]).chain(&p.d_point[i]);
+            row[..MISCLOSURE].iter_mut().zip(derivatives).for_each(|(to, derivative)| to[lane] = *derivative);
+            row[THETA..].iter_mut().zip(&p.d_theta[i]).for_each(|(to, derivative)| to[lane] = *derivative);
+        }
+    }
+
+    /// The centre of distortion follows the principal point.
+    pub fn tie_centre(&mut self) {
+        for row in &mut self.rows {
+            for (to, from) in [(PPX, DCX), (PPY, DCY)] {
+                let moved = row[CAMERA + from];
+                row[CAMERA + to].iter_mut().zip(&*moved).for_each(|(to, from)| *to += from);
+                row[CAMERA + from] = Lane::default();
+            }
+        }
+    }
+
+    /// Shrinks the derivatives along the unit vectors `u` by shares.
     #[inline(always)]
-    pub fn weigh<S: Simd>(&mut self, simd: S, weights: &Lane) {
-        let (weights, _) = S::as_simd_f64s(weights);
-        let Self { d_camera, d_rotation, d_point, .. } = self;
-        for i in 0..2 {
-            for lane in d_camera[i].iter_mut().chain(&mut d_rotation[i]).chain(&mut d_point[i]) {
-                for (value, weight) in S::as_mut_simd_f64s(lane).0.iter_mut().zip(weights) {
-                    *value = simd.mul_f64s(*value, *weight);
-                }
+    pub fn shrink_along<S: Simd>(&mut self, simd: S, u: &[Lane; 2], shares: &Lane) {
+        let [x, y] = &mut self.rows;
+        let derivatives = x.iter_mut().zip(y).enumerate().filter(|(k, _)| ![MISCLOSURE, NOTHING].contains(k));
+        for (_, (x, y)) in derivatives {
+            for piece in 0..LANES / S::F64_LANES {
+                let (u_x, u_y) = (u[0].get::<S>(piece), u[1].get::<S>(piece));
+                let (of_x, of_y) = (x.get::<S>(piece), y.get::<S>(piece));
+                let rest = simd.sub_f64s(simd.splat_f64s(1.0), shares.get::<S>(piece));
+                let along = simd.mul_f64s(rest, simd.mul_add_f64s(u_x, of_x, simd.mul_f64s(u_y, of_y)));
+                x.set::<S>(piece, simd.negate_mul_add_f64s(along, u_x, of_x));
+                y.set::<S>(piece, simd.negate_mul_add_f64s(along, u_y, of_y));
             }
         }
     }
@@ -106,14 +188,23 @@ impl Predictions {
 impl Views {
     /// Takes `lane` for a point in the image of `frame`.
     #[inline(always)]
-    pub fn set(&mut self, lane: usize, frame: &Frame, object: &Vector3<f64>) {
-        for k in 0..3 {
-            for i in 0..3 {
-                self.rotation[i][k][lane] = frame.rotation[(i, k)];
-            }
-            self.centre[k][lane] = frame.centre[k];
-            self.object[k][lane] = object[k];
+    pub fn set<S: Simd>(&mut self, simd: S, lane: usize, frame: &Frame, object: &Vector3<f64>) {
+        for (rows, numbers) in self.image.iter_mut().zip(&frame.plain) {
+            rows[lane] = *numbers;
         }
+        let (registers, _) = S::as_mut_simd_f64s(&mut *self.object[lane]);
+        for (register, numbers) in registers.iter_mut().zip(object.as_slice().chunks(S::F64_LANES)) {
+            *register = simd.partial_load_f64s(numbers);
+        }
+    }
+
+    /// Makes what was set ready for [`Self::predict`] and [`Self::project`].
+    #[inline(always)]
+    pub fn turn<S: Simd>(&mut self, simd: S) {
+        let [first, second] = &mut self.image;
+        transpose(simd, first);
+        transpose(simd, second);
+        transpose(simd, &mut self.object);
     }
 
     /// The interior orientation that holds in `lane`.
@@ -126,23 +217,22 @@ impl Views {
 
     /// The interior orientation that holds in all.
     pub fn set_interiors(&mut self, interior: &Interior) {
-        self.interior = interior.map(|value| [value; LANES]);
+        self.interior = interior.map(Lane::splat);
     }
 
     /// The measurements of one register: `piece` of so many as eight take.
     #[inline(always)]
     fn view<S: Simd>(&self, simd: S, piece: usize) -> PlainView<Register<S>> {
         let nothing = Register { simd, value: simd.splat_f64s(0.0) };
+        let mut image = [nothing; OF_FRAME];
+        load::<S>(self.image.as_flattened(), piece, &mut image);
+        let [a, b, c, d, e, f, g, h, i, centre @ ..] = image;
         let mut view = PlainView {
-            rotation: [[nothing; 3]; 3],
-            centre: [nothing; 3],
+            rotation: [[a, b, c], [d, e, f], [g, h, i]],
+            centre,
             object: [nothing; 3],
             interior: [nothing; PARAMETER_COUNT],
         };
-        for i in 0..3 {
-            load(&self.rotation[i], piece, &mut view.rotation[i]);
-        }
-        load(&self.centre, piece, &mut view.centre);
         load(&self.object, piece, &mut view.object);
         load(&self.interior, piece, &mut view.interior);
         view
@@ -157,10 +247,12 @@ impl Views {
             let prediction = view.predict(camera_point);
             store(&[camera_point[2]], piece, std::slice::from_mut(&mut out.depth));
             store(&prediction.point, piece, &mut out.point);
-            for i in 0..2 {
-                store(&prediction.d_camera[i], piece, &mut out.d_camera[i]);
-                store(&prediction.d_rotation[i], piece, &mut out.d_rotation[i]);
-                store(&prediction.d_point[i], piece, &mut out.d_point[i]);
+            for (i, row) in out.rows.iter_mut().enumerate() {
+                store(&prediction.d_camera[i], piece, &mut row[CAMERA..ROTATION]);
+                store(&prediction.d_rotation[i], piece, &mut row[ROTATION..CENTRE]);
+                let [a, b, c] = prediction.d_point[i];
+                store(&[-a, -b, -c], piece, &mut row[CENTRE..POINT]);
+                store(&[a, b, c], piece, &mut row[POINT..MISCLOSURE]);
             }
         }
     }
@@ -181,13 +273,13 @@ impl Views {
 #[inline(always)]
 fn load<S: Simd>(lanes: &[Lane], piece: usize, registers: &mut [Register<S>]) {
     for (register, lane) in registers.iter_mut().zip(lanes) {
-        register.value = S::as_simd_f64s(lane).0[piece];
+        register.value = lane.get::<S>(piece);
     }
 }
 
 #[inline(always)]
 fn store<S: Simd>(registers: &[Register<S>], piece: usize, lanes: &mut [Lane]) {
     for (lane, register) in lanes.iter_mut().zip(registers) {
-        S::as_mut_simd_f64s(lane).0[piece] = register.value;
+        lane.set::<S>(piece, register.value);
     }
 }

@@ -11,6 +11,7 @@ pub mod lanes;
 mod plain;
 mod position;
 mod predictor;
+mod transpose;
 
 pub use chain::{Prediction, point_behind_camera, predict, predict_point, predict_seen};
 pub use error::MeasureError;
@@ -18,3 +19,4 @@ pub use frame::{Frame, InteriorChain, Stages, frames};
 pub use plain::{PlainPrediction, PlainView};
 pub use position::{PositionPrediction, predict_antenna, predict_surveyed};
 pub use predictor::Predictor;
+pub use transpose::transpose;

@@ -24,6 +24,18 @@ impl Aligned {
     }
 }
 
+impl Aligned {
+    /// Becomes zeros, in the memory that it has as long as that suffices.
+    pub fn restart(&mut self, length: usize) {
+        if self.first + length > self.storage.len() {
+            *self = Self::zeros(length);
+        } else {
+            self.length = length;
+            self.fill(0.0);
+        }
+    }
+}
+
 impl Clone for Aligned {
     fn clone(&self) -> Self {
         let mut copy = Self::zeros(self.length);
@@ -48,6 +60,17 @@ impl DerefMut for Aligned {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_restart_leaves_nothing_of_before() {
+        let mut numbers = Aligned::zeros(10);
+        numbers.fill(1.0);
+        for length in [3, 10, 40, 20] {
+            numbers.restart(length);
+            assert_eq!(*numbers, vec![0.0; length]);
+            numbers.fill(1.0);
+        }
+    }
 
     #[test]
     fn numbers_begin_with_a_line_and_copies_too() {

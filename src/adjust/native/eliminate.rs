@@ -30,7 +30,7 @@ struct Z {
 impl BorderSums {
     /// Zeros for the images of a system.
     pub fn zeros(structure: &Structure, images: usize) -> Self {
-        let square = structure.border.len() * structure.width;
+        let square = structure.border.len().next_multiple_of(COLUMNS) * structure.width;
         let nothing = || Aligned::zeros(0);
         Self {
             direct: Aligned::zeros(square),
@@ -62,8 +62,7 @@ impl BorderSums {
     }
 }
 
-/// Adds a batch. `D`: unknowns of an image where they are known when the program is compiled, which makes the sums faster, else 0. Output: the
-/// point whose rays do not fix it.
+/// Adds a batch. `D`: unknowns of an image. Output: the point whose rays do not fix it.
 pub struct Eliminate<'a, const D: usize> {
     pub structure: &'a Structure,
     pub rows: &'a Rows,
@@ -79,7 +78,7 @@ impl<const D: usize> WithSimd for Eliminate<'_, D> {
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { structure, rows, damping, sums, system } = self;
         let (width, border) = (structure.width, structure.border.len());
-        let (dim, stride) = if D == 0 { (structure.dim, structure.stride) } else { (D, D.next_multiple_of(LINE)) };
+        let stride = D.next_multiple_of(LINE);
         let BorderSums { direct, taken, images, z } = sums;
         let pairs = rows.rank.len();
         add_outer(simd, direct, border, width, &rows.shared[..2 * pairs.next_multiple_of(GROUP) * width]);
@@ -113,17 +112,20 @@ impl<const D: usize> WithSimd for Eliminate<'_, D> {
                 let image = ImageRows::of(rows, pair);
                 image.multiply(simd, &whitening, z, image_sums);
                 let slot = structure.row_start[rank as usize] - system.first_slot;
-                let block = &mut system.blocks[slot * dim * stride..][..dim * stride];
-                image.add_product(simd, (dim, stride), z, image.image, z, block);
-                let strip = &mut system.strip[i * dim * width..][..dim * width];
-                image.add_product(simd, (dim, width), z, image.shared, z_shared, strip);
+                let block = &mut system.blocks[slot * D * stride..][..D * stride];
+                image.add_product(simd, (D, stride), z, image.image, z, block);
+                let strip = &mut system.strip[i * D * width..][..D * width];
+                image.add_product(simd, (D, width), z, image.shared, z_shared, strip);
             }
+            let blocks = &mut *system.blocks;
             for a in of_images.clone() {
-                let z_a: &[f64] = &z.image[3 * a * stride..][..3 * stride];
+                let rank = rows.rank[a];
+                let slots = structure.slots(rank);
+                let z_a = splat_columns::<S, D>(simd, &z.image[3 * a * stride..][..3 * stride]);
                 for b in a + 1..of_images.end {
-                    let slot = structure.slot(rows.rank[a], rows.rank[b]) - system.first_slot;
-                    let block = &mut system.blocks[slot * dim * stride..][..dim * stride];
-                    take_product(simd, (dim, stride), z_a, &z.image[3 * b * stride..][..3 * stride], block);
+                    let slot = slots[(rows.rank[b] - rank) as usize] as usize - system.first_slot;
+                    let block = &mut blocks[slot * D * stride..][..D * stride];
+                    take_product(simd, &z_a, &z.image[3 * b * stride..][..3 * stride], block);
                 }
             }
         }
@@ -133,7 +135,11 @@ impl<const D: usize> WithSimd for Eliminate<'_, D> {
     }
 }
 
-/// Upper triangle of `target += X'X`, `target` of `columns` rows and X of rows of `width`, a multiple of eight of them.
+/// Sums that grow at the same time: each waits for its own last product alone.
+const COLUMNS: usize = 4;
+
+/// Upper triangle of `target += X'X`, `target` of `columns` rows (filled up to a multiple of [`COLUMNS`]) and X of rows of `width`, a multiple of
+/// eight of them.
 #[inline(always)]
 fn add_outer<S: Simd>(simd: S, target: &mut [f64], columns: usize, width: usize, rows: &[f64]) {
     const ROWS: usize = 2 * GROUP;
@@ -147,12 +153,19 @@ fn add_outer<S: Simd>(simd: S, target: &mut [f64], columns: usize, width: usize,
                 x[row] = vectors[row * pieces + piece];
             }
             let above = columns.min((piece + 1) * S::F64_LANES);
-            for column in 0..above {
-                let mut sum = target[column * pieces + piece];
-                for row in 0..ROWS {
-                    sum = simd.mul_add_f64s(simd.splat_f64s(group[row * width + column]), x[row], sum);
+            for first in (0..above).step_by(COLUMNS) {
+                let mut sums = [simd.splat_f64s(0.0); COLUMNS];
+                for k in 0..COLUMNS {
+                    sums[k] = target[(first + k) * pieces + piece];
                 }
-                target[column * pieces + piece] = sum;
+                for (row, x) in group.chunks_exact(width).zip(x) {
+                    for k in 0..COLUMNS {
+                        sums[k] = simd.mul_add_f64s(simd.splat_f64s(row[first + k]), x, sums[k]);
+                    }
+                }
+                for k in 0..COLUMNS {
+                    target[(first + k) * pieces + piece] = sums[k];
+                }
             }
         }
     }
@@ -201,14 +214,14 @@ impl Normal {
 }
 
 /// `L^-1` of `V = L L'`: by rows `1/l00`; `l10, 1/l11`; `l20, l21, 1/l22`.
-struct Whitening {
+pub struct Whitening {
     inverse: [f64; 3],
     below: [f64; 3],
 }
 
 impl Whitening {
     /// Of `V` with its diagonal raised by the factor `1 + damping`; `None` where rays do not meet.
-    fn of_damped(v: &Matrix3<f64>, damping: f64) -> Option<Self> {
+    pub fn of_damped(v: &Matrix3<f64>, damping: f64) -> Option<Self> {
         let d = |i: usize| v[(i, i)] * (1.0 + damping);
         let positive = |pivot: f64| (pivot > 0.0 && pivot.is_finite()).then(|| pivot.sqrt().recip());
         let i0 = positive(d(0))?;
@@ -217,6 +230,17 @@ impl Whitening {
         let l21 = (v[(2, 1)] - l20 * l10) * i1;
         let i2 = positive(d(2) - l20 * l20 - l21 * l21)?;
         Some(Self { inverse: [i0, i1, i2], below: [l10, l20, l21] })
+    }
+
+    /// `V^-1 r`.
+    pub fn solve(&self, r: [f64; 3]) -> [f64; 3] {
+        let ([i0, i1, i2], [l10, l20, l21]) = (self.inverse, self.below);
+        let y0 = r[0] * i0;
+        let y1 = (r[1] - l10 * y0) * i1;
+        let y2 = (r[2] - l20 * y0 - l21 * y1) * i2;
+        let z = y2 * i2;
+        let y = (y1 - l21 * z) * i1;
+        [(y0 - l10 * y - l20 * z) * i0, y, z]
     }
 
     /// Replaces three rows by `L^-1` times them.
@@ -339,19 +363,32 @@ fn take_products<S: Simd, const N: usize>(simd: S, a: [f64; N], x: [S::f64s; N],
     sum
 }
 
-/// `block -= A'B` of so many rows and columns, `A` and `B` three rows each.
+/// The numbers of three rows, each in all places of a register, column by column.
 #[inline(always)]
-fn take_product<S: Simd>(simd: S, (rows, columns): (usize, usize), a: &[f64], b: &[f64], block: &mut [f64]) {
-    let by = [&a[..columns], &a[columns..2 * columns], &a[2 * columns..]];
+fn splat_columns<S: Simd, const D: usize>(simd: S, rows: &[f64]) -> [[S::f64s; 3]; D] {
+    let stride = rows.len() / 3;
+    let mut columns = [[simd.splat_f64s(0.0); 3]; D];
+    for k in 0..D {
+        for a in 0..3 {
+            columns[k][a] = simd.splat_f64s(rows[a * stride + k]);
+        }
+    }
+    columns
+}
+
+/// `block -= A'B` of `D` rows, `A` and `B` three rows each, `A` by its columns.
+#[inline(always)]
+fn take_product<S: Simd, const D: usize>(simd: S, a: &[[S::f64s; 3]; D], b: &[f64], block: &mut [f64]) {
     let (b, _) = S::as_simd_f64s(b);
     let (block, _) = S::as_mut_simd_f64s(block);
-    let pieces = columns / S::F64_LANES;
-    assert!(rows <= columns && block.len() == rows * pieces && b.len() == 3 * pieces, "blocks of one shape");
+    let pieces = D.next_multiple_of(LINE) / S::F64_LANES;
+    assert!(block.len() == D * pieces && b.len() == 3 * pieces, "blocks of one shape");
     for piece in 0..pieces {
-        let factors = [b[piece], b[pieces + piece], b[2 * pieces + piece]];
-        for k in 0..rows {
-            let sum = &mut block[k * pieces + piece];
-            *sum = take_products(simd, [by[0][k], by[1][k], by[2][k]], factors, *sum);
+        let [x, y, z] = [b[piece], b[pieces + piece], b[2 * pieces + piece]];
+        for k in 0..D {
+            let sum = simd.negate_mul_add_f64s(a[k][0], x, block[k * pieces + piece]);
+            let sum = simd.negate_mul_add_f64s(a[k][1], y, sum);
+            block[k * pieces + piece] = simd.negate_mul_add_f64s(a[k][2], z, sum);
         }
     }
 }

@@ -5,7 +5,8 @@ use super::columns::Columns;
 use super::eliminate::{BorderSums, Eliminate};
 use super::point::{ControlRows, Curvature, PointRows, Prepared, inverse_of_damped};
 use super::rows::{Rows, batches};
-use super::structure::{FIRST_THETA, POSE, Structure};
+use super::side_by_side::Workspace;
+use super::structure::{FIRST_THETA, Structure};
 use super::system::System;
 use super::vectors::dispatch;
 use crate::adjust::AdjustError;
@@ -19,21 +20,24 @@ use std::ops::Range;
 /// Reduced system at a prepared state, the points damped by `damping` times their own diagonal. Errors: an observation
 /// that cannot be computed; a point that its rays do not fix.
 pub fn linearise(at: &Prepared<'_>, damping: f64, curvature: Curvature) -> Result<System, AdjustError> {
-    let chunk = |points: Range<usize>| match (at.structure.wide_border(), at.structure.dim) {
-        (false, _) => narrow_chunk(at, points, damping, curvature),
-        (true, 6) => wide_chunk::<6>(at, points, damping, curvature),
-        (true, 7) => wide_chunk::<7>(at, points, damping, curvature),
-        (true, 8) => wide_chunk::<8>(at, points, damping, curvature),
-        (true, _) => wide_chunk::<MAX_DIM>(at, points, damping, curvature),
-    };
     let structure = at.structure;
+    let chunk = |points: Range<usize>, part: &mut System| match structure.dim {
+        6 => add_chunk::<6>(at, points, damping, curvature, part),
+        7 => add_chunk::<7>(at, points, damping, curvature, part),
+        8 => add_chunk::<8>(at, points, damping, curvature, part),
+        _ => add_chunk::<MAX_DIM>(at, points, damping, curvature, part),
+    };
     let mut total = System::zeros(structure, 0..structure.images);
     // Waves of as many chunks as there are threads: a private system each, added in the order of the chunks, so that the sum is the
     // same for every number of threads.
-    for wave in structure.chunks.chunks(rayon::current_num_threads().max(1)) {
-        let parts: Vec<Result<System, AdjustError>> = wave.par_iter().map(|points| chunk(points.clone())).collect();
-        for part in parts {
-            total.add(structure, &part?);
+    let threads = rayon::current_num_threads().max(1);
+    let mut parts = vec![System::zeros(structure, 0..0); threads.min(structure.chunks.len())];
+    for wave in structure.chunks.chunks(threads) {
+        let fill = |(points, part): (&Range<usize>, &mut System)| chunk(points.clone(), part);
+        let filled: Vec<Result<(), AdjustError>> = wave.par_iter().zip(&mut parts).map(fill).collect();
+        for (part, filled) in parts.iter().zip(filled) {
+            filled?;
+            total.add(structure, part);
         }
     }
     for row in position_rows(at)? {
@@ -52,46 +56,58 @@ fn ranks_of(at: &Prepared<'_>, points: &Range<usize>) -> Range<usize> {
     first..ranks.max().map_or(first, |last| last + 1)
 }
 
-/// Every row holds all columns of the border.
-fn narrow_chunk(
+/// The points of a chunk, in `system`, which starts anew.
+fn add_chunk<const D: usize>(
     at: &Prepared<'_>,
     points: Range<usize>,
     damping: f64,
     curvature: Curvature,
-) -> Result<System, AdjustError> {
-    let structure = at.structure;
-    let mut system = System::zeros(structure, ranks_of(at, &points));
-    let mut sums = BorderSums::zeros(structure, system.rows.len());
-    let mut rows = Rows::new(structure, curvature);
-    for batch in batches(at.problem, &points) {
-        rows.fill(at, batch)?;
-        let (rows, sums, system) = (&rows, &mut sums, &mut system);
-        match structure.dim {
-            POSE => dispatch(Eliminate::<POSE> { structure, rows, damping, sums, system }),
-            _ => dispatch(Eliminate::<0> { structure, rows, damping, sums, system }),
-        }
-        .map_err(|j| rays_do_not_meet(at.problem, j))?;
+    system: &mut System,
+) -> Result<(), AdjustError> {
+    system.restart(at.structure, ranks_of(at, &points));
+    match at.structure.wide_border() {
+        false => add_narrow::<D>(at, points, damping, curvature, system),
+        true => add_wide::<D>(at, points, damping, curvature, system),
     }
-    sums.finish(structure, &mut system);
-    Ok(system)
+}
+
+/// Every row holds all columns of the border.
+fn add_narrow<const D: usize>(
+    at: &Prepared<'_>,
+    points: Range<usize>,
+    damping: f64,
+    curvature: Curvature,
+    system: &mut System,
+) -> Result<(), AdjustError> {
+    let structure = at.structure;
+    let mut sums = BorderSums::zeros(structure, system.rows.len());
+    let (mut rows, mut work) = (Rows::new(structure, curvature), Workspace::new(structure));
+    for batch in batches(at.problem, &points) {
+        rows.fill(at, batch, &mut work)?;
+        let (rows, sums) = (&rows, &mut sums);
+        dispatch(Eliminate::<D> { structure, rows, damping, sums, system })
+            .map_err(|j| rays_do_not_meet(at.problem, j))?;
+    }
+    sums.finish(structure, system);
+    Ok(())
 }
 
 /// Rows hold the columns of the border that they touch.
-fn wide_chunk<const D: usize>(
+fn add_wide<const D: usize>(
     at: &Prepared<'_>,
     points: Range<usize>,
     damping: f64,
     curvature: Curvature,
-) -> Result<System, AdjustError> {
+    system: &mut System,
+) -> Result<(), AdjustError> {
     let structure = at.structure;
-    let mut system = System::zeros(structure, ranks_of(at, &points));
     let mut rows = PointRows::<D>::with(curvature);
     for j in points {
         rows.linearise(at, j)?;
         let inverse = inverse_of_damped(&rows.v_matrix, damping).ok_or_else(|| rays_do_not_meet(at.problem, j))?;
-        dispatch(EliminatePoint { structure, system: &mut system, rows: &mut rows, inverse: &inverse });
+        dispatch(EliminatePoint { structure, system, rows: &mut rows, inverse: &inverse });
     }
-    Ok(system)
+    Ok(())
 }
 
 /// The rays of point `j` do not fix it.

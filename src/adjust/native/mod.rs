@@ -2,11 +2,11 @@
 //! Levenberg-Marquardt.
 
 mod aligned;
+mod back_substitution;
 mod bend;
 mod bundle;
 mod columns;
 mod covariance;
-mod eights;
 mod eliminate;
 mod evaluation;
 mod factor;
@@ -16,6 +16,7 @@ pub mod null_model;
 mod point;
 mod rank;
 mod rows;
+mod side_by_side;
 mod step;
 mod structure;
 mod system;

@@ -1,21 +1,19 @@
 //! A trial step: images and border as the reduced system says, then every point by back-substitution, and what chi-square is there.
 
 use super::MAX_DIM;
-use super::aligned::{Aligned, LINE};
-use super::eights::Eights;
+use super::back_substitution::{BackSubstitute, Costs, Increments, Left};
 use super::linearise::chi_square_beside_points;
 use super::point::{Curvature, PointRows, Prepared, inverse_of_damped, rho};
-use super::rows::{Rows, batches};
+use super::rows::{Contents, batches};
+use super::side_by_side::Workspace;
 use super::structure::Structure;
 use super::system::System;
 use super::turn::Turn;
 use super::vectors::dispatch;
 use crate::camera::tie_centre;
-use crate::measure::lanes::{Predictions, Views};
 use crate::measure::{self, Frame};
 use crate::problem::{ImageObservation, Pose, Problem, State};
-use nalgebra::{Matrix3, Vector3};
-use pulp::{Simd, WithSimd};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -134,20 +132,6 @@ struct Moved {
 }
 
 impl PointStep<'_> {
-    /// Moves a point by what its rays leave of its misclosures (`rest`), given `V` and `J_point' v`. `None`: its rays do not fix it.
-    fn move_point(
-        &self,
-        j: usize,
-        moved: &mut Moved,
-        (v, gradient, rest): (&Matrix3<f64>, &Vector3<f64>, &Vector3<f64>),
-    ) -> Option<Vector3<f64>> {
-        let step = inverse_of_damped(v, self.damping)? * rest;
-        moved.predicted_drop += step.dot(gradient) + self.damping * step.component_mul(&step).dot(&v.diagonal());
-        let object = self.turn.position(&self.at.state.points[j], &step);
-        moved.points.push(object);
-        Some(object)
-    }
-
     fn wide<const D: usize>(&self, points: &Range<usize>) -> Option<Moved> {
         let mut rows = PointRows::<D>::with(self.curvature);
         let mut moved = Moved { points: Vec::with_capacity(points.len()), chi_square: 0.0, predicted_drop: 0.0 };
@@ -166,7 +150,11 @@ impl PointStep<'_> {
                     rest[a] -= rows.w_shared[a][l] * dx;
                 }
             }
-            let object = self.move_point(j, &mut moved, (&rows.v_matrix, &rows.gradient, &rest))?;
+            let step = inverse_of_damped(&rows.v_matrix, self.damping)? * rest;
+            let damped = self.damping * step.component_mul(&step).dot(&rows.v_matrix.diagonal());
+            moved.predicted_drop += step.dot(&rows.gradient) + damped;
+            let object = self.turn.position(&self.at.state.points[j], &step);
+            moved.points.push(object);
             let one = OnTheirOwn { after: self.after };
             moved.chi_square += one.chi_square(j..j + 1, &[object])?;
         }
@@ -175,101 +163,31 @@ impl PointStep<'_> {
 
     fn narrow(&self, points: &Range<usize>) -> Option<Moved> {
         let structure = self.at.structure;
-        let mut rows = Rows::new(structure, self.curvature);
+        let contents = Contents::new(structure);
+        let images = structure.padded(self.images);
+        let increments = Increments { contents: &contents, images: &images, border: self.border };
+        let (mut work, mut left) = (Workspace::new(structure), Vec::new());
         let mut moved = Moved { points: Vec::with_capacity(points.len()), chi_square: 0.0, predicted_drop: 0.0 };
-        let mut border = Aligned::zeros(structure.width);
-        border[..self.border.len()].copy_from_slice(self.border);
-        let mut left = Vec::new();
-        let mut side_by_side =
-            SideBySide { after: self.after, views: Views::default(), predictions: Predictions::default() };
-        let on_their_own = OnTheirOwn { after: self.after };
         for batch in batches(self.at.problem, points) {
-            rows.fill(self.at, batch.clone()).ok()?;
             left.clear();
-            let (border, images) = (&border[..], self.images);
-            dispatch(BackSubstitute { structure, rows: &rows, border, images, left: &mut left });
+            left.resize(batch.len(), Left::default());
+            let (at, curvature, points) = (self.at, self.curvature, batch.clone());
+            let (increments, work) = (&increments, &mut work);
+            dispatch(BackSubstitute { at, curvature, points, increments, work, left: &mut left }).ok()?;
+            increments.add_surveyed(at, batch.clone(), &mut left).ok()?;
             let first = moved.points.len();
-            for (j, Left { normal, gradient, rest }) in batch.clone().zip(&left) {
-                self.move_point(j, &mut moved, (normal, gradient, rest))?;
+            for (j, left) in batch.clone().zip(&left) {
+                let step = left.step(self.damping)?;
+                let damped = self.damping * step.component_mul(&step).dot(&left.normal().diagonal());
+                moved.predicted_drop += step.dot(&left.gradient()) + damped;
+                moved.points.push(self.turn.position(&at.state.points[j], &step));
             }
             let objects = &moved.points[first..];
-            moved.chi_square += match structure.stages.straight() {
-                true => {
-                    side_by_side.chi_square(batch.clone(), objects)? + surveyed_chi_square(self.after, batch, objects)?
-                }
-                false => on_their_own.chi_square(batch, objects)?,
-            };
+            moved.chi_square += dispatch(Costs { after: self.after, points: batch.clone(), objects, work })?;
+            moved.chi_square += surveyed_chi_square(self.after, batch, objects)?;
         }
         Some(moved)
     }
-}
-
-/// What the rays of a point leave once images and border have moved.
-struct Left {
-    /// `V`.
-    normal: Matrix3<f64>,
-    /// `J_point' v`.
-    gradient: Vector3<f64>,
-    /// `J_point' (v - J dx)`, `dx` the increments of images and border.
-    rest: Vector3<f64>,
-}
-
-/// Finds what is left of each point of a batch.
-struct BackSubstitute<'a> {
-    structure: &'a Structure,
-    rows: &'a Rows,
-    /// Increments of the border, as wide as a row.
-    border: &'a [f64],
-    /// Increments of the images, by rank.
-    images: &'a [f64],
-    left: &'a mut Vec<Left>,
-}
-
-impl WithSimd for BackSubstitute<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { structure, rows, border, images, left } = self;
-        let (dim, stride, at) = (structure.dim, structure.stride, rows.point_column());
-        let mut increments = [0.0; 2 * LINE];
-        for point in &rows.points {
-            let (mut normal, mut gradient, mut rest) = (Matrix3::zeros(), Vector3::zeros(), Vector3::zeros());
-            for pair in point.pairs() {
-                let measured = point.measured.contains(&pair);
-                if measured {
-                    increments[..dim].copy_from_slice(&images[rows.rank[pair] as usize * dim..][..dim]);
-                }
-                for i in 0..2 {
-                    let shared = rows.shared_row(pair, i);
-                    let mut moved = dot(simd, shared, border);
-                    if measured {
-                        moved += dot(simd, rows.image_row(pair, i), &increments[..stride]);
-                    }
-                    let (by_point, v) = (Vector3::new(shared[at], shared[at + 1], shared[at + 2]), shared[at + 3]);
-                    normal += by_point * by_point.transpose();
-                    gradient += by_point * v;
-                    rest += by_point * (v - moved);
-                }
-            }
-            left.push(Left { normal, gradient, rest });
-        }
-    }
-}
-
-/// `x . y` over whole cache lines; the order of the sum does not depend on the width of a register.
-#[inline(always)]
-fn dot<S: Simd>(simd: S, x: &[f64], y: &[f64]) -> f64 {
-    let registers = LINE / S::F64_LANES;
-    let ((x, _), (y, _)) = (S::as_simd_f64s(x), S::as_simd_f64s(y));
-    let mut sums = [0.0; LINE];
-    let (places, _) = S::as_mut_simd_f64s(&mut sums);
-    for (x, y) in x.chunks_exact(registers).zip(y.chunks_exact(registers)) {
-        for ((sum, x), y) in places.iter_mut().zip(x).zip(y) {
-            *sum = simd.mul_add_f64s(*x, *y, *sum);
-        }
-    }
-    sums.iter().sum()
 }
 
 /// `rho` of an image measurement that is predicted at `point`.
@@ -306,55 +224,6 @@ impl OnTheirOwn<'_> {
             for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
                 let (stages, frame) = (&structure.stages, &frames[observation.image as usize]);
                 let point = measure::predict_point(problem, stages, frame, observation, object)?;
-                sum += loss_of(problem, observation, point);
-            }
-        }
-        Some(sum)
-    }
-}
-
-/// Predicts measurements that no effect touches before the camera, eight at a time.
-struct SideBySide<'a> {
-    after: &'a Prepared<'a>,
-    views: Views,
-    predictions: Predictions,
-}
-
-impl SideBySide<'_> {
-    /// `sum rho` of the image measurements of some points at `objects`. `None`: a point behind a camera that sees it.
-    fn chi_square(&mut self, points: Range<usize>, objects: &[Vector3<f64>]) -> Option<f64> {
-        dispatch(ProjectPlain { of: self, points, objects })
-    }
-}
-
-struct ProjectPlain<'a, 'b> {
-    of: &'a mut SideBySide<'b>,
-    points: Range<usize>,
-    objects: &'a [Vector3<f64>],
-}
-
-impl WithSimd for ProjectPlain<'_, '_> {
-    type Output = Option<f64>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Option<f64> {
-        let SideBySide { after, views, predictions } = self.of;
-        let Prepared { problem, structure, frames, .. } = after;
-        let (stages, plain) = (&structure.stages, structure.stages.plain_image());
-        let mut eights = Eights::new(after, frames, self.objects, self.points, views);
-        let mut sum = 0.0;
-        while let Some((first, points)) = eights.next(views) {
-            views.project(simd, predictions);
-            for lane in 0..points.len() {
-                if predictions.depth[lane] <= 0.0 {
-                    return None;
-                }
-                let observation = &problem.observations[first + lane];
-                let mut point = [predictions.point[0][lane], predictions.point[1][lane]];
-                if !plain {
-                    let frame = &frames[observation.image as usize];
-                    point = measure::point_behind_camera(problem, stages, frame, observation, point)?;
-                }
                 sum += loss_of(problem, observation, point);
             }
         }

@@ -41,7 +41,7 @@ pub struct LocalColumn {
 }
 
 /// One image-wise effect parameter.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImageColumn {
     /// Position in the local list of effect parameters.
     pub source: u32,
@@ -76,7 +76,7 @@ pub struct Structure {
     pub image_scales: Vec<f64>,
     /// Per image: shared unknowns of its measurements, by rising column.
     pub local: Vec<Vec<LocalColumn>>,
-    /// Whether these are the same for all images.
+    /// Whether these, and those of `own`, are the same for all images.
     pub one_list: bool,
     /// Per image, by rank: whether a part of its pose is held.
     pub holds_pose: Vec<bool>,
@@ -186,7 +186,7 @@ impl Structure {
             border_scale,
             image_unknowns,
             image_scales,
-            one_list: local.windows(2).all(|pair| pair[0] == pair[1]),
+            one_list: local.windows(2).all(|pair| pair[0] == pair[1]) && own.windows(2).all(|pair| pair[0] == pair[1]),
             holds_pose,
             local,
             own,
@@ -203,10 +203,38 @@ impl Structure {
         self.border.len() > WIDEST_DENSE_BORDER
     }
 
+    /// Values of the images' unknowns with zeros after those of each, as many as there are in a row.
+    pub fn padded(&self, images: &[f64]) -> Vec<f64> {
+        let mut padded = vec![0.0; self.images * self.stride];
+        for (to, from) in padded.chunks_exact_mut(self.stride).zip(images.chunks_exact(self.dim)) {
+            to[..self.dim].copy_from_slice(from);
+        }
+        padded
+    }
+
+    /// Sets the derivatives by what is held of a pose to zero, in the row of an image.
+    #[inline(always)]
+    pub fn hold_pose(&self, rank: u32, row: &mut [f64]) {
+        let rank = rank as usize;
+        if self.holds_pose[rank] {
+            let unknowns = &self.image_unknowns[rank * self.dim..][..POSE];
+            row.iter_mut()
+                .zip(unknowns)
+                .filter(|(_, u)| **u == usize::MAX)
+                .for_each(|(derivative, _)| *derivative = 0.0);
+        }
+    }
+
     /// Slot of the block of ranks `a <= b`, which share a point.
     #[inline]
     pub fn slot(&self, a: u32, b: u32) -> usize {
         self.band[self.band_start[a as usize] + (b - a) as usize] as usize
+    }
+
+    /// Slots of the blocks of rank `a` with the ranks from `a` on.
+    #[inline]
+    pub fn slots(&self, a: u32) -> &[u32] {
+        &self.band[self.band_start[a as usize]..]
     }
 
     /// Rank and row within its block of an unknown of `image`; `None` where it is none of the image's unknowns.

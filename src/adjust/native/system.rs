@@ -45,29 +45,47 @@ pub struct System {
 impl System {
     /// Zeros over the given ranks.
     pub fn zeros(structure: &Structure, rows: Range<usize>) -> Self {
-        let (dim, border) = (structure.dim, structure.border.len());
-        let first_slot = structure.row_start[rows.start];
-        let slots = structure.row_start[rows.end] - first_slot;
-        let images = rows.len();
-        let Structure { stride, width, .. } = *structure;
-        Self {
-            rows,
-            first_slot,
-            stride,
-            width,
-            blocks: Aligned::zeros(slots * dim * stride),
-            strip: Aligned::zeros(images * dim * width),
-            border: Aligned::zeros(border * width),
-            rhs_images: vec![0.0; images * dim],
-            rhs_border: vec![0.0; border],
-            diagonal_images: vec![0.0; images * dim],
-            diagonal_border: vec![0.0; border],
-            gradient_images: vec![0.0; images * dim],
-            gradient_border: vec![0.0; border],
+        let nothing = || Aligned::zeros(0);
+        let mut system = Self {
+            rows: 0..0,
+            first_slot: 0,
+            stride: structure.stride,
+            width: structure.width,
+            blocks: nothing(),
+            strip: nothing(),
+            border: nothing(),
+            rhs_images: Vec::new(),
+            rhs_border: Vec::new(),
+            diagonal_images: Vec::new(),
+            diagonal_border: Vec::new(),
+            gradient_images: Vec::new(),
+            gradient_border: Vec::new(),
             gradient_points_max: 0.0,
             decrement_points: 0.0,
             chi_square: 0.0,
+        };
+        system.restart(structure, rows);
+        system
+    }
+
+    /// Becomes zeros over other ranks: memory that was asked for once need not be asked for again.
+    pub fn restart(&mut self, structure: &Structure, rows: Range<usize>) {
+        let Structure { dim, stride, width, ref row_start, ref border, .. } = *structure;
+        let (images, border) = (rows.len(), border.len());
+        self.first_slot = row_start[rows.start];
+        self.blocks.restart((row_start[rows.end] - self.first_slot) * dim * stride);
+        self.strip.restart(images * dim * width);
+        self.border.restart(border * width);
+        for values in [&mut self.rhs_images, &mut self.diagonal_images, &mut self.gradient_images] {
+            values.clear();
+            values.resize(images * dim, 0.0);
         }
+        for values in [&mut self.rhs_border, &mut self.diagonal_border, &mut self.gradient_border] {
+            values.clear();
+            values.resize(border, 0.0);
+        }
+        (self.gradient_points_max, self.decrement_points, self.chi_square) = (0.0, 0.0, 0.0);
+        self.rows = rows;
     }
 
     /// Adds a part. `self` covers at least the part's ranks.

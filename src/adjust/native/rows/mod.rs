@@ -2,15 +2,17 @@
 //! of the border and one of the image's unknowns for each coordinate.
 
 mod fill;
+mod spread;
 
 use super::aligned::Aligned;
-use super::point::{Curvature, LEAST_CURVATURE, Prepared, curvature_along, rho};
-use super::structure::{FIRST_THETA, LocalColumn, NONE, POINT, POSE, Structure};
+use super::point::{Curvature, Prepared};
+use super::side_by_side::Workspace;
+use super::structure::{FIRST_THETA, NONE, POINT, Structure};
 use super::vectors::dispatch;
-use crate::measure::lanes::{LANES, Predictions, Views};
-use crate::measure::{self, MeasureError, Prediction};
-use crate::problem::{ImageObservation, Loss, Problem};
-use fill::{FillPlain, FillStraight};
+use crate::measure::{self, MeasureError};
+use crate::problem::Problem;
+use fill::FillMeasured;
+pub use spread::Contents;
 use std::ops::Range;
 
 /// Measurements of a batch: their rows stay in the nearest cache.
@@ -35,9 +37,7 @@ pub struct Rows {
     /// `sum rho`.
     pub chi_square: f64,
     curvature: Curvature,
-    views: Views,
-    predictions: Predictions,
-    prediction: Prediction,
+    contents: Contents,
 }
 
 /// Pairs of a point.
@@ -84,9 +84,7 @@ impl Rows {
             points: Vec::new(),
             chi_square: 0.0,
             curvature,
-            views: Views::default(),
-            predictions: Predictions::default(),
-            prediction: Prediction::default(),
+            contents: Contents::new(structure),
         }
     }
 
@@ -109,7 +107,7 @@ impl Rows {
     }
 
     /// Linearises some points. Errors: an observation that cannot be computed.
-    pub fn fill(&mut self, at: &Prepared<'_>, points: Range<usize>) -> Result<(), MeasureError> {
+    pub fn fill(&mut self, at: &Prepared<'_>, points: Range<usize>, work: &mut Workspace) -> Result<(), MeasureError> {
         let Prepared { problem, .. } = at;
         let starts = &problem.point_start;
         let measurements = starts[points.start]..starts[points.end];
@@ -125,14 +123,7 @@ impl Rows {
             self.points.push(OfPoint { number: j, measured, surveyed: surveyed..end });
             surveyed = end;
         }
-        let stages = &at.structure.stages;
-        if stages.plain_image() {
-            dispatch(FillPlain { rows: self, at, points })?;
-        } else if stages.straight() {
-            dispatch(FillStraight { rows: self, at, points })?;
-        } else {
-            self.fill_with_effects(at, points)?;
-        }
+        dispatch(FillMeasured { rows: self, at, points, work })?;
         for (c, pair) in controls.zip((measurements.len()..).step_by(2)) {
             self.fill_surveyed(at, c, pair)?;
         }
@@ -151,137 +142,6 @@ impl Rows {
         self.rank.clear();
         self.points.clear();
         self.chi_square = 0.0;
-    }
-
-    fn fill_with_effects(&mut self, at: &Prepared<'_>, points: Range<usize>) -> Result<(), MeasureError> {
-        let Prepared { problem, structure, state, frames } = at;
-        let mut prediction = std::mem::take(&mut self.prediction);
-        let mut pair = 0;
-        for j in points {
-            for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
-                let (image, object) = (observation.image as usize, &state.points[j]);
-                let (stages, frame) = (&structure.stages, &frames[image]);
-                measure::predict(problem, stages, frame, observation, object, &mut prediction)
-                    .ok_or_else(|| MeasureError::image_point(problem, j, image))?;
-                self.store(at, observation, pair, &prediction);
-                pair += 1;
-            }
-        }
-        self.prediction = prediction;
-        Ok(())
-    }
-
-    /// Stores the rows of a measurement that was predicted.
-    fn store(&mut self, at: &Prepared<'_>, observation: &ImageObservation, pair: usize, p: &Prediction) {
-        let structure = at.structure;
-        let image = observation.image as usize;
-        let Weighed { weight, v, shrink } = self.weigh(at, observation, pair, p.point);
-        let (width, stride, point) = (self.width, self.stride, self.point_column());
-        for i in 0..2 {
-            let shared = &mut self.shared[(2 * pair + i) * width..][..width];
-            for column in &structure.local[image] {
-                let derivative = match column.source {
-                    k if k < FIRST_THETA => p.d_camera[i][k as usize],
-                    k => p.d_theta[i][(k - FIRST_THETA) as usize],
-                };
-                shared[column.column as usize] = derivative * weight * column.scale;
-            }
-            for k in 0..3 {
-                shared[point + k] = p.d_point[i][k] * weight;
-            }
-            shared[point + 3] = v[i];
-            let own = &mut self.image[(2 * pair + i) * stride..][..stride];
-            for (own, d) in own.iter_mut().zip(p.d_pose[i]) {
-                *own = d * weight;
-            }
-            for column in &structure.own[image] {
-                own[column.row as usize] = p.d_theta[i][column.source as usize] * weight * column.scale;
-            }
-        }
-        self.finish(structure, pair, shrink);
-    }
-
-    /// Weight and weighted misclosure of a measurement that is predicted at `point`; adds its loss.
-    #[inline(always)]
-    fn weigh(&mut self, at: &Prepared<'_>, observation: &ImageObservation, pair: usize, point: [f64; 2]) -> Weighed {
-        let loss = at.problem.loss;
-        self.rank[pair] = at.structure.rank[observation.image as usize];
-        let misclosure = [observation.x - point[0], observation.y - point[1]];
-        let normalised = [misclosure[0] * observation.inverse_sigma, misclosure[1] * observation.inverse_sigma];
-        let s = normalised[0] * normalised[0] + normalised[1] * normalised[1];
-        let (cost, slope) = rho(loss, s);
-        self.chi_square += cost;
-        let weight =
-            if loss == Loss::None { observation.inverse_sigma } else { observation.inverse_sigma * slope.sqrt() };
-        let along = if self.curvature == Curvature::Newton { curvature_along(loss, s) } else { 1.0 };
-        let direction = || [normalised[0] / s.sqrt(), normalised[1] / s.sqrt()];
-        let shrink = (along < 1.0).then(|| (direction(), along.max(LEAST_CURVATURE).sqrt()));
-        Weighed { weight, v: [misclosure[0] * weight, misclosure[1] * weight], shrink }
-    }
-
-    /// What is done to rows once their derivatives are there: held unknowns have none.
-    #[inline(always)]
-    fn finish(&mut self, structure: &Structure, pair: usize, shrink: Option<([f64; 2], f64)>) {
-        let rank = self.rank[pair] as usize;
-        if structure.holds_pose[rank] {
-            let held = &structure.image_unknowns[rank * structure.dim..][..POSE];
-            for k in (0..POSE).filter(|k| held[*k] == usize::MAX) {
-                for i in 0..2 {
-                    self.image[(2 * pair + i) * self.stride + k] = 0.0;
-                }
-            }
-        }
-        if let Some((u, share)) = shrink {
-            self.shrink_along(pair, u, share);
-        }
-    }
-
-    /// Spreads weighted derivatives of up to eight measurements over their rows. Effects that act elsewhere do not move image points: columns of
-    /// theirs stay zero.
-    #[inline(always)]
-    fn spread(&mut self, at: &Prepared<'_>, numbers: Range<usize>, start: usize, p: &Predictions) {
-        let (width, stride, point) = (self.width, self.stride, self.point_column());
-        let Structure { local, one_list, .. } = at.structure;
-        let pairs = numbers.start - start..numbers.end - start;
-        let shared = &mut self.shared[2 * pairs.start * width..2 * pairs.end * width];
-        let image = &mut self.image[2 * pairs.start * stride..2 * pairs.end * stride];
-        let of_camera = |column: &&LocalColumn| column.source < FIRST_THETA;
-        for i in 0..2 {
-            if *one_list {
-                for column in local.first().into_iter().flatten().filter(of_camera) {
-                    let values = &p.d_camera[i][column.source as usize];
-                    spread_lane(&mut shared[i * width + column.column as usize..], 2 * width, values, column.scale);
-                }
-            } else {
-                for (lane, number) in numbers.clone().enumerate() {
-                    let image = at.problem.observations[number].image as usize;
-                    for column in local[image].iter().filter(of_camera) {
-                        shared[(2 * lane + i) * width + column.column as usize] =
-                            p.d_camera[i][column.source as usize][lane] * column.scale;
-                    }
-                }
-            }
-            for k in 0..3 {
-                spread_lane(&mut shared[i * width + point + k..], 2 * width, &p.d_point[i][k], 1.0);
-                spread_lane(&mut image[i * stride + k..], 2 * stride, &p.d_rotation[i][k], 1.0);
-                spread_lane(&mut image[i * stride + 3 + k..], 2 * stride, &p.d_point[i][k], -1.0);
-            }
-        }
-    }
-
-    /// Shrinks the derivatives along the unit vector `u` by `share`, and lengthens the misclosure that much, which lies along it: the same
-    /// gradient, less curvature.
-    fn shrink_along(&mut self, pair: usize, u: [f64; 2], share: f64) {
-        let misclosure = self.width - 1;
-        let (x, y) = self.shared[2 * pair * self.width..][..2 * self.width].split_at_mut(self.width);
-        let v = [x[misclosure], y[misclosure]].map(|v| v / share);
-        let (own_x, own_y) = self.image[2 * pair * self.stride..][..2 * self.stride].split_at_mut(self.stride);
-        for (x, y) in x.iter_mut().zip(y.iter_mut()).chain(own_x.iter_mut().zip(own_y)) {
-            let along = (1.0 - share) * (u[0] * *x + u[1] * *y);
-            *x -= along * u[0];
-            *y -= along * u[1];
-        }
-        (x[misclosure], y[misclosure]) = (v[0], v[1]);
     }
 
     /// Rows of the surveyed coordinates number `c`, in two pairs.
@@ -308,22 +168,5 @@ impl Rows {
             self.chi_square += v * v;
         }
         Ok(())
-    }
-}
-
-/// How much a measurement weighs.
-struct Weighed {
-    weight: f64,
-    /// Misclosure times weight.
-    v: [f64; 2],
-    /// See [`Rows::shrink_along`].
-    shrink: Option<([f64; 2], f64)>,
-}
-
-/// Every `step`-th place of `row` gets a value of a lane, as long as there are places.
-#[inline(always)]
-fn spread_lane(row: &mut [f64], step: usize, lane: &[f64; LANES], scale: f64) {
-    for (place, value) in row.iter_mut().step_by(step).zip(lane) {
-        *place = value * scale;
     }
 }

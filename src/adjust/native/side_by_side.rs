@@ -1,0 +1,245 @@
+//! The measurements of consecutive points, eight at a time: predicted side by side and weighed.
+
+use super::point::{Curvature, LEAST_CURVATURE, Prepared, curvature_along, rho};
+use super::structure::Structure;
+use crate::effects::Stage;
+use crate::measure::lanes::{LANES, Lane, MISCLOSURE, Predictions, Views};
+use crate::measure::{self, Frame, MeasureError, Prediction};
+use crate::problem::{Loss, Problem};
+use nalgebra::Vector3;
+use pulp::Simd;
+use std::ops::Range;
+
+/// Up to eight measurements.
+#[derive(Debug, Default)]
+pub struct Eight {
+    /// Their numbers.
+    pub numbers: Range<usize>,
+    /// The point of each.
+    pub points: [usize; LANES],
+    /// Observed x and y, px, and the inverse of their standard deviation, px^-1; zeros in places that are left over.
+    observed: [Lane; 3],
+    /// Weights; zeros in places that are left over.
+    pub weights: Lane,
+}
+
+/// Goes through them.
+pub struct Eights<'a> {
+    problem: &'a Problem,
+    frames: &'a [Frame],
+    objects: &'a [Vector3<f64>],
+    first_point: usize,
+    point: usize,
+    rest: Range<usize>,
+    one_interior: bool,
+}
+
+impl<'a> Eights<'a> {
+    /// The measurements of the points of a range, images being where `frames` says, and these points where `objects` does.
+    pub fn new(
+        at: &Prepared<'a>,
+        frames: &'a [Frame],
+        objects: &'a [Vector3<f64>],
+        points: Range<usize>,
+        views: &mut Views,
+    ) -> Self {
+        let problem = at.problem;
+        let one_interior = problem.camera_free.len() == 1 && at.structure.stages.of(Stage::Interior).is_empty();
+        if let (true, Some(frame)) = (one_interior, frames.first()) {
+            views.set_interiors(&frame.interior);
+        }
+        let rest = problem.point_start[points.start]..problem.point_start[points.end];
+        let first = points.start;
+        Self { problem, frames, objects, first_point: first, point: first, rest, one_interior }
+    }
+
+    /// Puts the next ones into `views` and `eight`; `false` where there are none.
+    #[inline(always)]
+    pub fn next<S: Simd>(&mut self, simd: S, views: &mut Views, eight: &mut Eight) -> bool {
+        let first = self.rest.start;
+        let count = LANES.min(self.rest.len());
+        if count == 0 {
+            return false;
+        }
+        eight.numbers = first..first + count;
+        for lane in 0..LANES {
+            // Places that the last group leaves empty see what its first sees.
+            let number = if lane < count { first + lane } else { first };
+            while lane < count && self.problem.point_start[self.point + 1] <= number {
+                self.point += 1;
+            }
+            eight.points[lane] = if lane < count { self.point } else { eight.points[0] };
+            let observation = &self.problem.observations[number];
+            let frame = &self.frames[observation.image as usize];
+            views.set(simd, lane, frame, &self.objects[eight.points[lane] - self.first_point]);
+            if !self.one_interior {
+                views.set_interior(lane, &frame.interior);
+            }
+            let weight = if lane < count { observation.inverse_sigma } else { 0.0 };
+            let [x, y, inverse_sigma] = &mut eight.observed;
+            (x[lane], y[lane], inverse_sigma[lane]) = (observation.x, observation.y, weight);
+        }
+        views.turn(simd);
+        self.rest.start += count;
+        true
+    }
+}
+
+/// Work space for the measurements of one thread.
+#[derive(Debug)]
+pub struct Workspace {
+    /// What the camera is given.
+    pub views: Views,
+    /// Which measurements these are.
+    pub eight: Eight,
+    /// What is predicted of them.
+    pub predictions: Predictions,
+    /// Of one that goes through effects.
+    prediction: Prediction,
+}
+
+impl Workspace {
+    /// Nothing is in it yet.
+    pub fn new(structure: &Structure) -> Self {
+        Self {
+            views: Views::default(),
+            eight: Eight::default(),
+            predictions: Predictions::new(structure.stages.local_len),
+            prediction: Prediction::default(),
+        }
+    }
+
+    /// Linearises and weighs the next of `eights`, which begin with the measurements of a state; adds their `rho` to `costs`. `false` where there
+    /// are none. Errors: a measurement that cannot be predicted.
+    #[inline(always)]
+    pub fn linearise<S: Simd>(
+        &mut self,
+        simd: S,
+        at: &Prepared<'_>,
+        curvature: Curvature,
+        eights: &mut Eights<'_>,
+        costs: &mut Lane,
+    ) -> Result<bool, MeasureError> {
+        let Self { views, eight, predictions, .. } = self;
+        let Prepared { problem, structure, .. } = at;
+        if !eights.next(simd, views, eight) {
+            return Ok(false);
+        }
+        let stages = &structure.stages;
+        if stages.straight() {
+            views.predict(simd, predictions);
+            if let Some(lane) = eight.behind(&predictions.depth) {
+                return Err(eight.error(problem, lane));
+            }
+        }
+        if !stages.plain_image() {
+            self.through_effects(at)?;
+        } else if problem.tie_dc_to_pp {
+            predictions.tie_centre();
+        }
+        self.eight.weigh(simd, problem.loss, curvature, &mut self.predictions, costs);
+        Ok(true)
+    }
+
+    /// Each through its effects; where none acts before the camera, that has seen them side by side.
+    fn through_effects(&mut self, at: &Prepared<'_>) -> Result<(), MeasureError> {
+        let Self { eight, predictions, prediction, .. } = self;
+        let Prepared { problem, structure, frames, state } = at;
+        let stages = &structure.stages;
+        for (lane, number) in eight.numbers.clone().enumerate() {
+            let observation = &problem.observations[number];
+            let (frame, object) = (&frames[observation.image as usize], &state.points[eight.points[lane]]);
+            match stages.straight() {
+                true => measure::predict_seen(problem, stages, frame, observation, (predictions, lane), prediction),
+                false => measure::predict(problem, stages, frame, observation, object, prediction),
+            }
+            .ok_or_else(|| eight.error(problem, lane))?;
+            predictions.set(lane, prediction);
+        }
+        Ok(())
+    }
+}
+
+impl Eight {
+    /// The first measurement that lies behind its camera.
+    #[inline(always)]
+    pub fn behind(&self, depth: &Lane) -> Option<usize> {
+        (0..LANES).find(|lane| depth[*lane] <= 0.0)
+    }
+
+    /// The same as an error.
+    pub fn error(&self, problem: &Problem, lane: usize) -> MeasureError {
+        let image = problem.observations[self.numbers.start + lane].image as usize;
+        MeasureError::image_point(problem, self.points[lane], image)
+    }
+
+    /// Weighs them, `predictions` giving their places: misclosures go there. Adds `rho` of each to `costs`.
+    #[inline(always)]
+    pub fn weigh<S: Simd>(
+        &mut self,
+        simd: S,
+        loss: Loss,
+        curvature: Curvature,
+        predictions: &mut Predictions,
+        costs: &mut Lane,
+    ) {
+        let (misclosures, squares) = self.misclosures(simd, &predictions.point);
+        for (row, misclosure) in predictions.rows.iter_mut().zip(misclosures) {
+            row[MISCLOSURE] = misclosure;
+        }
+        add_costs(simd, loss, &squares, costs);
+        if loss == Loss::None {
+            self.weights = self.observed[2];
+            return;
+        }
+        let mut shrinks = false;
+        let (mut directions, mut shares) = ([Lane::default(); 2], Lane::splat(1.0));
+        for lane in 0..LANES {
+            let (s, inverse_sigma) = (squares[lane], self.observed[2][lane]);
+            self.weights[lane] = inverse_sigma * rho(loss, s).1.sqrt();
+            let along = if curvature == Curvature::Newton { curvature_along(loss, s) } else { 1.0 };
+            if along < 1.0 {
+                (shrinks, shares[lane]) = (true, along.max(LEAST_CURVATURE).sqrt());
+                for i in 0..2 {
+                    directions[i][lane] = misclosures[i][lane] * inverse_sigma / s.sqrt();
+                }
+            }
+        }
+        if shrinks {
+            // Less curvature, the same gradient: the misclosure, which lies along the direction, grows by what the derivatives shrink by.
+            predictions.shrink_along(simd, &directions, &shares);
+            for row in &mut predictions.rows {
+                row[MISCLOSURE].iter_mut().zip(&*shares).for_each(|(v, share)| *v /= share);
+            }
+        }
+    }
+
+    /// Observed minus predicted, px, and their squared lengths over the variance.
+    #[inline(always)]
+    pub fn misclosures<S: Simd>(&self, simd: S, predicted: &[Lane; 2]) -> ([Lane; 2], Lane) {
+        let (mut misclosures, mut squares) = ([Lane::default(); 2], Lane::default());
+        for piece in 0..LANES / S::F64_LANES {
+            let mut sum = simd.splat_f64s(0.0);
+            for i in 0..2 {
+                let misclosure = simd.sub_f64s(self.observed[i].get::<S>(piece), predicted[i].get::<S>(piece));
+                let normalised = simd.mul_f64s(misclosure, self.observed[2].get::<S>(piece));
+                misclosures[i].set::<S>(piece, misclosure);
+                sum = simd.mul_add_f64s(normalised, normalised, sum);
+            }
+            squares.set::<S>(piece, sum);
+        }
+        (misclosures, squares)
+    }
+}
+
+/// Adds `rho` of `squares`.
+#[inline(always)]
+pub fn add_costs<S: Simd>(simd: S, loss: Loss, squares: &Lane, costs: &mut Lane) {
+    if loss != Loss::None {
+        costs.iter_mut().zip(&**squares).for_each(|(cost, s)| *cost += rho(loss, *s).0);
+        return;
+    }
+    for piece in 0..LANES / S::F64_LANES {
+        costs.set::<S>(piece, simd.add_f64s(costs.get::<S>(piece), squares.get::<S>(piece)));
+    }
+}
