@@ -55,8 +55,8 @@ export function startLab(t, ...words) {
   });
 }
 
-/** A page of 1600 by 1000; what goes wrong in it fails the test. */
-export async function openPage(t, url, { width = 1600, height = 1000, colorScheme = "light" } = {}) {
+/** A page of 1600 by 1000; what goes wrong in it fails the test. `before`: what is done with it before it has an address. */
+export async function openPage(t, url, { width = 1600, height = 1000, colorScheme = "light", before = async () => {} } = {}) {
   const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"] });
   t.after(() => browser.close());
   const page = await browser.newPage({ viewport: { width, height }, colorScheme });
@@ -66,6 +66,7 @@ export async function openPage(t, url, { width = 1600, height = 1000, colorSchem
   page.on("console", (message) => message.type() === "error" && page.faults.push(message.text()));
   mkdirSync(pictures, { recursive: true });
   page.picture = (name) => page.screenshot({ path: join(pictures, `${name}.png`) });
+  await before(page);
   await page.goto(url);
   return page;
 }

@@ -125,6 +125,35 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
   assert.deepEqual(expected, [], "nothing went wrong in the page");
 });
 
+test("a step that ends before the page listens is seen", { timeout: STEP }, async (t) => {
+  const lab = await startLab(t, RECEIVED, "-o", `${folder(t)}/lab`);
+  const { origin, searchParams } = new URL(lab.url);
+  const tree = async () => (await fetch(`${origin}/api/tree`, { headers: { "x-token": searchParams.get("token") } })).json();
+  let first = true;
+  const page = await openPage(t, lab.url, {
+    before: async (page) => {
+      // The page sees the tree as it was while the step was running, and listens when it has ended.
+      await page.route("**/api/tree", async (route) => {
+        const response = await route.fetch();
+        if (!first) return route.fulfill({ response });
+        first = false;
+        const { nodes, ...rest } = await response.json();
+        const known = ["id", "parent", "change", "words"];
+        const asRunning = (node) => Object.fromEntries(Object.entries(node).map(([key, value]) => [key, known.includes(key) ? value : null]));
+        const running = nodes.map((node) => ({ ...asRunning(node), state: "running" }));
+        await route.fulfill({ response, json: { ...rest, nodes: running } });
+      });
+      await page.route("**/api/events*", async (route) => {
+        while ((await tree()).nodes[0].state !== "done") await new Promise((done) => setTimeout(done, 200));
+        await route.continue();
+      });
+    },
+  });
+  await page.locator(".item.chosen.done").waitFor({ timeout: STEP });
+  assert.ok(!first, "the page was shown a step that runs");
+  assert.deepEqual(page.faults, []);
+});
+
 test("do all: the steps of improve, one by one", { timeout: 5 * STEP }, async (t) => {
   const lab = await startLab(t, RECEIVED, "-o", `${folder(t)}/lab`);
   const page = await openPage(t, lab.url);
