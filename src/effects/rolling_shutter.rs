@@ -76,8 +76,9 @@ impl Effect for RollingShutter {
         if turned {
             out[..3].copy_from_slice(log(&(exp(&turn) * exp(&r))).as_slice());
         }
-        // By the turn of the new rotation, camera axes.
-        let by_turn = left_jacobian_inverse(&vector(out, 0));
+        // By the turn of the new rotation, camera axes; where nothing turns, it is dear and not needed.
+        let turns = turning != Vector3::zeros() && (d_input.is_some() || d_theta.is_some());
+        let by_turn = if turns { left_jacobian_inverse(&vector(out, 0)) } else { Matrix3::zeros() };
         if let Some(matrix) = d_input {
             fill_identity(Stage::Exposure, matrix);
             if turned {

@@ -1,13 +1,15 @@
 //! One image measurement through the whole chain, with its derivatives composed by hand.
 
-use super::bent::predict_bent;
-use super::frame::{Frame, InteriorChain, Stages};
-use super::lanes::{CAMERA, POINT, Predictions, ROTATION};
+use super::frame::{Frame, Stages, by_rows};
+use super::lanes::{MISCLOSURE, POINT, ROTATION, THETA};
+use super::plain::PlainView;
+use super::ray::Ray;
+use super::through::{BY_THETA, Derivatives, IMAGE_INPUTS, through_image, through_interior, through_ray};
 use crate::camera::{DCX, DCY, PARAMETER_COUNT, PPX, PPY, fraser};
 use crate::effects::{Context, IMAGE_INTERIOR, Stage};
 use crate::math::rotation;
 use crate::problem::{ImageObservation, Problem};
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::Vector3;
 
 /// Predicted image point and its derivatives; buffers are reused from measurement to measurement.
 #[derive(Debug, Clone, Default)]
@@ -22,7 +24,7 @@ pub struct Prediction {
     pub d_point: [[f64; 3]; 2],
     /// By the local list of effect parameters.
     pub d_theta: [Vec<f64>; 2],
-    pub(super) scratch: Scratch,
+    work: Work,
 }
 
 impl Prediction {
@@ -34,15 +36,36 @@ impl Prediction {
     }
 }
 
+impl Derivatives for Prediction {
+    type Number = f64;
+
+    #[inline(always)]
+    fn get(&self, i: usize, place: usize) -> f64 {
+        match place {
+            _ if place < ROTATION => self.d_camera[i][place],
+            _ if place < POINT => self.d_pose[i][place - ROTATION],
+            _ if place < MISCLOSURE => self.d_point[i][place - POINT],
+            _ => self.d_theta[i][place - THETA],
+        }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, i: usize, place: usize, value: f64) {
+        match place {
+            _ if place < ROTATION => self.d_camera[i][place] = value,
+            _ if place < POINT => self.d_pose[i][place - ROTATION] = value,
+            _ if place < MISCLOSURE => self.d_point[i][place - POINT] = value,
+            _ => self.d_theta[i][place - THETA] = value,
+        }
+    }
+}
+
 /// Work space.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Scratch {
-    /// Derivative of (r, C) after the exposure stage by local parameters, 6 each.
-    pub pose_by_theta: Vec<[f64; 6]>,
-    /// Derivative of P after the ray stage by local parameters, 3 each.
-    pub point_by_theta: Vec<[f64; 3]>,
-    /// Derivatives of an effect's output by its own parameters, row by row.
-    pub d_own: Vec<f64>,
+struct Work {
+    ray: Ray,
+    numbers: Vec<f64>,
+    d_own: Vec<f64>,
 }
 
 /// Predicts the image point of `object` in the image of `frame`. `None`: behind the camera, or outside an effect's domain.
@@ -57,47 +80,21 @@ pub fn predict(
     let context = context(problem, observation);
     out.clear(stages);
     if stages.straight() {
-        predict_plain(frame, object, out)?;
+        predict_plain(&frame.view(object), out)?;
     } else {
-        predict_bent(problem, stages, frame, &context, object, out)?;
+        let mut work = std::mem::take(&mut out.work);
+        let Work { ray, numbers, .. } = &mut work;
+        ray.bend(problem, stages, frame, &context, object)?;
+        let view = PlainView { rotation: by_rows(&ray.rotation), centre: ray.centre.into(), ..frame.view(&ray.point) };
+        predict_plain(&view, out)?;
+        numbers.resize(BY_THETA + 6 * stages.ray_locals.len(), 0.0);
+        ray.write(|k, value| numbers[k] = value);
+        through_ray(out, numbers.as_slice(), true, &stages.ray_locals);
+        out.work = work;
     }
-    finish(problem, stages, frame, &context, out)
-}
-
-/// The same of a straight ray that the plain camera has seen, side by side with others.
-pub fn predict_seen(
-    problem: &Problem,
-    stages: &Stages,
-    frame: &Frame,
-    observation: &ImageObservation,
-    (seen, lane): (&Predictions, usize),
-    out: &mut Prediction,
-) -> Option<()> {
-    if seen.depth[lane] <= 0.0 {
-        return None;
-    }
-    out.clear(stages);
-    for i in 0..2 {
-        out.point[i] = seen.point[i][lane];
-        let of = |first: usize, k: usize| seen.rows[i][first + k][lane];
-        out.d_camera[i] = std::array::from_fn(|k| of(CAMERA, k));
-        out.d_pose[i] = std::array::from_fn(|k| of(ROTATION, k));
-        out.d_point[i] = std::array::from_fn(|k| of(POINT, k));
-    }
-    finish(problem, stages, frame, &context(problem, observation), out)
-}
-
-/// What comes behind the camera, and derivatives by the camera's own numbers.
-fn finish(
-    problem: &Problem,
-    stages: &Stages,
-    frame: &Frame,
-    context: &Context<'_>,
-    out: &mut Prediction,
-) -> Option<()> {
-    apply_image_effects(problem, stages, frame, context, out)?;
+    apply_image_effects(problem, stages, frame, &context, out)?;
     if let Some(chain) = &frame.interior_chain {
-        through_interior_effects(chain, out);
+        through_interior(out, chain);
     }
     if problem.tie_dc_to_pp {
         for row in &mut out.d_camera {
@@ -158,7 +155,7 @@ pub fn point_behind_camera(
     Some(point)
 }
 
-fn context<'a>(problem: &'a Problem, observation: &ImageObservation) -> Context<'a> {
+pub(super) fn context<'a>(problem: &'a Problem, observation: &ImageObservation) -> Context<'a> {
     Context {
         block: &problem.block_context,
         image: &problem.image_contexts[observation.image as usize],
@@ -169,15 +166,14 @@ fn context<'a>(problem: &'a Problem, observation: &ImageObservation) -> Context<
 }
 
 /// What an image effect gets.
-fn image_input(point: &[f64; 2], frame: &Frame) -> [f64; IMAGE_INPUTS] {
+pub(super) fn image_input(point: &[f64; 2], frame: &Frame) -> [f64; IMAGE_INPUTS] {
     let mut input = [0.0; IMAGE_INPUTS];
     input[..IMAGE_INTERIOR].copy_from_slice(point);
     input[IMAGE_INTERIOR..].copy_from_slice(&frame.interior);
     input
 }
 
-fn predict_plain(frame: &Frame, object: &Vector3<f64>, out: &mut Prediction) -> Option<()> {
-    let view = frame.view(object);
+fn predict_plain(view: &PlainView<f64>, out: &mut Prediction) -> Option<()> {
     let camera_point = view.camera_point();
     if camera_point[2] <= 0.0 {
         return None;
@@ -191,11 +187,8 @@ fn predict_plain(frame: &Frame, object: &Vector3<f64>, out: &mut Prediction) -> 
     Some(())
 }
 
-/// Numbers that an image effect gets.
-const IMAGE_INPUTS: usize = Stage::Image.inputs();
-
 /// Derivatives of an image effect that hands on what it gets, row by row.
-const IMAGE_IDENTITY: [f64; 2 * IMAGE_INPUTS] = identity(2, 0);
+pub(super) const IMAGE_IDENTITY: [f64; 2 * IMAGE_INPUTS] = identity(2, 0);
 
 /// `[0 I 0]` of so many rows, `I` from column `first` on.
 pub(super) const fn identity<const N: usize>(rows: usize, first: usize) -> [f64; N] {
@@ -216,64 +209,18 @@ fn apply_image_effects(
     context: &Context<'_>,
     out: &mut Prediction,
 ) -> Option<()> {
-    let own = |e: usize| stages.local_offset[e]..stages.local_offset[e] + problem.effects[e].slots.len();
-    let Prediction { point, d_camera, d_pose, d_point, d_theta: [d_x, d_y], scratch } = out;
-    let effects = stages.of(Stage::Image);
-    for (position, &e) in effects.iter().enumerate() {
-        let count = own(e).len();
-        let mut next = [0.0; 2];
+    let mut d_own = std::mem::take(&mut out.work.d_own);
+    for (position, &e) in stages.of(Stage::Image).iter().enumerate() {
+        let own = stages.locals(problem, e);
         let mut d_in = [0.0; 2 * IMAGE_INPUTS];
-        scratch.d_own.resize(2 * count, 0.0);
-        let (input, theta) = (image_input(point, frame), &frame.theta[own(e)]);
+        d_own.resize(2 * own.len(), 0.0);
+        let (input, theta) = (image_input(&out.point, frame), &frame.theta[own.clone()]);
         let effect = &problem.effects[e].effect;
-        effect.eval(context, &input, theta, &mut next, Some(&mut d_in), Some(&mut scratch.d_own)).ok()?;
+        effect.eval(context, &input, theta, &mut out.point, Some(&mut d_in), Some(&mut d_own)).ok()?;
         // At zero, where candidates are tested, an effect hands its input on.
-        if d_in != IMAGE_IDENTITY {
-            let (of_x, of_y) = d_in.split_at(IMAGE_INPUTS);
-            let by_point = [[of_x[0], of_x[1]], [of_y[0], of_y[1]]];
-            multiply(&by_point, d_pose);
-            multiply(&by_point, d_point);
-            multiply(&by_point, d_camera);
-            for (row, of) in d_camera.iter_mut().zip([of_x, of_y]) {
-                row.iter_mut().zip(&of[IMAGE_INTERIOR..]).for_each(|(sum, by_interior)| *sum += by_interior);
-            }
-            let before = effects[..position].iter().flat_map(|e| own(*e));
-            for k in stages.ray_locals.iter().copied().chain(before) {
-                [d_x[k], d_y[k]] = by_point.map(|[x, y]| x * d_x[k] + y * d_y[k]);
-            }
-        }
-        let (of_x, of_y) = scratch.d_own.split_at(count);
-        d_x[own(e)].copy_from_slice(of_x);
-        d_y[own(e)].copy_from_slice(&of_y[..count]);
-        *point = next;
+        let identity = d_in == IMAGE_IDENTITY;
+        through_image(out, (d_in.as_slice(), d_own.as_slice()), own, stages.before(problem, position), identity);
     }
+    out.work.d_own = d_own;
     Some(())
-}
-
-/// `rows <- by_point rows`.
-fn multiply<const N: usize>(by_point: &[[f64; 2]; 2], rows: &mut [[f64; N]; 2]) {
-    let [x, y] = *rows;
-    for (row, [by_x, by_y]) in rows.iter_mut().zip(by_point) {
-        *row = std::array::from_fn(|k| by_x * x[k] + by_y * y[k]);
-    }
-}
-
-/// Derivatives by the interior orientation, so far by that after its effects, through those effects.
-fn through_interior_effects(chain: &InteriorChain, out: &mut Prediction) {
-    let Prediction { d_camera, d_pose, d_theta: [d_x, d_y], .. } = out;
-    let [of_x, of_y] = &*d_camera;
-    for (local, entry, value) in &chain.d_theta {
-        d_x[*local] += value * of_x[*entry];
-        d_y[*local] += value * of_y[*entry];
-    }
-    for (d_camera, d_pose) in d_camera.iter_mut().zip(d_pose) {
-        let by_interior = SMatrix::<f64, 1, PARAMETER_COUNT>::from_row_slice(d_camera);
-        if let Some(d_rotation) = &chain.d_rotation {
-            let by_rotation = by_interior * d_rotation;
-            d_pose.iter_mut().zip(by_rotation.iter()).for_each(|(sum, by_rotation)| *sum += by_rotation);
-        }
-        if let Some(d_interior) = &chain.d_interior {
-            d_camera.copy_from_slice((by_interior * d_interior).as_slice());
-        }
-    }
 }

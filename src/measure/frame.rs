@@ -9,6 +9,7 @@ use crate::effects::{Context, OutsideDomain, Role, Stage};
 use crate::math::rotation;
 use crate::problem::{Problem, State};
 use nalgebra::{Matrix3, SMatrix, Vector3};
+use std::ops::Range;
 
 /// Numbers that an interior effect gets.
 const INPUTS: usize = Stage::Interior.inputs();
@@ -75,6 +76,18 @@ impl Stages {
     /// Effects of a stage, in the order in which they act.
     pub fn of(&self, stage: Stage) -> &[usize] {
         &self.by_stage[stage as usize]
+    }
+
+    /// Where the parameters of an effect stand in the local list.
+    pub fn locals(&self, problem: &Problem, effect: usize) -> Range<usize> {
+        let first = self.local_offset[effect];
+        first..first + problem.effects[effect].slots.len()
+    }
+
+    /// Positions in the local list of what image points depend on before the image effect number `position`.
+    pub fn before(&self, problem: &Problem, position: usize) -> impl Iterator<Item = usize> {
+        let effects = &self.of(Stage::Image)[..position];
+        self.ray_locals.iter().copied().chain(effects.iter().flat_map(|e| self.locals(problem, *e)))
     }
 
     /// Nothing acts between the plain camera and the image point.
@@ -170,7 +183,7 @@ impl Frame {
     /// A point as the plain camera sees it in this image.
     pub fn view(&self, object: &Vector3<f64>) -> PlainView<f64> {
         PlainView {
-            rotation: std::array::from_fn(|i| std::array::from_fn(|k| self.rotation[(i, k)])),
+            rotation: by_rows(&self.rotation),
             centre: self.centre.into(),
             object: (*object).into(),
             interior: self.interior,
@@ -232,7 +245,12 @@ impl Frame {
     }
 }
 
-fn plain(rotation: &Matrix3<f64>, centre: &Vector3<f64>) -> [Lane; 2] {
+pub(super) fn by_rows(rotation: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|k| rotation[(i, k)]))
+}
+
+/// See [`Frame::plain`].
+pub(super) fn plain(rotation: &Matrix3<f64>, centre: &Vector3<f64>) -> [Lane; 2] {
     let by_rows = rotation.transpose();
     let mut all = by_rows.iter().chain(centre).copied();
     [0; 2].map(|_| Lane(std::array::from_fn(|_| all.next().unwrap_or(0.0))))

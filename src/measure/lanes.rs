@@ -1,8 +1,6 @@
-//! The plain camera for eight measurements at a time, in vector registers of any width: the same text as for one ([`super::PlainView`]), and the
-//! same numbers.
+//! The plain camera for eight measurements at a time, in vector registers of any width: the same text as for one
+//! ([`super::PlainView`]), and the same numbers.
 
-use super::chain::Prediction;
-use super::frame::Frame;
 use super::plain::PlainView;
 use super::transpose::transpose;
 use crate::camera::{DCX, DCY, Interior, PARAMETER_COUNT, PPX, PPY, fraser};
@@ -106,26 +104,26 @@ const OF_FRAME: usize = 12;
 #[derive(Debug, Clone, Default)]
 #[repr(C, align(64))]
 pub struct Views {
-    /// Of the image, measurement by measurement, then number by number: [`Frame::plain`].
+    /// Of the image, measurement by measurement, then number by number: [`super::Frame::plain`].
     image: [[Lane; LANES]; 2],
     /// The object point, likewise.
     object: [Lane; LANES],
     interior: [Lane; PARAMETER_COUNT],
 }
 
-/// Places in [`Predictions::rows`]: derivatives by the interior orientation ...
+/// First place in [`Predictions::rows`] of the derivatives by the interior orientation.
 pub const CAMERA: usize = 0;
-/// ... by the rotation `w` ...
+/// First place of those by the rotation `w`.
 pub const ROTATION: usize = CAMERA + PARAMETER_COUNT;
-/// ... by the projection centre ...
+/// First place of those by the projection centre.
 pub const CENTRE: usize = ROTATION + 3;
-/// ... by the object point ...
+/// First place of those by the object point.
 pub const POINT: usize = CENTRE + 3;
-/// ... observed minus predicted, px, which the weighing puts there ...
+/// Place of observed minus predicted, px, which the weighing puts there.
 pub const MISCLOSURE: usize = POINT + 3;
-/// ... zeros ...
+/// Place of zeros.
 pub const NOTHING: usize = MISCLOSURE + 1;
-/// ... and derivatives by the local list of effect parameters.
+/// First place of the derivatives by the local list of effect parameters.
 pub const THETA: usize = NOTHING + 1;
 
 /// What the camera predicts of eight measurements; see [`super::PlainPrediction`].
@@ -135,7 +133,7 @@ pub struct Predictions {
     pub depth: Lane,
     /// Image point, px.
     pub point: [Lane; 2],
-    /// Derivatives of x and of y.
+    /// Derivatives of x and of y, by place.
     pub rows: [Vec<Lane>; 2],
 }
 
@@ -144,16 +142,6 @@ impl Predictions {
     pub fn new(local_len: usize) -> Self {
         let row = vec![Lane::default(); THETA + local_len];
         Self { depth: Lane::default(), point: Default::default(), rows: [row.clone(), row] }
-    }
-
-    /// Takes what was predicted of one measurement alone.
-    pub fn set(&mut self, lane: usize, p: &Prediction) {
-        for (i, row) in self.rows.iter_mut().enumerate() {
-            self.point[i][lane] = p.point[i];
-            let derivatives = p.d_camera[i].iter().chain(&p.d_pose[i]).chain(&p.d_point[i]);
-            row[..MISCLOSURE].iter_mut().zip(derivatives).for_each(|(to, derivative)| to[lane] = *derivative);
-            row[THETA..].iter_mut().zip(&p.d_theta[i]).for_each(|(to, derivative)| to[lane] = *derivative);
-        }
     }
 
     /// The centre of distortion follows the principal point.
@@ -186,10 +174,10 @@ impl Predictions {
 }
 
 impl Views {
-    /// Takes `lane` for a point in the image of `frame`.
+    /// Takes `lane` for a point in an image with these numbers ([`super::Frame::plain`]).
     #[inline(always)]
-    pub fn set<S: Simd>(&mut self, simd: S, lane: usize, frame: &Frame, object: &Vector3<f64>) {
-        for (rows, numbers) in self.image.iter_mut().zip(&frame.plain) {
+    pub fn set<S: Simd>(&mut self, simd: S, lane: usize, plain: &[Lane; 2], object: &Vector3<f64>) {
+        for (rows, numbers) in self.image.iter_mut().zip(plain) {
             rows[lane] = *numbers;
         }
         let (registers, _) = S::as_mut_simd_f64s(&mut *self.object[lane]);

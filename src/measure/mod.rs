@@ -3,17 +3,20 @@
 //! It is part of no solver: the native one linearises with it, and whoever looks at a fitted state predicts with
 //! [`Predictor`]. Ceres has its own, from the forward formulas, so that the two can disagree.
 
-mod bent;
 mod chain;
+mod eight;
 mod error;
 mod frame;
 pub mod lanes;
 mod plain;
 mod position;
 mod predictor;
+mod ray;
+mod through;
 mod transpose;
 
-pub use chain::{Prediction, point_behind_camera, predict, predict_point, predict_seen};
+pub use chain::{Prediction, point_behind_camera, predict, predict_point};
+pub use eight::{Answers, Seen};
 pub use error::MeasureError;
 pub use frame::{Frame, InteriorChain, Stages, frames};
 pub use plain::{PlainPrediction, PlainView};

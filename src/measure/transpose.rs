@@ -1,5 +1,5 @@
-//! Eight by eight numbers transposed, in vector registers where there are any: what is by measurement becomes by quantity, and back. One number at a
-//! time costs as much as the camera itself.
+//! Eight by eight numbers transposed, in vector registers where there are any: what is by measurement becomes by
+//! quantity, and back. One number at a time costs as much as the camera itself.
 
 use super::lanes::{LANES, Lane};
 #[cfg(target_arch = "x86_64")]

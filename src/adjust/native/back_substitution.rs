@@ -1,4 +1,5 @@
-//! Points after a step of images and border, eight measurements side by side: no row is stored, each is multiplied by the increments at once.
+//! Points after a step of images and border, eight measurements side by side: no row is stored, each is multiplied by
+//! the increments at once.
 
 use super::eliminate::Whitening;
 use super::point::{Curvature, Prepared};

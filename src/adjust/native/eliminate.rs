@@ -1,5 +1,5 @@
-//! Sums over the rows of a batch with each point taken out, in whole vectors: `S += J'J - Z'Z`, `b += J'v - Z'z`, where a point has
-//! `V = J_point' J_point = L L'`, `Z = L^-1 J_point' J` and `z = L^-1 J_point' v`.
+//! Sums over the rows of a batch with each point taken out, in whole vectors: `S += J'J - Z'Z`, `b += J'v - Z'z`, where
+//! a point has `V = J_point' J_point = L L'`, `Z = L^-1 J_point' J` and `z = L^-1 J_point' v`.
 
 use super::aligned::{Aligned, LINE};
 use super::rows::{GROUP, OfPoint, Rows};
@@ -138,8 +138,8 @@ impl<const D: usize> WithSimd for Eliminate<'_, D> {
 /// Sums that grow at the same time: each waits for its own last product alone.
 const COLUMNS: usize = 4;
 
-/// Upper triangle of `target += X'X`, `target` of `columns` rows (filled up to a multiple of [`COLUMNS`]) and X of rows of `width`, a multiple of
-/// eight of them.
+/// Upper triangle of `target += X'X`, `target` of `columns` rows (filled up to a multiple of [`COLUMNS`]) and X of rows
+/// of `width`, a multiple of eight of them.
 #[inline(always)]
 fn add_outer<S: Simd>(simd: S, target: &mut [f64], columns: usize, width: usize, rows: &[f64]) {
     const ROWS: usize = 2 * GROUP;
@@ -273,21 +273,14 @@ impl Whitening {
 struct ImageRows<'a> {
     shared: [&'a [f64]; 2],
     image: [&'a [f64]; 2],
-    by_point: [[f64; 3]; 2],
-    v: [f64; 2],
 }
 
 impl<'a> ImageRows<'a> {
     #[inline(always)]
     fn of(rows: &'a Rows, pair: usize) -> Self {
-        let at = rows.point_column();
-        let by_point = |row: &[f64]| [row[at], row[at + 1], row[at + 2]];
-        let shared = [rows.shared_row(pair, 0), rows.shared_row(pair, 1)];
         Self {
+            shared: [rows.shared_row(pair, 0), rows.shared_row(pair, 1)],
             image: [rows.image_row(pair, 0), rows.image_row(pair, 1)],
-            by_point: [by_point(shared[0]), by_point(shared[1])],
-            v: [shared[0][at + 3], shared[1][at + 3]],
-            shared,
         }
     }
 
@@ -296,19 +289,21 @@ impl<'a> ImageRows<'a> {
     fn multiply<S: Simd>(&self, simd: S, whitening: &Whitening, z: &mut [f64], image_sums: &mut [f64]) {
         let ((x, _), (y, _)) = (S::as_simd_f64s(self.image[0]), S::as_simd_f64s(self.image[1]));
         let pieces = x.len();
+        // Read where they stand: copies of three numbers are stored in twos and loaded before they have arrived.
+        let [of_x, of_y] = self.shared.map(|row| &row[row.len() - POINT..]);
         let (z, _) = S::as_mut_simd_f64s(z);
         let (sums, _) = S::as_mut_simd_f64s(image_sums);
         for piece in 0..pieces {
             let row = [x[piece], y[piece]];
             let mut w = [simd.splat_f64s(0.0); 3];
             for a in 0..3 {
-                w[a] = add_products(simd, [self.by_point[0][a], self.by_point[1][a]], row, w[a]);
+                w[a] = add_products(simd, [of_x[a], of_y[a]], row, w[a]);
             }
             let whitened = whitening.whitened(simd, w);
             for a in 0..3 {
                 z[a * pieces + piece] = whitened[a];
             }
-            sums[piece] = add_products(simd, self.v, row, sums[piece]);
+            sums[piece] = add_products(simd, [of_x[3], of_y[3]], row, sums[piece]);
             let squares = simd.mul_add_f64s(row[1], row[1], sums[pieces + piece]);
             sums[pieces + piece] = simd.mul_add_f64s(row[0], row[0], squares);
         }

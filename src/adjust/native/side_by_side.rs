@@ -4,7 +4,7 @@ use super::point::{Curvature, LEAST_CURVATURE, Prepared, curvature_along, rho};
 use super::structure::Structure;
 use crate::effects::Stage;
 use crate::measure::lanes::{LANES, Lane, MISCLOSURE, Predictions, Views};
-use crate::measure::{self, Frame, MeasureError, Prediction};
+use crate::measure::{Answers, Frame, MeasureError, Seen};
 use crate::problem::{Loss, Problem};
 use nalgebra::Vector3;
 use pulp::Simd;
@@ -35,7 +35,8 @@ pub struct Eights<'a> {
 }
 
 impl<'a> Eights<'a> {
-    /// The measurements of the points of a range, images being where `frames` says, and these points where `objects` does.
+    /// The measurements of the points of a range, images being where `frames` says, and these points where `objects`
+    /// does.
     pub fn new(
         at: &Prepared<'a>,
         frames: &'a [Frame],
@@ -71,7 +72,7 @@ impl<'a> Eights<'a> {
             eight.points[lane] = if lane < count { self.point } else { eight.points[0] };
             let observation = &self.problem.observations[number];
             let frame = &self.frames[observation.image as usize];
-            views.set(simd, lane, frame, &self.objects[eight.points[lane] - self.first_point]);
+            views.set(simd, lane, &frame.plain, &self.objects[eight.points[lane] - self.first_point]);
             if !self.one_interior {
                 views.set_interior(lane, &frame.interior);
             }
@@ -94,8 +95,8 @@ pub struct Workspace {
     pub eight: Eight,
     /// What is predicted of them.
     pub predictions: Predictions,
-    /// Of one that goes through effects.
-    prediction: Prediction,
+    /// What effects answer.
+    answers: Answers,
 }
 
 impl Workspace {
@@ -105,12 +106,12 @@ impl Workspace {
             views: Views::default(),
             eight: Eight::default(),
             predictions: Predictions::new(structure.stages.local_len),
-            prediction: Prediction::default(),
+            answers: Answers::default(),
         }
     }
 
-    /// Linearises and weighs the next of `eights`, which begin with the measurements of a state; adds their `rho` to `costs`. `false` where there
-    /// are none. Errors: a measurement that cannot be predicted.
+    /// Linearises and weighs the next of `eights`, which begin with the measurements of a state; adds their `rho` to
+    /// `costs`. `false` where there are none. Errors: a measurement that cannot be predicted.
     #[inline(always)]
     pub fn linearise<S: Simd>(
         &mut self,
@@ -120,43 +121,27 @@ impl Workspace {
         eights: &mut Eights<'_>,
         costs: &mut Lane,
     ) -> Result<bool, MeasureError> {
-        let Self { views, eight, predictions, .. } = self;
-        let Prepared { problem, structure, .. } = at;
+        let Self { views, eight, predictions, answers } = self;
+        let Prepared { problem, structure, frames, state } = at;
         if !eights.next(simd, views, eight) {
             return Ok(false);
         }
-        let stages = &structure.stages;
-        if stages.straight() {
+        if structure.stages.plain_image() {
             views.predict(simd, predictions);
             if let Some(lane) = eight.behind(&predictions.depth) {
                 return Err(eight.error(problem, lane));
             }
-        }
-        if !stages.plain_image() {
-            self.through_effects(at)?;
-        } else if problem.tie_dc_to_pp {
-            predictions.tie_centre();
-        }
-        self.eight.weigh(simd, problem.loss, curvature, &mut self.predictions, costs);
-        Ok(true)
-    }
-
-    /// Each through its effects; where none acts before the camera, that has seen them side by side.
-    fn through_effects(&mut self, at: &Prepared<'_>) -> Result<(), MeasureError> {
-        let Self { eight, predictions, prediction, .. } = self;
-        let Prepared { problem, structure, frames, state } = at;
-        let stages = &structure.stages;
-        for (lane, number) in eight.numbers.clone().enumerate() {
-            let observation = &problem.observations[number];
-            let (frame, object) = (&frames[observation.image as usize], &state.points[eight.points[lane]]);
-            match stages.straight() {
-                true => measure::predict_seen(problem, stages, frame, observation, (predictions, lane), prediction),
-                false => measure::predict(problem, stages, frame, observation, object, prediction),
+            if problem.tie_dc_to_pp {
+                predictions.tie_centre();
             }
-            .ok_or_else(|| eight.error(problem, lane))?;
-            predictions.set(lane, prediction);
+        } else {
+            let observations = &problem.observations[eight.numbers.clone()];
+            let objects = eight.points.map(|point| state.points[point]);
+            let seen = Seen { problem, stages: &structure.stages, frames, observations, objects };
+            seen.predict(simd, views, predictions, answers).map_err(|lane| eight.error(problem, lane))?;
         }
-        Ok(())
+        eight.weigh(simd, problem.loss, curvature, predictions, costs);
+        Ok(true)
     }
 }
 
@@ -206,7 +191,8 @@ impl Eight {
             }
         }
         if shrinks {
-            // Less curvature, the same gradient: the misclosure, which lies along the direction, grows by what the derivatives shrink by.
+            // Less curvature, the same gradient: the misclosure, which lies along the direction, grows by what the
+            // derivatives shrink by.
             predictions.shrink_along(simd, &directions, &shares);
             for row in &mut predictions.rows {
                 row[MISCLOSURE].iter_mut().zip(&*shares).for_each(|(v, share)| *v /= share);

@@ -54,7 +54,8 @@ impl Contents {
 }
 
 impl Rows {
-    /// Spreads up to eight measurements over their rows; `start` is the number of the measurement that the rows begin with.
+    /// Spreads up to eight measurements over their rows; `start` is the number of the measurement that the rows begin
+    /// with.
     #[inline(always)]
     pub(super) fn spread<S: Simd>(&mut self, simd: S, at: &Prepared<'_>, start: usize, eight: &Eight, p: &Predictions) {
         let Prepared { problem, structure, .. } = at;
