@@ -166,7 +166,7 @@ CovarianceResult covariance_at(const View& view) {
 
 void map_large_allocations() {
 #ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, 1 << 20);
+  mallopt(M_MMAP_THRESHOLD, 4 << 20);
 #endif
 }
 
