@@ -1,6 +1,7 @@
 //! Groups of observations that are much less precise than stated: a finding of its own, with what causes it.
 
 use super::fit::{DiagnoseError, Fit};
+use super::squares;
 use super::weights::MOST;
 use crate::block::Block;
 use crate::measure::Predictor;
@@ -10,6 +11,10 @@ use serde::{Deserialize, Serialize};
 
 /// Images or points that are named at most.
 const NAMED: usize = 3;
+/// Axes of a position.
+const PLAN: &[usize] = &[0, 1];
+/// See [`PLAN`].
+const HEIGHT: &[usize] = &[2];
 
 /// A group whose stated precision the residuals contradict.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,22 +39,30 @@ pub fn beyond(block: &Block, fit: &Fit) -> Result<Vec<Imprecise>, DiagnoseError>
     let residuals = Residuals { fit, predictor: Predictor::new(&fit.problem, &fit.solution.state)? };
     let any = |_: usize| true;
     let mut groups: Vec<Group> = Vec::new();
-    let mut add = |group: String, factor: f64, residuals: &dyn Fn() -> Vec<(f64, String)>| {
+    if image >= MOST {
+        groups.push(("image measurements".into(), image, residuals.images(any)?));
+    }
+    for (group, factor, axes) in [("control in plan", control, PLAN), ("control in height", control_z, HEIGHT)] {
         if factor >= MOST {
-            groups.push((group, factor, residuals()));
+            groups.push((group.into(), factor, residuals.control(axes)));
         }
-    };
-    add("image measurements".into(), image, &|| residuals.images(any));
-    add("control in plan".into(), control, &|| residuals.control(&[0, 1]));
-    add("control in height".into(), control_z, &|| residuals.control(&[2]));
-    add("GNSS in plan".into(), gnss, &|| residuals.gnss(&[0, 1], any));
-    add("GNSS in height".into(), gnss_z, &|| residuals.gnss(&[2], any));
+    }
+    for (group, factor, axes) in [("GNSS in plan", gnss, PLAN), ("GNSS in height", gnss_z, HEIGHT)] {
+        if factor >= MOST {
+            groups.push((group.into(), factor, residuals.gnss(axes, any)));
+        }
+    }
     for (flight, name) in block.flights.iter().enumerate() {
         let Some(FlightFactors { image, gnss, gnss_z }) = fit.model.flight_factors.get(name) else { continue };
         let own = |image: usize| fit.problem.image_contexts[image].flight as usize == flight;
-        add(format!("image measurements of flight {name}"), *image, &|| residuals.images(own));
-        add(format!("GNSS in plan of flight {name}"), *gnss, &|| residuals.gnss(&[0, 1], own));
-        add(format!("GNSS in height of flight {name}"), *gnss_z, &|| residuals.gnss(&[2], own));
+        if *image >= MOST {
+            groups.push((format!("image measurements of flight {name}"), *image, residuals.images(own)?));
+        }
+        for (group, factor, axes) in [("GNSS in plan", *gnss, PLAN), ("GNSS in height", *gnss_z, HEIGHT)] {
+            if factor >= MOST {
+                groups.push((format!("{group} of flight {name}"), factor, residuals.gnss(axes, own)));
+            }
+        }
     }
     let named = |(group, factor, mut by_name): Group| {
         by_name.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -66,21 +79,15 @@ struct Residuals<'a> {
 
 impl Residuals<'_> {
     /// Mean over the measurements of each image.
-    fn images(&self, of: impl Fn(usize) -> bool) -> Vec<(f64, String)> {
-        let Fit { problem, solution, .. } = self.fit;
-        let mut sums = vec![(0.0, 0.0); problem.image_names.len()];
-        for (j, point) in solution.state.points.iter().enumerate() {
-            for seen in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
-                let predicted = self.predictor.image_point(seen.image as usize, [seen.x, seen.y], point);
-                if let Some(([x, y], _)) = predicted {
-                    let (sum, count) = &mut sums[seen.image as usize];
-                    *sum += ((seen.x - x).powi(2) + (seen.y - y).powi(2)) * seen.inverse_sigma.powi(2);
-                    *count += 1.0;
-                }
-            }
-        }
+    fn images(&self, of: impl Fn(usize) -> bool) -> Result<Vec<(f64, String)>, DiagnoseError> {
+        let mut sums = vec![(0.0, 0.0); self.fit.problem.image_names.len()];
+        squares::each(self.fit, |_, image, square| {
+            let (sum, count) = &mut sums[image];
+            *sum += square;
+            *count += 1.0;
+        })?;
         let seen = sums.into_iter().enumerate().filter(|(image, (_, count))| *count > 0.0 && of(*image));
-        seen.map(|(image, (sum, count))| (sum / count, problem.image_names[image].clone())).collect()
+        Ok(seen.map(|(image, (sum, count))| (sum / count, self.fit.problem.image_names[image].clone())).collect())
     }
 
     fn control(&self, axes: &[usize]) -> Vec<(f64, String)> {

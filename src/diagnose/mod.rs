@@ -32,6 +32,7 @@ pub mod scan;
 pub mod select;
 pub mod settings;
 pub mod shown;
+mod squares;
 pub mod structure;
 pub mod test;
 pub mod verdict;

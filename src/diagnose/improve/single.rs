@@ -3,8 +3,8 @@
 //! lies in one point alone, a blunder there explains entirely. So the effect has to be significant without that point, too.
 
 use super::super::fit::{Fit, solve};
+use super::super::squares;
 use crate::adjust::{AdjustError, Options};
-use crate::measure::Predictor;
 use crate::problem::PointSource;
 
 /// Share of the drop of `v'Pv` that lies in one point, from which it is worth two fits to see what is left without it. A blunder has most of the drop
@@ -39,17 +39,9 @@ pub(super) fn carrier(before: &Fit, after: &Fit, options: &Options) -> Result<Op
 
 /// `v'Pv` of the image measurements of each point.
 fn squares_of_points(fit: &Fit) -> Result<Vec<f64>, AdjustError> {
-    let Fit { problem, solution, .. } = fit;
-    let predictor = Predictor::new(problem, &solution.state)?;
-    let of_point = |(j, point)| {
-        let measured = &problem.observations[problem.point_start[j]..problem.point_start[j + 1]];
-        let squares = measured.iter().filter_map(|o| {
-            let ([x, y], _) = predictor.image_point(o.image as usize, [o.x, o.y], point)?;
-            Some(((o.x - x).powi(2) + (o.y - y).powi(2)) * o.inverse_sigma.powi(2))
-        });
-        squares.sum()
-    };
-    Ok(solution.state.points.iter().enumerate().map(of_point).collect())
+    let mut sums = vec![0.0; fit.problem.point_sources.len()];
+    squares::each(fit, |point, _, square| sums[point] += square)?;
+    Ok(sums)
 }
 
 /// `v'Pv` of a fit without one of its points.

@@ -10,9 +10,9 @@
 
 use super::super::fit::{DiagnoseError, Fit};
 use super::super::linearised::Linearised;
+use super::super::squares;
 use crate::adjust::native::null_model::{Entries, Measured};
-use crate::measure::Predictor;
-use crate::problem::{Problem, State};
+use crate::problem::Problem;
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -65,7 +65,7 @@ impl Flights {
     /// A state that cannot be predicted.
     pub(super) fn shares(&self, linearised: &Linearised, fit: &Fit) -> Result<Vec<Share>, DiagnoseError> {
         let mixing = self.mixing(linearised);
-        let chi_square = self.chi_square(&fit.problem, &fit.solution.state)?;
+        let chi_square = self.chi_square(fit)?;
         let measured: Vec<usize> = (0..self.count).filter(|flight| mixing[(*flight, *flight)] >= 1.0).collect();
         let mut shares = vec![Share::default(); self.count];
         if let Some(inverse) = mixing.select_rows(&measured).select_columns(&measured).try_inverse() {
@@ -99,18 +99,9 @@ impl Flights {
     }
 
     /// `v'Pv` of each flight.
-    fn chi_square(&self, problem: &Problem, state: &State) -> Result<DVector<f64>, DiagnoseError> {
-        let predictor = Predictor::new(problem, state)?;
+    fn chi_square(&self, fit: &Fit) -> Result<DVector<f64>, DiagnoseError> {
         let mut sums = DVector::zeros(self.count);
-        for (j, point) in state.points.iter().enumerate() {
-            for seen in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
-                // The state was linearised: what it holds can be predicted.
-                if let Some(([x, y], _)) = predictor.image_point(seen.image as usize, [seen.x, seen.y], point) {
-                    let off = (seen.x - x).powi(2) + (seen.y - y).powi(2);
-                    sums[self.of_image(seen.image)] += off * seen.inverse_sigma.powi(2);
-                }
-            }
-        }
+        squares::each(fit, |_, image, square| sums[self.flight_of_image[image]] += square)?;
         Ok(sums)
     }
 }

@@ -4,11 +4,13 @@ use super::*;
 use crate::adjust::Options;
 use crate::adjust::ceres::Ceres;
 use crate::adjust::native::Native;
+use crate::block::Role;
 use crate::diagnose::imprecise;
 use crate::diagnose::run::base;
 use crate::model::{Datum, FlightFactors};
 use crate::run::adjust_from;
 use crate::scenario::{Scenario, SurveyNoise, add_noise, add_survey_noise, simulate};
+use nalgebra::Vector3;
 use std::ops::ControlFlow;
 
 /// px.
@@ -58,11 +60,13 @@ fn the_weights_of_a_flight_are_its_own_where_they_are_asked_for() {
     assert_eq!((factors.image, factors.gnss, factors.gnss_z), (1.0, 1.0, 1.0), "all is said by flight");
     for (flight, own) in &fit.model.flight_factors {
         let is = if flight == WORSE { times } else { 1.0 };
+        // The least redundant flight has some sixty, of which a standard deviation is known to a tenth.
         assert!((own.image / is - 1.0).abs() < 0.1, "{flight}: {own:?}");
         // Of a few dozen positions no more than this is known.
         assert!((own.gnss / is - 1.0).abs() < 0.3 && (own.gnss_z / is - 1.0).abs() < 0.4, "{flight}: {own:?}");
     }
     let chi_square = fit.chi_square() / fit.problem.redundancy().2 as f64;
+    // One standard deviation of 6000 degrees of freedom is 0.018.
     assert!((chi_square - 1.0).abs() < 0.03, "{chi_square}");
 
     let together = based(&block, false).model;
@@ -82,4 +86,21 @@ fn a_flight_far_less_precise_than_stated_is_named_with_its_worst_images() {
         assert!(of.worst.iter().all(|image| image.starts_with(WORSE)), "{of:?}");
     }
     assert_eq!(named.len(), 3, "{named:?}");
+}
+
+#[test]
+fn control_points_far_less_precise_than_stated_are_named_the_worst_first() {
+    let mut block = block(1.0);
+    let sigma = block.sigma.control_xy_m;
+    let control: Vec<usize> = (0..block.surveyed.len()).filter(|k| block.surveyed[*k].role == Role::Control).collect();
+    for (number, k) in control.iter().enumerate() {
+        // To all sides; the third of them is off by far the most.
+        let off = sigma * if number == 2 { 60.0 } else { 8.0 };
+        let (sin, cos) = (2.4 * number as f64).sin_cos();
+        block.surveyed[*k].position += Vector3::new(off * cos, off * sin, 0.0);
+    }
+    let named = imprecise::beyond(&block, &based(&block, false)).expect("predictions");
+    assert_eq!(named.len(), 1, "{named:?}");
+    assert_eq!((named[0].group.as_str(), named[0].factor, named[0].worst.len()), ("control in plan", MOST, 3));
+    assert_eq!(named[0].worst[0], block.surveyed[control[2]].name);
 }

@@ -1,0 +1,24 @@
+//! What each image measurement has of `v'Pv`.
+
+use super::fit::Fit;
+use crate::measure::{MeasureError, Predictor};
+
+/// Tells point, image and standardised squared residual of every image measurement of a fit, in the order of its problem; robust weights not
+/// applied. What the state holds but cannot be predicted is left out, as it is in the fit.
+///
+/// # Errors
+/// A state of which an image cannot be prepared.
+pub fn each(fit: &Fit, mut tell: impl FnMut(usize, usize, f64)) -> Result<(), MeasureError> {
+    let Fit { problem, solution, .. } = fit;
+    let predictor = Predictor::new(problem, &solution.state)?;
+    for (j, point) in solution.state.points.iter().enumerate() {
+        for seen in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
+            let image = seen.image as usize;
+            if let Some(([x, y], _)) = predictor.image_point(image, [seen.x, seen.y], point) {
+                let squared_px = (seen.x - x).powi(2) + (seen.y - y).powi(2);
+                tell(j, image, squared_px * seen.inverse_sigma.powi(2));
+            }
+        }
+    }
+    Ok(())
+}
