@@ -118,9 +118,9 @@ pub fn predict_point(
         return fraser::project(&frame.interior, frame.view(object).camera_point());
     }
     let context = context(problem, observation);
-    let theta = |e: usize| &frame.theta[stages.local_offset[e]..][..problem.effects[e].slots.len()];
     let value = |e: usize, input: &[f64], out: &mut [f64]| {
-        problem.effects[e].effect.eval(&context, input, theta(e), out, None, None).ok()
+        let theta = &frame.theta[stages.locals(problem, e)];
+        problem.effects[e].effect.eval(&context, input, theta, out, None, None).ok()
     };
     let mut pose = frame.pose();
     for &e in stages.of(Stage::Exposure) {
@@ -148,7 +148,7 @@ pub fn point_behind_camera(
 ) -> Option<[f64; 2]> {
     let context = context(problem, observation);
     for &e in stages.of(Stage::Image) {
-        let theta = &frame.theta[stages.local_offset[e]..][..problem.effects[e].slots.len()];
+        let theta = &frame.theta[stages.locals(problem, e)];
         let input = image_input(&point, frame);
         problem.effects[e].effect.eval(&context, &input, theta, &mut point, None, None).ok()?;
     }

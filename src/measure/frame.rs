@@ -62,8 +62,7 @@ impl Stages {
     /// are zero.
     pub fn only(&self, problem: &Problem, keep: impl Fn(usize) -> bool) -> Self {
         let effects = (0..problem.effects.len()).filter(|e| keep(*e));
-        let kept: Vec<_> =
-            effects.map(|e| self.local_offset[e]..self.local_offset[e] + problem.effects[e].slots.len()).collect();
+        let kept: Vec<_> = effects.map(|e| self.locals(problem, e)).collect();
         let is_kept = |k: &usize| kept.iter().any(|range| range.contains(k));
         Self {
             by_stage: self.by_stage.each_ref().map(|effects| effects.iter().copied().filter(|e| keep(*e)).collect()),

@@ -73,10 +73,10 @@ impl Ray {
     ) -> Option<()> {
         let Work { pose_by_theta, d_own } = &mut self.work;
         let instance = |e: usize| {
-            let (offset, count) = (stages.local_offset[e], problem.effects[e].slots.len());
+            let own = stages.locals(problem, e);
             // The list of these parameters has those of each effect together.
-            let first = stages.ray_locals.partition_point(|k| *k < offset);
-            (&problem.effects[e].effect, &frame.theta[offset..offset + count], first..first + count)
+            let first = stages.ray_locals.partition_point(|k| *k < own.start);
+            (&problem.effects[e].effect, &frame.theta[own.clone()], first..first + own.len())
         };
         pose_by_theta.clear();
         pose_by_theta.resize(stages.ray_locals.len(), SMatrix::zeros());

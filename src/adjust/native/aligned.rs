@@ -22,9 +22,7 @@ impl Aligned {
         let first = storage.as_ptr().align_offset(LINE_BYTES).min(LINE);
         Self { storage, first, length }
     }
-}
 
-impl Aligned {
     /// Becomes zeros, in the memory that it has as long as that suffices.
     pub fn restart(&mut self, length: usize) {
         if self.first + length > self.storage.len() {
