@@ -49,10 +49,7 @@ pub(super) fn deciding(options: &Options) -> Options {
 ///
 /// `near`: an earlier fit of the same images, to start from; another model's solution is nearer than the block's approximations.
 pub fn fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) -> Result<Fit, RunError> {
-    let mut problem = Problem::new(block, model)?;
-    if let Some(near) = near {
-        problem.start_from(&near.problem, &near.solution.state);
-    }
+    let problem = Problem::near(block, model, near.map(|fit| (&fit.problem, &fit.solution.state)))?;
     Ok(solve(model, problem, options)?)
 }
 

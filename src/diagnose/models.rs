@@ -98,8 +98,7 @@ pub fn with_set(
         }
         None => {}
     }
-    let mut problem = Problem::new(block, &model)?;
-    problem.start_from(&fit.problem, &fit.solution.state);
+    let problem = Problem::near(block, &model, Some((&fit.problem, &fit.solution.state)))?;
     Ok((model, problem))
 }
 

@@ -7,7 +7,7 @@ use super::intersection::start_position;
 use super::observations::{collect_points, control_observations, gnss_observations, point_name};
 use super::order::ranks_along_block;
 use super::unoriented::set_aside_unoriented;
-use super::{Problem, ProblemError, State};
+use super::{PointSource, Problem, ProblemError, State};
 use crate::block::Block;
 use crate::camera::Camera;
 use crate::model::Model;
@@ -16,6 +16,12 @@ use std::sync::Arc;
 impl Problem {
     /// Lays out the least-squares problem. Tie points with fewer than two rays, and images without any measurement, do not take part.
     pub fn new(block: &Block, model: &Model) -> Result<Self, ProblemError> {
+        Self::near(block, model, None)
+    }
+
+    /// As [`Problem::new`], with the start values of a solution of the same images and cameras, where there is one. A point whose rays do not meet
+    /// from the block's approximations has its position from there.
+    pub fn near(block: &Block, model: &Model, near: Option<(&Problem, &State)>) -> Result<Self, ProblemError> {
         let (uses_control, uses_gnss) = datum_parts(block, model.datum)?;
         let contexts = image_contexts(block);
         let (interiors, camera_free) = (start_interiors(block, model)?, free_parameters(block, model));
@@ -32,10 +38,14 @@ impl Problem {
         let mut observations = Vec::with_capacity(points.iter().map(|point| point.observations.len()).sum());
         let mut positions = Vec::with_capacity(points.len());
         let mut apart = Vec::new();
+        let solved = |source: PointSource| {
+            let (problem, state) = near?;
+            Some(state.points[problem.point_sources.iter().position(|other| *other == source)?])
+        };
         for point in &points {
             observations.extend_from_slice(&point.observations);
             point_start.push(observations.len());
-            match start_position(block, &interiors, point) {
+            match start_position(block, &interiors, point).or_else(|| solved(point.source)) {
                 Some(position) => positions.push(position),
                 None => apart.push(point_name(block, point.source)),
             }
@@ -83,6 +93,9 @@ impl Problem {
         }
         for term in &model.effects {
             problem.add_effect(block, model.datum, term)?;
+        }
+        if let Some((solved, state)) = near {
+            problem.start_from(solved, state);
         }
         Ok(problem)
     }

@@ -143,10 +143,7 @@ pub fn adjust_from(
     options: &Options,
     progress: &mut Progress<'_>,
 ) -> Result<Run, RunError> {
-    let mut problem = Problem::new(block, model)?;
-    if let Some((solved, state)) = near {
-        problem.start_from(solved, state);
-    }
+    let mut problem = Problem::near(block, model, near)?;
     let options = options_for(&problem, options);
     if let Some(first) = solvers.first() {
         variance_components::estimate(&mut problem, *first, &options, progress)?;

@@ -17,16 +17,13 @@ use crate::run::RunError;
 /// Those of the fit with the camera held.
 pub fn robust_fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) -> Result<Fit, RunError> {
     let fit = |model: &Model| -> Result<Fit, RunError> {
-        let mut problem = Problem::new(block, model)?;
+        let mut problem = Problem::near(block, model, near.map(|fit| (&fit.problem, &fit.solution.state)))?;
         let near_enough = RESIDUAL_CHANGE.powi(2) * (2 * problem.observations.len()) as f64;
         let few = Options {
             max_iterations: options.max_iterations.min(MOST_ITERATIONS),
             chi_square_change: options.chi_square_change.max(near_enough),
             ..options.clone()
         };
-        if let Some(near) = near {
-            problem.start_from(&near.problem, &near.solution.state);
-        }
         start_where_most_rays_meet(&mut problem);
         Ok(solve(model, problem, &few)?)
     };
