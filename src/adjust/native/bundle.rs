@@ -86,6 +86,22 @@ impl Iterated for Bundle<'_> {
         Some(Attempt { state: BundleState { state: step.state, frames: step.frames }, chi_square, predicted_drop })
     }
 
+    fn part(&self, (images, border): &Self::Increments, share: f64) -> Self::Increments {
+        let part = |step: &[f64]| step.iter().map(|x| share * x).collect();
+        (part(images), part(border))
+    }
+
+    fn followed(&self, state: &BundleState, damping: f64) -> Option<Attempt<BundleState>> {
+        let bent = &self.structure.bent;
+        if bent.is_empty() {
+            return None;
+        }
+        let mut system = self.linearise(state, damping, Curvature::Weights).ok()?;
+        system.hold(bent);
+        let increments = self.solve(&system, damping)?;
+        self.attempt(state, &system, &increments, damping, Curvature::Weights)
+    }
+
     fn bent(
         &self,
         state: &BundleState,

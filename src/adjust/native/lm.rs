@@ -16,6 +16,10 @@ const RELAX: f64 = 0.1;
 const GOOD_PREDICTION: f64 = 0.9;
 /// Factor of the damping after a bad step, doubled with every further one.
 const TIGHTEN: f64 = 2.0;
+/// The least factor after accepted ones of the steps that follow a refused one: the damping matters there, and a faster fall would be refused again.
+const CAREFUL_RELAX: f64 = 1.0 / 3.0;
+/// How many these are.
+const CAREFUL_STEPS: usize = 2;
 /// Below this the damping changes nothing that the measurements tell.
 const LEAST_DAMPING: f64 = 1e-13;
 /// Above this a step is a crawl along the gradient: nothing reduces the cost any more.
@@ -36,8 +40,9 @@ const NEAR_SHARE: f64 = 1e-3;
 /// Full steps that promise less than so many times the change of chi-square that is asked for are idle where they gain less than that.
 const IDLE_PROMISE: f64 = 1e3;
 
-/// Steps in a row that bring less than was predicted, after which the bend of the valley is looked at: from approximations the first does often.
-const BENDS: usize = 2;
+/// The least of a parabola that lies nearer to its start than this share of the step says only that the step was far too long, which the damping
+/// says, too.
+const LEAST_SHARE: f64 = 0.05;
 
 /// A least-squares problem as the loop sees it.
 pub trait Iterated {
@@ -87,6 +92,15 @@ pub trait Iterated {
         curvature: Curvature,
     ) -> Option<Attempt<Self::State>>;
 
+    /// A share of a step.
+    fn part(&self, step: &Self::Increments, share: f64) -> Self::Increments;
+
+    /// After a step that led to `state`: lets those unknowns in which the problem is nearly linear follow, while the others stay. `None` where there
+    /// are no such others.
+    fn followed(&self, _state: &Self::State, _damping: f64) -> Option<Attempt<Self::State>> {
+        None
+    }
+
     /// Takes the step that the bend of the problem along `step` asks for, which led to `straight`. `None` where there is no such thing.
     fn bent(
         &self,
@@ -135,8 +149,9 @@ pub fn minimise<P: Iterated>(
     let solver = problem.name();
     let started = Instant::now();
     let robust = problem.is_robust();
-    let mut search = StepControl { damping: START_DAMPING, tighten: TIGHTEN, curvature: Curvature::Weights };
-    let (mut iterations, mut idle, mut bends) = (0, 0, 0);
+    let mut search =
+        StepControl { damping: START_DAMPING, tighten: TIGHTEN, careful: 0, curvature: Curvature::Weights };
+    let (mut iterations, mut idle, mut poor) = (0, 0, false);
     loop {
         let mut damping = search.damping;
         let mut system = problem.linearise(&state, damping, search.curvature)?;
@@ -180,16 +195,13 @@ pub fn minimise<P: Iterated>(
         iterations += 1;
         let curvature = if full { Curvature::Newton } else { search.curvature };
         let mut step = increments.as_ref().and_then(|x| problem.attempt(&state, &system, x, damping, curvature));
-        if let (Some(straight), Some(x)) = (&mut step, &increments) {
-            let as_predicted = chi_square - straight.chi_square > GOOD_PREDICTION * straight.predicted_drop;
-            bends = if as_predicted { 0 } else { bends + 1 };
-            if bends >= BENDS && !robust && straight.predicted_drop > small {
-                let bent = problem.bent(&state, &straight.state, x, damping);
-                if let Some(bent) = bent.filter(|bent| bent.chi_square < straight.chi_square) {
-                    (straight.state, straight.chi_square) = (bent.state, bent.chi_square);
-                }
-            }
+        let is_poor = step.as_ref().is_some_and(|step| {
+            step.predicted_drop > small && chi_square - step.chi_square < GOOD_PREDICTION * step.predicted_drop
+        });
+        if let (Some(straight), Some(x)) = (step.take_if(|_| is_poor && !robust), &increments) {
+            step = Some(looked_at_again(problem, &state, &system, x, straight, (damping, curvature), poor));
         }
+        poor = is_poor;
         let drop = step.as_ref().map_or(f64::NEG_INFINITY, |step| chi_square - step.chi_square);
         let predicted = step.as_ref().map_or(f64::INFINITY, |step| step.predicted_drop);
         idle = if drop < small && predicted < IDLE_PROMISE * small { idle + 1 } else { 0 };
@@ -215,6 +227,47 @@ pub fn minimise<P: Iterated>(
             let system = problem.linearise(&state, 0.0, Curvature::Weights)?;
             return Ok(Outcome { state, iterations, system });
         }
+    }
+}
+
+/// The best that becomes of a step `x` which led to `straight`. Where that brought less than was predicted, one of three things is the reason:
+///
+/// - Along a few unknowns the problem bends (the place of a flaw on the sensor, the centre of distortion), and the many others that are tied to them
+///   (coefficients of what lies there) have gone straight on. They follow in a second step while the few stay. Source: the idea of variable
+///   projection, Golub and Pereyra (1973), that such a step is to be judged by what remains when the rest has followed.
+/// - All of it bends, and the rest cannot follow: the bend along the step is looked at, where the step before was poor, too. It costs as much as
+///   two steps, and from approximations the first is poor often.
+/// - Large residuals add to the curvature, and the step goes beyond the minimum. The parabola through both values with the slope at the start has it:
+///   `h = s / (2 s - b)` of the step, `2 s` the slope and `b` what the whole step brought.
+fn looked_at_again<P: Iterated>(
+    problem: &P,
+    state: &P::State,
+    system: &P::System,
+    x: &P::Increments,
+    straight: Attempt<P::State>,
+    (damping, curvature): (f64, Curvature),
+    poor_before: bool,
+) -> Attempt<P::State> {
+    let before = problem.chi_square(system);
+    let predicted_drop = straight.predicted_drop;
+    let is_poor = |attempt: &Attempt<P::State>| before - attempt.chi_square < GOOD_PREDICTION * predicted_drop;
+    let (slope, brought) = (problem.decrement(system, x), before - straight.chi_square);
+    let share = slope / (2.0 * slope - brought);
+    let followed = problem.followed(&straight.state, damping);
+    let asks_for_bend = poor_before && followed.as_ref().is_none_or(is_poor);
+    let bent = if asks_for_bend { problem.bent(state, &straight.state, x, damping) } else { None };
+    let mut best = lower(lower(straight, followed), bent);
+    if is_poor(&best) && share > LEAST_SHARE {
+        best = lower(best, problem.attempt(state, system, &problem.part(x, share), damping, curvature));
+    }
+    Attempt { predicted_drop, ..best }
+}
+
+/// The one with the lower chi-square.
+fn lower<S>(one: Attempt<S>, other: Option<Attempt<S>>) -> Attempt<S> {
+    match other {
+        Some(other) if other.chi_square < one.chi_square => other,
+        _ => one,
     }
 }
 
@@ -245,6 +298,7 @@ fn polish<P: Iterated>(problem: &P, mut state: P::State, asked: f64) -> Result<(
 struct StepControl {
     damping: f64,
     tighten: f64,
+    careful: usize,
     curvature: Curvature,
 }
 
@@ -253,7 +307,12 @@ impl StepControl {
     fn accepted(&mut self, full: bool, quality: f64) {
         // A full step that is not what was predicted says that the valley bends: the damping that its bend needs stays.
         let straight = full && quality > GOOD_PREDICTION;
-        self.damping = if straight { LEAST_DAMPING } else { (self.damping * relaxation(quality)).max(LEAST_DAMPING) };
+        self.damping = if straight {
+            LEAST_DAMPING
+        } else {
+            (self.damping * relaxation(quality, self.careful > 0)).max(LEAST_DAMPING)
+        };
+        self.careful = self.careful.saturating_sub(1);
         self.tighten = TIGHTEN;
     }
 
@@ -261,12 +320,20 @@ impl StepControl {
     fn refused(&mut self) {
         self.damping *= self.tighten;
         self.tighten *= 2.0;
+        self.careful = CAREFUL_STEPS;
     }
 }
 
 /// Factor of the damping after an accepted step, by the ratio of its drop to the predicted one: a valley that bends (a centre of distortion
 /// that the block hardly determines) is followed at the damping that its bend needs. Source: Nielsen (1999), with a faster fall where the
 /// prediction holds.
-fn relaxation(quality: f64) -> f64 {
-    if quality > GOOD_PREDICTION { RELAX } else { (1.0 - (2.0 * quality - 1.0).powi(3)).max(1.0 / 3.0) }
+fn relaxation(quality: f64, careful: bool) -> f64 {
+    match quality > GOOD_PREDICTION && !careful {
+        true => RELAX,
+        false => (1.0 - (2.0 * quality - 1.0).powi(3)).max(CAREFUL_RELAX),
+    }
 }
+
+#[cfg(test)]
+#[path = "lm_tests.rs"]
+mod tests;

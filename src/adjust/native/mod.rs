@@ -4,6 +4,7 @@
 mod aligned;
 mod back_substitution;
 mod bend;
+mod bent;
 mod bundle;
 mod columns;
 mod covariance;

@@ -2,6 +2,7 @@
 //! parameters), and a border of the unknowns that images share (cameras, effects).
 
 use super::aligned::LINE;
+use super::bent;
 use crate::camera::PARAMETER_COUNT;
 use crate::effects::Scope;
 use crate::measure::Stages;
@@ -70,6 +71,8 @@ pub struct Structure {
     pub border: Vec<usize>,
     /// Their scales.
     pub border_scale: Vec<f64>,
+    /// Columns of the border in which predicted measurements bend.
+    pub bent: Vec<usize>,
     /// Layout numbers of the image blocks' unknowns by rank, `usize::MAX` where held.
     pub image_unknowns: Vec<usize>,
     /// Their scales.
@@ -182,6 +185,7 @@ impl Structure {
             width,
             images,
             rank,
+            bent: bent::columns(problem, &border),
             border,
             border_scale,
             image_unknowns,

@@ -118,6 +118,21 @@ impl System {
         self.decrement_points + product(images, &self.rhs_images) + product(border, &self.rhs_border)
     }
 
+    /// Holds columns of the border: in every solution they stay where they are.
+    pub fn hold(&mut self, columns: &[usize]) {
+        let (width, count) = (self.width, self.rhs_border.len());
+        for column in columns {
+            for row in self.strip.chunks_exact_mut(width) {
+                row[*column] = 0.0;
+            }
+            for other in (0..count).filter(|other| other != column) {
+                self.border[other.min(*column) * width + other.max(*column)] = 0.0;
+            }
+            self.rhs_border[*column] = 0.0;
+            self.gradient_border[*column] = 0.0;
+        }
+    }
+
     /// Entry of a block: row `k`, column `l`.
     #[inline]
     pub fn block(&self, slot: usize, dim: usize, k: usize, l: usize) -> f64 {

@@ -140,6 +140,10 @@ impl Iterated for Regression<'_> {
         chi_square.is_finite().then_some(Attempt { state: next, chi_square, predicted_drop })
     }
 
+    fn part(&self, step: &DVector<f64>, share: f64) -> DVector<f64> {
+        share * step
+    }
+
     fn stuck(&self, _: &Vec<f64>, iterations: usize, cost: f64) -> AdjustError {
         AdjustError::NotConverged { solver: NAME, iterations, reason: format!("no step reduces the cost {cost:.6e}") }
     }

@@ -1,0 +1,128 @@
+use super::*;
+use nalgebra::{DMatrix, DVector};
+use std::ops::ControlFlow;
+
+/// Residuals and their Jacobian (residuals x unknowns).
+type Linearised = (DVector<f64>, DMatrix<f64>);
+
+/// A problem of two unknowns.
+struct Small {
+    residuals: fn(&DVector<f64>) -> Linearised,
+    /// The unknowns in which it bends.
+    bent: &'static [usize],
+}
+
+/// A linearisation: normal matrix, gradient, chi-square.
+struct Normal(DMatrix<f64>, DVector<f64>, f64);
+
+impl Iterated for Small {
+    type State = DVector<f64>;
+    type System = Normal;
+    type Increments = DVector<f64>;
+
+    fn name(&self) -> &'static str {
+        "small"
+    }
+
+    fn is_robust(&self) -> bool {
+        false
+    }
+
+    fn linearise(&self, x: &DVector<f64>, _: f64, _: Curvature) -> Result<Normal, AdjustError> {
+        let (r, jacobian) = (self.residuals)(x);
+        Ok(Normal(jacobian.tr_mul(&jacobian), -jacobian.tr_mul(&r), r.norm_squared()))
+    }
+
+    fn chi_square(&self, system: &Normal) -> f64 {
+        system.2
+    }
+
+    fn gradient_max(&self, system: &Normal) -> f64 {
+        system.1.amax()
+    }
+
+    fn solve(&self, Normal(normal, gradient, _): &Normal, damping: f64) -> Option<DVector<f64>> {
+        let damped = normal + damping * DMatrix::from_diagonal(&normal.diagonal());
+        Some(damped.cholesky()?.solve(gradient))
+    }
+
+    fn decrement(&self, system: &Normal, step: &DVector<f64>) -> f64 {
+        step.dot(&system.1)
+    }
+
+    fn attempt(
+        &self,
+        x: &DVector<f64>,
+        Normal(normal, gradient, _): &Normal,
+        step: &DVector<f64>,
+        damping: f64,
+        _: Curvature,
+    ) -> Option<Attempt<DVector<f64>>> {
+        let state = x + step;
+        let chi_square = (self.residuals)(&state).0.norm_squared();
+        let damped = damping * step.component_mul(step).dot(&normal.diagonal());
+        Some(Attempt { state, chi_square, predicted_drop: step.dot(gradient) + damped })
+    }
+
+    fn part(&self, step: &DVector<f64>, share: f64) -> DVector<f64> {
+        share * step
+    }
+
+    fn followed(&self, x: &DVector<f64>, damping: f64) -> Option<Attempt<DVector<f64>>> {
+        if self.bent.is_empty() {
+            return None;
+        }
+        let mut system = self.linearise(x, damping, Curvature::Weights).ok()?;
+        for k in self.bent {
+            system.0.row_mut(*k).fill(0.0);
+            system.0.column_mut(*k).fill(0.0);
+            (system.0[(*k, *k)], system.1[*k]) = (1.0, 0.0);
+        }
+        self.attempt(x, &system, &self.solve(&system, damping)?, damping, Curvature::Weights)
+    }
+
+    fn stuck(&self, _: &DVector<f64>, iterations: usize, _: f64) -> AdjustError {
+        AdjustError::NotConverged { solver: self.name(), iterations, reason: "stuck".into() }
+    }
+}
+
+/// Where the iterations end, and how many they are.
+fn minimum(problem: &Small, start: [f64; 2]) -> (DVector<f64>, usize) {
+    let options = Options { chi_square_change: 1e-10, ..Options::default() };
+    let start = DVector::from_column_slice(&start);
+    let found = minimise(problem, start, &options, &mut |_| ControlFlow::Continue(())).expect("convergence");
+    (found.state, found.iterations)
+}
+
+/// Rosenbrock (1960): a narrow valley along `v = u^2`, in which a step along a straight line goes hardly anywhere.
+fn valley(x: &DVector<f64>) -> Linearised {
+    let (u, v) = (x[0], x[1]);
+    let jacobian = DMatrix::from_row_slice(2, 2, &[-200.0 * u, 100.0, -1.0, 0.0]);
+    (DVector::from_column_slice(&[100.0 * (v - u * u), 1.0 - u]), jacobian)
+}
+
+#[test]
+fn what_is_linear_follows_what_bends() {
+    let [straight, following] = [&[][..], &[0]].map(|bent| minimum(&Small { residuals: valley, bent }, [-1.2, 1.0]));
+    for (x, _) in [&straight, &following] {
+        assert!((x - DVector::from_column_slice(&[1.0, 1.0])).amax() < 1e-6, "{x}");
+    }
+    // One step to `u = 1`, `v` follows, and what the damping of 1e-7 left of both.
+    assert!(following.1 <= 3, "{} steps", following.1);
+    assert!(straight.1 > 3 * following.1, "{} steps without", straight.1);
+}
+
+/// A residual of 7 that hardly changes adds 0.7 to the curvature of `u`: full steps go 1.7 times too far, back and forth.
+fn overshooting(x: &DVector<f64>) -> Linearised {
+    let (u, v) = (x[0], x[1]);
+    let jacobian = DMatrix::from_row_slice(3, 2, &[1.0, 0.0, 0.0, 1.0, 0.1 * u, 0.0]);
+    (DVector::from_column_slice(&[u, v - 3.0, 7.0 + 0.05 * u * u]), jacobian)
+}
+
+#[test]
+fn a_step_beyond_the_minimum_is_taken_back_to_it() {
+    let (x, iterations) = minimum(&Small { residuals: overshooting, bent: &[] }, [0.5, 0.0]);
+    assert!(x[0].abs() < 1e-5 && (x[1] - 3.0).abs() < 1e-6, "{x}");
+    // Each full step would leave 0.7 of `u`, and half of what it promised: 15 of them to a chi-square of 1e-10.
+    assert!(iterations <= 6, "{iterations} steps");
+}
