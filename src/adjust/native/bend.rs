@@ -5,12 +5,9 @@
 //! straight line by `h^2/2 c''` for a share `h` of it. The step that takes this into account is that of measurements that are shifted
 //! by `-c''/2`: geodesic acceleration. Source: Transtrum and Sethna (2012), arXiv:1201.5885, eq. 11, with a central difference for `c''`.
 
-use super::bundle::{Bundle, BundleState};
 use super::linearise::chi_square_beside_points;
-use super::lm::{Attempt, Iterated};
-use super::point::{Curvature, Prepared};
+use super::point::Prepared;
 use super::step::{loss_of, move_images_and_border, surveyed_chi_square};
-use super::system::System;
 use crate::measure;
 use crate::problem::{Problem, State};
 use nalgebra::Vector3;
@@ -27,30 +24,26 @@ struct Predicted {
     antennas: Vec<Vector3<f64>>,
 }
 
-/// The step from `from` that follows the bend; `straight` is the state after the step `increments`, which does not. `None` where a
-/// state on the way cannot be predicted.
-pub fn bent_step(
-    bundle: &Bundle<'_>,
-    from: &BundleState,
+/// The problem whose step from `at` follows the bend: the measurements are shifted by what the predictions leave the straight line by along the step
+/// `increments`, which led to `straight`. `None` where a state on the way cannot be predicted. Runs in the pool of its caller.
+pub fn shifted_by_bend(
+    at: &Prepared<'_>,
     straight: &State,
     (images, border): &(Vec<f64>, Vec<f64>),
-    damping: f64,
-) -> Option<Attempt<BundleState>> {
-    let Bundle { problem, structure, pattern, pool } = *bundle;
-    let scaled = |share: f64| [images, border].map(|step| step.iter().map(|x| share * x).collect::<Vec<f64>>());
+) -> Option<Problem> {
+    let Prepared { problem, structure, state: from, .. } = *at;
+    let whole = move_images_and_border(problem, structure, &mut from.clone(), images, border);
     let along = |share: f64| -> Option<Predicted> {
-        let mut state = from.state.clone();
-        let whole = move_images_and_border(problem, structure, &mut state, images, border);
-        state.clone_from(&from.state);
-        let [images, border] = scaled(share);
+        let [images, border] = [images, border].map(|step| step.iter().map(|x| share * x).collect::<Vec<f64>>());
+        let mut state = from.clone();
         let part = move_images_and_border(problem, structure, &mut state, &images, &border);
-        let before = from.state.points.iter().zip(&straight.points);
-        for (point, (before, after)) in state.points.iter_mut().zip(before) {
+        for (point, (before, after)) in state.points.iter_mut().zip(from.points.iter().zip(&straight.points)) {
             *point = part.position(before, &(share * whole.increment(before, after)));
         }
-        predicted(bundle, &state)
+        let frames = measure::frames(problem, &structure.stages, &state).ok()?;
+        predicted(&Prepared { problem, structure, state: &state, frames: &frames })
     };
-    let (here, ahead, behind) = (predicted(bundle, &from.state)?, along(SHARE)?, along(-SHARE)?);
+    let (here, ahead, behind) = (predicted(at)?, along(SHARE)?, along(-SHARE)?);
     let half_bend = |ahead: f64, here: f64, behind: f64| 0.5 * (ahead + behind - 2.0 * here) / SHARE.powi(2);
     let mut shifted: Problem = problem.clone();
     let observations = Arc::make_mut(&mut shifted.observations).iter_mut();
@@ -64,35 +57,26 @@ pub fn bent_step(
             observation.position[axis] -= half_bend(a[axis], h[axis], b[axis]);
         }
     }
-    let shifted = Bundle { problem: &shifted, structure, pattern, pool };
-    let system: System = shifted.linearise(from, damping, Curvature::Weights).ok()?;
-    let increments = shifted.solve(&system, damping)?;
-    let step = shifted.attempt(from, &system, &increments, damping, Curvature::Weights)?;
-    let chi_square = chi_square(bundle, &step.state)?;
-    Some(Attempt { chi_square, ..step })
+    Some(shifted)
 }
 
-/// `sum rho` at a state.
-fn chi_square(bundle: &Bundle<'_>, BundleState { state, frames }: &BundleState) -> Option<f64> {
-    let Bundle { problem, structure, .. } = *bundle;
-    let at = Prepared { problem, structure, state, frames };
-    let points = predicted(bundle, state)?.points;
+/// `sum rho` at a state. Runs in the pool of its caller.
+pub fn chi_square(at: &Prepared<'_>) -> Option<f64> {
+    let Prepared { problem, state, .. } = at;
+    let points = predicted(at)?.points;
     let measured: f64 = problem.observations.iter().zip(points).map(|(o, point)| loss_of(problem, o, point)).sum();
-    let surveyed = surveyed_chi_square(&at, 0..state.points.len(), &state.points)?;
-    Some(measured + surveyed + chi_square_beside_points(&at).ok()?)
+    let surveyed = surveyed_chi_square(at, 0..state.points.len(), &state.points)?;
+    Some(measured + surveyed + chi_square_beside_points(at).ok()?)
 }
 
-fn predicted(bundle: &Bundle<'_>, state: &State) -> Option<Predicted> {
-    let Bundle { problem, structure, pool, .. } = *bundle;
+fn predicted(at: &Prepared<'_>) -> Option<Predicted> {
+    let Prepared { problem, structure, state, frames } = *at;
     let stages = &structure.stages;
-    let frames = measure::frames(problem, stages, state).ok()?;
     let of_point = |j: usize| {
         let own = &problem.observations[problem.point_start[j]..problem.point_start[j + 1]];
-        let frames = &frames;
         own.iter().map(move |o| measure::predict_point(problem, stages, &frames[o.image as usize], o, &state.points[j]))
     };
-    let points =
-        pool.install(|| (0..state.points.len()).into_par_iter().flat_map_iter(of_point).collect::<Option<_>>())?;
+    let points = (0..state.points.len()).into_par_iter().flat_map_iter(of_point).collect::<Option<_>>()?;
     let antenna = |image: usize| Some(measure::predict_antenna(problem, stages, &frames[image], image)?.position);
     let antennas = problem.gnss.iter().map(|observation| antenna(observation.index as usize)).collect::<Option<_>>()?;
     Some(Predicted { points, antennas })

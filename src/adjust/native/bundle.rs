@@ -1,6 +1,6 @@
 //! Bundle problems, for the Levenberg-Marquardt loop: the reduced system is what it linearises and solves.
 
-use super::bend::bent_step;
+use super::bend;
 use super::factor::{Factor, Pattern};
 use super::linearise;
 use super::lm::{Attempt, Iterated};
@@ -92,12 +92,12 @@ impl Iterated for Bundle<'_> {
     }
 
     fn followed(&self, state: &BundleState, damping: f64) -> Option<Attempt<BundleState>> {
-        let bent = &self.structure.bent;
-        if bent.is_empty() {
+        let nonlinear = &self.structure.nonlinear;
+        if nonlinear.is_empty() {
             return None;
         }
         let mut system = self.linearise(state, damping, Curvature::Weights).ok()?;
-        system.hold(bent);
+        system.hold(nonlinear);
         let increments = self.solve(&system, damping)?;
         self.attempt(state, &system, &increments, damping, Curvature::Weights)
     }
@@ -109,7 +109,14 @@ impl Iterated for Bundle<'_> {
         step: &Self::Increments,
         damping: f64,
     ) -> Option<Attempt<BundleState>> {
-        bent_step(self, state, &straight.state, step, damping)
+        let shifted = self.pool.install(|| bend::shifted_by_bend(&self.at(state), &straight.state, step))?;
+        let shifted = Bundle { problem: &shifted, ..*self };
+        let system = shifted.linearise(state, damping, Curvature::Weights).ok()?;
+        let increments = shifted.solve(&system, damping)?;
+        let bent = shifted.attempt(state, &system, &increments, damping, Curvature::Weights)?;
+        // Of the measurements as they are.
+        let chi_square = self.pool.install(|| bend::chi_square(&self.at(&bent.state)))?;
+        Some(Attempt { chi_square, ..bent })
     }
 
     /// The damping hides directions without information, so that without it they are named.

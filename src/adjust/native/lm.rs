@@ -5,15 +5,16 @@
 //! NIST, on which it is validated, are the other (`src/validate/nist`).
 
 use super::point::Curvature;
+use super::second_look::{GOOD_PREDICTION, looked_at_again};
 use crate::adjust::{AdjustError, CHI_SQUARE_CHANGE, Iteration, Options, Progress};
 use std::time::Instant;
+
+pub use super::iterated::{Attempt, Iterated};
 
 /// Damping at the start: small, because the start values of a block are near and the diagonal is unscaled information.
 const START_DAMPING: f64 = 1e-7;
 /// Factor of the damping after a step whose drop was predicted.
 const RELAX: f64 = 0.1;
-/// A drop of this share of the predicted one: the problem is as good as linear over the step.
-const GOOD_PREDICTION: f64 = 0.9;
 /// Factor of the damping after a bad step, doubled with every further one.
 const TIGHTEN: f64 = 2.0;
 /// The least factor after accepted ones of the steps that follow a refused one: the damping matters there, and a faster fall would be refused again.
@@ -26,10 +27,6 @@ const LEAST_DAMPING: f64 = 1e-13;
 const MOST_DAMPING: f64 = 1e12;
 /// Whether a full step still finds something is asked only under a damping that does not itself make steps small.
 const CONVERGED_DAMPING: f64 = 1e-4;
-/// Chi-square itself is known to no better than this share of it: a sum of some 1e5 squares of differences of image coordinates. Large
-/// weights (tie points weighted by their multiplicity) make that more than the absolute change asked for.
-const CHI_SQUARE_ROUNDING: f64 = 1e-12;
-
 /// Steps that polish at most. Large residuals make each leave a share of what was left.
 const MOST_POLISHING: usize = 50;
 
@@ -39,92 +36,6 @@ const NEAR_SHARE: f64 = 1e-3;
 
 /// Full steps that promise less than so many times the change of chi-square that is asked for are idle where they gain less than that.
 const IDLE_PROMISE: f64 = 1e3;
-
-/// The least of a parabola that lies nearer to its start than this share of the step says only that the step was far too long, which the damping
-/// says, too.
-const LEAST_SHARE: f64 = 0.05;
-
-/// A least-squares problem as the loop sees it.
-pub trait Iterated {
-    /// Values of the unknowns, and what is prepared with them.
-    type State;
-    /// Normal equations at a state.
-    type System;
-    /// A solution of these.
-    type Increments;
-
-    /// Name in messages.
-    fn name(&self) -> &'static str;
-
-    /// Has it a robust loss?
-    fn is_robust(&self) -> bool;
-
-    /// The normal equations at a state, eliminated under a damping.
-    ///
-    /// # Errors
-    /// A state that cannot be predicted.
-    fn linearise(&self, state: &Self::State, damping: f64, curvature: Curvature) -> Result<Self::System, AdjustError>;
-
-    /// Chi-square at the state of a system.
-    fn chi_square(&self, system: &Self::System) -> f64;
-
-    /// Its rounding: smaller changes of it say nothing.
-    fn chi_square_rounding(&self, system: &Self::System) -> f64 {
-        CHI_SQUARE_ROUNDING * self.chi_square(system)
-    }
-
-    /// Largest gradient entry (by scaled unknowns) of a system.
-    fn gradient_max(&self, system: &Self::System) -> f64;
-
-    /// The step of a system; `None` where it has none.
-    fn solve(&self, system: &Self::System, damping: f64) -> Option<Self::Increments>;
-
-    /// By what chi-square would fall along a step, were the problem linear.
-    fn decrement(&self, system: &Self::System, step: &Self::Increments) -> f64;
-
-    /// Takes a step. `None` where the new state cannot be predicted.
-    fn attempt(
-        &self,
-        state: &Self::State,
-        system: &Self::System,
-        step: &Self::Increments,
-        damping: f64,
-        curvature: Curvature,
-    ) -> Option<Attempt<Self::State>>;
-
-    /// A share of a step.
-    fn part(&self, step: &Self::Increments, share: f64) -> Self::Increments;
-
-    /// After a step that led to `state`: lets those unknowns in which the problem is nearly linear follow, while the others stay. `None` where there
-    /// are no such others.
-    fn followed(&self, _state: &Self::State, _damping: f64) -> Option<Attempt<Self::State>> {
-        None
-    }
-
-    /// Takes the step that the bend of the problem along `step` asks for, which led to `straight`. `None` where there is no such thing.
-    fn bent(
-        &self,
-        _state: &Self::State,
-        _straight: &Self::State,
-        _step: &Self::Increments,
-        _damping: f64,
-    ) -> Option<Attempt<Self::State>> {
-        None
-    }
-
-    /// Why no step reduces the cost.
-    fn stuck(&self, state: &Self::State, iterations: usize, cost: f64) -> AdjustError;
-}
-
-/// A step that was taken.
-pub struct Attempt<S> {
-    /// The state after it.
-    pub state: S,
-    /// Chi-square there.
-    pub chi_square: f64,
-    /// By what it would have fallen, were the problem linear.
-    pub predicted_drop: f64,
-}
 
 /// Where the iterations ended.
 pub struct Outcome<P: Iterated> {
@@ -227,47 +138,6 @@ pub fn minimise<P: Iterated>(
             let system = problem.linearise(&state, 0.0, Curvature::Weights)?;
             return Ok(Outcome { state, iterations, system });
         }
-    }
-}
-
-/// The best that becomes of a step `x` which led to `straight`. Where that brought less than was predicted, one of three things is the reason:
-///
-/// - Along a few unknowns the problem bends (the place of a flaw on the sensor, the centre of distortion), and the many others that are tied to them
-///   (coefficients of what lies there) have gone straight on. They follow in a second step while the few stay. Source: the idea of variable
-///   projection, Golub and Pereyra (1973), that such a step is to be judged by what remains when the rest has followed.
-/// - All of it bends, and the rest cannot follow: the bend along the step is looked at, where the step before was poor, too. It costs as much as
-///   two steps, and from approximations the first is poor often.
-/// - Large residuals add to the curvature, and the step goes beyond the minimum. The parabola through both values with the slope at the start has it:
-///   `h = s / (2 s - b)` of the step, `2 s` the slope and `b` what the whole step brought.
-fn looked_at_again<P: Iterated>(
-    problem: &P,
-    state: &P::State,
-    system: &P::System,
-    x: &P::Increments,
-    straight: Attempt<P::State>,
-    (damping, curvature): (f64, Curvature),
-    poor_before: bool,
-) -> Attempt<P::State> {
-    let before = problem.chi_square(system);
-    let predicted_drop = straight.predicted_drop;
-    let is_poor = |attempt: &Attempt<P::State>| before - attempt.chi_square < GOOD_PREDICTION * predicted_drop;
-    let (slope, brought) = (problem.decrement(system, x), before - straight.chi_square);
-    let share = slope / (2.0 * slope - brought);
-    let followed = problem.followed(&straight.state, damping);
-    let asks_for_bend = poor_before && followed.as_ref().is_none_or(is_poor);
-    let bent = if asks_for_bend { problem.bent(state, &straight.state, x, damping) } else { None };
-    let mut best = lower(lower(straight, followed), bent);
-    if is_poor(&best) && share > LEAST_SHARE {
-        best = lower(best, problem.attempt(state, system, &problem.part(x, share), damping, curvature));
-    }
-    Attempt { predicted_drop, ..best }
-}
-
-/// The one with the lower chi-square.
-fn lower<S>(one: Attempt<S>, other: Option<Attempt<S>>) -> Attempt<S> {
-    match other {
-        Some(other) if other.chi_square < one.chi_square => other,
-        _ => one,
     }
 }
 

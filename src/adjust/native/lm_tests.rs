@@ -8,8 +8,8 @@ type Linearised = (DVector<f64>, DMatrix<f64>);
 /// A problem of two unknowns.
 struct Small {
     residuals: fn(&DVector<f64>) -> Linearised,
-    /// The unknowns in which it bends.
-    bent: &'static [usize],
+    /// The unknowns in which it is far from linear.
+    nonlinear: &'static [usize],
 }
 
 /// A linearisation: normal matrix, gradient, chi-square.
@@ -69,11 +69,11 @@ impl Iterated for Small {
     }
 
     fn followed(&self, x: &DVector<f64>, damping: f64) -> Option<Attempt<DVector<f64>>> {
-        if self.bent.is_empty() {
+        if self.nonlinear.is_empty() {
             return None;
         }
         let mut system = self.linearise(x, damping, Curvature::Weights).ok()?;
-        for k in self.bent {
+        for k in self.nonlinear {
             system.0.row_mut(*k).fill(0.0);
             system.0.column_mut(*k).fill(0.0);
             (system.0[(*k, *k)], system.1[*k]) = (1.0, 0.0);
@@ -103,7 +103,8 @@ fn valley(x: &DVector<f64>) -> Linearised {
 
 #[test]
 fn what_is_linear_follows_what_bends() {
-    let [straight, following] = [&[][..], &[0]].map(|bent| minimum(&Small { residuals: valley, bent }, [-1.2, 1.0]));
+    let [straight, following] =
+        [&[][..], &[0]].map(|nonlinear| minimum(&Small { residuals: valley, nonlinear }, [-1.2, 1.0]));
     for (x, _) in [&straight, &following] {
         assert!((x - DVector::from_column_slice(&[1.0, 1.0])).amax() < 1e-6, "{x}");
     }
@@ -121,7 +122,7 @@ fn overshooting(x: &DVector<f64>) -> Linearised {
 
 #[test]
 fn a_step_beyond_the_minimum_is_taken_back_to_it() {
-    let (x, iterations) = minimum(&Small { residuals: overshooting, bent: &[] }, [0.5, 0.0]);
+    let (x, iterations) = minimum(&Small { residuals: overshooting, nonlinear: &[] }, [0.5, 0.0]);
     assert!(x[0].abs() < 1e-5 && (x[1] - 3.0).abs() < 1e-6, "{x}");
     // Each full step would leave 0.7 of `u`, and half of what it promised: 15 of them to a chi-square of 1e-10.
     assert!(iterations <= 6, "{iterations} steps");

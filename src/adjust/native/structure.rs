@@ -2,7 +2,7 @@
 //! parameters), and a border of the unknowns that images share (cameras, effects).
 
 use super::aligned::LINE;
-use super::bent;
+use super::nonlinear;
 use crate::camera::PARAMETER_COUNT;
 use crate::effects::Scope;
 use crate::measure::Stages;
@@ -71,8 +71,8 @@ pub struct Structure {
     pub border: Vec<usize>,
     /// Their scales.
     pub border_scale: Vec<f64>,
-    /// Columns of the border in which predicted measurements bend.
-    pub bent: Vec<usize>,
+    /// Columns of the border in which predicted measurements are far from linear: see [`nonlinear`].
+    pub nonlinear: Vec<usize>,
     /// Layout numbers of the image blocks' unknowns by rank, `usize::MAX` where held.
     pub image_unknowns: Vec<usize>,
     /// Their scales.
@@ -185,7 +185,7 @@ impl Structure {
             width,
             images,
             rank,
-            bent: bent::columns(problem, &border),
+            nonlinear: nonlinear::columns(problem, &border),
             border,
             border_scale,
             image_unknowns,
