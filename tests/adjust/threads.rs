@@ -3,6 +3,7 @@
 use crate::common::{effect, preset, solve_both_with};
 use misclosure::adjust::ceres::Ceres;
 use misclosure::adjust::native::Native;
+use misclosure::adjust::native::null_model::{NoColumns, NullModel};
 use misclosure::adjust::native::vectors::{Vectors, use_vectors};
 use misclosure::adjust::{Options, Solution, Solver};
 use misclosure::block::Block;
@@ -10,6 +11,10 @@ use misclosure::model::{Datum, Loss, Model};
 use misclosure::problem::Problem;
 use misclosure::scenario::add_noise;
 use std::ops::ControlFlow;
+use std::sync::{Mutex, PoisonError};
+
+/// Held by a test that chooses the width of registers, which holds for the whole program.
+static WIDTH: Mutex<()> = Mutex::new(());
 
 /// Enough measurements for several chunks of work.
 fn block() -> Block {
@@ -72,6 +77,7 @@ fn native_gives_the_same_bits_in_registers_of_any_width() {
         let problem = Problem::new(&block, model).expect("a problem");
         Native.solve(&problem, &Options::default(), &mut |_| ControlFlow::Continue(())).expect("a solution")
     };
+    let _chosen = WIDTH.lock().unwrap_or_else(PoisonError::into_inner);
     for (number, model) in models.iter().enumerate() {
         let widest = bits(&solve(model));
         let mut tried = 0;
@@ -85,6 +91,41 @@ fn native_gives_the_same_bits_in_registers_of_any_width() {
         }
         assert!(use_vectors(None) && tried > 0);
     }
+}
+
+/// Every bit of what a null model says of values per image and of coefficients that all images share.
+fn score_bits(block: &Block, threads: usize) -> Vec<u64> {
+    let effects = vec![effect("focal-image"), effect("radial-high"), effect("decentring-high")];
+    let mut problem = Problem::new(block, &Model { effects, ..Model::default() }).expect("a problem");
+    for entry in &mut problem.theta {
+        (entry.free, entry.prior_sigma) = (false, None);
+    }
+    let columns = (0..problem.theta.len()).map(|t| problem.layout().theta(t)).collect();
+    let state = problem.start.clone();
+    let scores =
+        NullModel::new(problem, state, columns, threads).expect("a null model").test(&NoColumns).expect("scores");
+    let numbers =
+        [scores.score.as_slice(), scores.information.as_slice(), &scores.squares, &scores.held, &scores.length];
+    numbers.concat().into_iter().map(f64::to_bits).collect()
+}
+
+#[test]
+fn null_model_has_the_same_bits_on_any_number_of_threads_and_in_registers_of_any_width() {
+    let mut block = preset("dike", &[("points", 900.0), ("check", 10.0)], 33).block;
+    add_noise(&mut block, 0.3, 34).expect("noise");
+    let one = score_bits(&block, 1);
+    for threads in [2, 3] {
+        assert!(score_bits(&block, threads) == one, "{threads} threads change bits");
+    }
+    let _chosen = WIDTH.lock().unwrap_or_else(PoisonError::into_inner);
+    for vectors in [Vectors::Plain, Vectors::Avx2, Vectors::Avx512] {
+        if use_vectors(Some(vectors)) {
+            assert!(score_bits(&block, 1) == one, "{vectors:?} changes bits");
+        } else {
+            eprintln!("skipped: no {vectors:?} on this machine");
+        }
+    }
+    assert!(use_vectors(None));
 }
 
 /// Ceres sums in the order in which its threads finish; on one thread the order is fixed, on several the rounding is not.

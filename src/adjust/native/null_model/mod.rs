@@ -16,10 +16,12 @@
 //! projects chosen columns row by row ([`NullModel::parts`]): what is left of a column of which the base takes 99.9 % keeps its digits there,
 //! and the parts of `s` and `M` by image come with it.
 
+mod batch;
 mod columns;
 mod image_cells;
 mod measurements;
 mod parts;
+mod products;
 mod rows;
 mod sums;
 
@@ -317,7 +319,7 @@ impl NullModel {
         let n = self.structure.images * self.structure.dim;
         let mut base = vec![0.0; system.moves.nrows()];
         for (c, change) in change.iter().enumerate().filter(|(_, change)| **change != 0.0) {
-            rows::add(&mut base, *change, system.moves.col_as_slice(c));
+            products::add(&mut base, *change, system.moves.col_as_slice(c));
         }
         let mut state = self.state.clone();
         let turn = step::move_images_and_border(&self.problem, &self.structure, &mut state, &base[..n], &base[n..]);

@@ -3,12 +3,15 @@
 //! Taking a point out is a projection of its rows, `X <- X - J V^-1 J'X` with `J` the derivatives by the point and `V = J'J`. Sums over the
 //! projected rows are sums over what the points leave, and small rests of columns keep their digits.
 
+use super::batch::{Batch, Group, Row, Share};
 use super::columns::{Columns, Coordinate, Entries, Measured};
+use super::products::{LANES, PointOut, add};
 use crate::adjust::AdjustError;
 use crate::adjust::native::MAX_DIM;
 use crate::adjust::native::linearise::rays_do_not_meet;
 use crate::adjust::native::point::{inverse_of_damped, rho};
 use crate::adjust::native::structure::{NONE, Structure};
+use crate::adjust::native::vectors::dispatch;
 use crate::measure::{self, Frame, MeasureError, Prediction, Stages};
 use crate::problem::{Problem, State};
 use nalgebra::{Matrix3, Vector3};
@@ -53,52 +56,10 @@ pub(super) struct Carry {
     pub moves: Vec<f64>,
 }
 
-/// One row.
-pub(super) struct Row {
-    /// Rank of its image; [`NONE`] for surveyed coordinates.
-    pub rank: u32,
-    /// By the image's unknowns.
-    pub image: [f64; MAX_DIM],
-    /// By the point.
-    pub point: [f64; 3],
-    /// Misclosure, the point taken out.
-    pub v: f64,
-    /// Its entries of local columns, as they are.
-    pub locals: Range<usize>,
-    /// Point of the batch that it belongs to.
-    pub group: u32,
-}
-
-/// Share of a local column that a point takes.
-pub(super) struct Share {
-    pub column: u32,
-    /// `J' L`.
-    pub moved: [f64; 3],
-    /// `V^-1 J' L`.
-    pub taken: [f64; 3],
-    /// `L'v`, the point taken out.
-    pub score: f64,
-}
-
-/// Rows of some points.
-pub(super) struct Batch {
-    pub rows: Vec<Row>,
-    /// Dense columns, row by row, the points taken out: the base's border first.
-    pub panel: Vec<f64>,
-    /// Local columns: number and entry.
-    pub locals: Vec<(u32, f64)>,
-    /// Per point: its local columns.
-    pub shares: Vec<Share>,
-    /// Per point: range of its shares.
-    pub groups: Vec<Range<usize>>,
-    /// Sum of squares of each dense column before anything is taken out.
-    pub length: Vec<f64>,
-}
-
 impl Source<'_> {
-    /// Number of dense columns: the base's border, effects, further ones; one of zeros where there is none, so that rows are never empty.
+    /// Number of dense columns: the base's border, effects, further ones; then zeros up to whole registers, so that rows are never empty.
     pub fn dense(&self) -> usize {
-        (self.structure.border.len() + self.effect_columns[0] + self.extra.dense()).max(1)
+        (self.structure.border.len() + self.effect_columns[0] + self.extra.dense()).max(1).next_multiple_of(LANES)
     }
 
     /// Number of local columns: of effects, further ones.
@@ -108,20 +69,21 @@ impl Source<'_> {
 
     /// Rows of the points of a range.
     pub fn batch(&self, points: Range<usize>) -> Result<Batch, AdjustError> {
-        let mut filler = Filler::new(self);
+        let starts = &self.problem.point_start;
+        let mut filler = Filler::new(self, 2 * (starts[points.end] - starts[points.start]) + 3 * points.len());
         for j in points {
             filler.point(j)?;
         }
-        Ok(filler.batch)
+        Ok(filler.finished())
     }
 
     /// Rows of observed antennas.
     pub fn antennas(&self, range: Range<usize>) -> Result<Batch, AdjustError> {
-        let mut filler = Filler::new(self);
+        let mut filler = Filler::new(self, 3 * range.len());
         for g in range {
             filler.antenna(g)?;
         }
-        Ok(filler.batch)
+        Ok(filler.finished())
     }
 }
 
@@ -135,22 +97,19 @@ struct Filler<'a> {
 }
 
 impl<'a> Filler<'a> {
-    fn new(source: &'a Source<'a>) -> Self {
-        let batch = Batch {
-            rows: Vec::new(),
-            panel: Vec::new(),
-            locals: Vec::new(),
-            shares: Vec::new(),
-            groups: Vec::new(),
-            length: vec![0.0; source.dense()],
-        };
+    fn new(source: &'a Source<'a>, rows: usize) -> Self {
         Self {
             source,
-            batch,
+            batch: Batch::new(rows, source.dense()),
             prediction: Prediction::default(),
             lists: Default::default(),
             slot: vec![NONE; source.local()],
         }
+    }
+
+    fn finished(mut self) -> Batch {
+        self.batch.put_in_order(self.slot.len());
+        self.batch
     }
 
     /// Appends an empty row; gives its number.
@@ -308,7 +267,8 @@ impl<'a> Filler<'a> {
     /// Takes the base (where asked for) and the point out of the rows from `first` on.
     fn finish(&mut self, first: usize, point: Option<usize>) -> Result<(), AdjustError> {
         let dense = self.source.dense();
-        let Batch { rows, panel, locals, shares, groups, length } = &mut self.batch;
+        let Batch { rows, panel, locals, shares, groups, length, .. } = &mut self.batch;
+        let end = rows.len();
         let rows = &mut rows[first..];
         let panel = &mut panel[first * dense..];
         for line in panel.chunks_exact(dense) {
@@ -330,17 +290,8 @@ impl<'a> Filler<'a> {
             }
             let inverse = inverse_of_damped(&normal, 0.0).ok_or_else(|| rays_do_not_meet(self.source.problem, j))?;
             let solved = inverse * gradient;
-            let mut moved = vec![0.0; 3 * dense];
-            for (row, line) in rows.iter().zip(panel.chunks_exact(dense)) {
-                for a in 0..3 {
-                    add(&mut moved[a * dense..(a + 1) * dense], row.point[a], line);
-                }
-            }
-            for (row, line) in rows.iter_mut().zip(panel.chunks_exact_mut(dense)) {
-                let taken = inverse * Vector3::from(row.point);
-                for a in 0..3 {
-                    add(line, -taken[a], &moved[a * dense..(a + 1) * dense]);
-                }
+            dispatch(PointOut { rows, inverse: &inverse, panel, d: dense });
+            for row in rows.iter_mut() {
                 row.v -= Vector3::from(row.point).dot(&solved);
             }
             for row in rows.iter() {
@@ -363,7 +314,7 @@ impl<'a> Filler<'a> {
             }
             shares[start..].sort_unstable_by_key(|share| share.column);
         }
-        groups.push(start..shares.len());
+        groups.push(Group { rows: first..end, shares: start..shares.len() });
         Ok(())
     }
 }
@@ -387,13 +338,5 @@ fn take_base_out(source: &Source<'_>, carry: &Carry, rows: &[Row], panel: &mut [
         for (l, value) in own.iter().enumerate() {
             take(first_border + l, *value);
         }
-    }
-}
-
-/// `line += a x`.
-#[inline(always)]
-pub(super) fn add(line: &mut [f64], a: f64, x: &[f64]) {
-    for (l, x) in line.iter_mut().zip(x) {
-        *l += a * x;
     }
 }

@@ -4,14 +4,12 @@
 //! Points go through in waves of batches. The rows of a wave are made side by side, while each part of the sums over the wave before is added
 //! up by one thread, over the batches in their order.
 
-use super::rows::{Batch, Share, Source, add};
+use super::batch::Batch;
+use super::products::{DenseScores, ImageLines, ImagesDense, ImagesLocal, LocalLines, multiply};
+use super::rows::Source;
 use crate::adjust::AdjustError;
 use crate::adjust::native::MAX_DIM;
-use crate::adjust::native::structure::NONE;
 use crate::adjust::native::vectors::dispatch;
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, MatRef, Par};
-use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -93,18 +91,6 @@ fn ranges_of(count: usize, size: usize) -> Vec<Range<usize>> {
     (0..count.div_ceil(size)).map(|k| k * size..((k + 1) * size).min(count)).collect()
 }
 
-/// A loop over rows, compiled for wide registers: numbers side by side are added each for itself, so that every width gives the same.
-struct Wide<F>(F);
-
-impl<F: FnOnce()> WithSimd for Wide<F> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        (self.0)();
-    }
-}
-
 impl Sums {
     /// Image unknown `row` (by rank, then unknown) with a local column.
     pub fn image_local(&self, row: usize, dim: usize, column: usize) -> f64 {
@@ -148,23 +134,29 @@ impl Sums {
         let (score_dense, length_dense) = (&mut self.score_dense, &mut self.length_dense);
         let squares_dense = &mut self.squares_dense;
         rayon::scope(|scope| {
-            let dense = DenseScores { score: score_dense, length: length_dense, squares: squares_dense };
-            scope.spawn(move |_| dispatch(Wide(|| dense.add(batches))));
+            let dense = DenseScores { batches, score: score_dense, length: length_dense, squares: squares_dense };
+            scope.spawn(move |_| dispatch(dense));
             for (task, columns) in self.dense_dense.chunks_mut((TASK_COLUMNS * d).max(1)).enumerate() {
                 scope.spawn(move |_| multiply(batches, d, task * TASK_COLUMNS, columns));
             }
             let dense = self.image_dense.chunks_mut((images * dim * d).max(1));
             for (task, lines) in dense.enumerate() {
-                scope.spawn(move |_| dispatch(Wide(|| add_images_dense(batches, d, dim, task * images, lines))));
+                let lines = ImageLines { batches, columns: d, first: task * images, lines };
+                scope.spawn(move |_| match dim {
+                    6 => dispatch(ImagesDense::<6>(lines)),
+                    7 => dispatch(ImagesDense::<7>(lines)),
+                    8 => dispatch(ImagesDense::<8>(lines)),
+                    _ => dispatch(ImagesDense::<MAX_DIM>(lines)),
+                });
             }
             let local = self.image_local.chunks_mut((images * dim * l).max(1));
             for (task, lines) in local.enumerate() {
-                let first = task * images;
+                let lines = ImageLines { batches, columns: l, first: task * images, lines };
                 scope.spawn(move |_| match dim {
-                    6 => dispatch(Wide(|| add_images_local::<6>(batches, l, first, lines))),
-                    7 => dispatch(Wide(|| add_images_local::<7>(batches, l, first, lines))),
-                    8 => dispatch(Wide(|| add_images_local::<8>(batches, l, first, lines))),
-                    _ => dispatch(Wide(|| add_images_local::<MAX_DIM>(batches, l, first, lines))),
+                    6 => dispatch(ImagesLocal::<6>(lines)),
+                    7 => dispatch(ImagesLocal::<7>(lines)),
+                    8 => dispatch(ImagesLocal::<8>(lines)),
+                    _ => dispatch(ImagesLocal::<MAX_DIM>(lines)),
                 });
             }
             let dense = self.local_dense.chunks_mut((locals * d).max(1));
@@ -175,151 +167,9 @@ impl Sums {
             let parts = dense.zip(local).zip(scores).zip(lengths).zip(squares);
             for (task, ((((dense, local), score), length), squares)) in parts.enumerate() {
                 let first = task * locals;
-                let lines = LocalLines { first, d, width: local_width, dense, local, score, length, squares };
-                scope.spawn(move |_| dispatch(Wide(|| lines.add(batches))));
+                let lines = LocalLines { batches, first, d, width: local_width, dense, local, score, length, squares };
+                scope.spawn(move |_| dispatch(lines));
             }
         });
-    }
-}
-
-/// Scores and lengths of the dense columns.
-struct DenseScores<'a> {
-    score: &'a mut [f64],
-    length: &'a mut [f64],
-    squares: &'a mut [f64],
-}
-
-impl DenseScores<'_> {
-    #[inline(always)]
-    fn add(self, batches: &[Batch]) {
-        let d = self.score.len();
-        let mut part = vec![0.0; d];
-        for batch in batches {
-            add(self.length, 1.0, &batch.length);
-            let rows: Vec<_> = batch.rows.iter().zip(batch.panel.chunks_exact(d)).collect();
-            for of_point in rows.chunk_by(|(a, _), (b, _)| a.group == b.group) {
-                part.fill(0.0);
-                for (row, line) in of_point {
-                    add(&mut part, row.v, line);
-                }
-                add(self.score, 1.0, &part);
-                self.squares.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part * part);
-            }
-        }
-    }
-}
-
-/// `columns += D'D`, columns from `first` on.
-fn multiply(batches: &[Batch], d: usize, first: usize, columns: &mut [f64]) {
-    let count = columns.len() / d;
-    for batch in batches {
-        let rows = MatRef::from_column_major_slice(&batch.panel, d, batch.rows.len());
-        let product = MatMut::from_column_major_slice_mut(columns, d, count).subrows_mut(first, d - first);
-        let (below, own) = (rows.subrows(first, d - first), rows.subrows(first, count));
-        matmul(product, Accum::Add, below, own.transpose(), 1.0, Par::Seq);
-    }
-}
-
-#[inline(always)]
-fn add_images_dense(batches: &[Batch], d: usize, dim: usize, first: usize, lines: &mut [f64]) {
-    let images = first..first + lines.len() / (dim * d).max(1);
-    for batch in batches {
-        for (row, line) in batch.rows.iter().zip(batch.panel.chunks_exact(d)) {
-            let rank = row.rank as usize;
-            if row.rank == NONE || !images.contains(&rank) {
-                continue;
-            }
-            let own = &mut lines[(rank - first) * dim * d..(rank - first + 1) * dim * d];
-            for (sum, value) in own.chunks_exact_mut(d).zip(row.image) {
-                add(sum, value, line);
-            }
-        }
-    }
-}
-
-#[inline(always)]
-fn add_images_local<const D: usize>(batches: &[Batch], l: usize, first: usize, lines: &mut [f64]) {
-    let images = first..first + lines.len() / (D * l).max(1);
-    for batch in batches {
-        for row in &batch.rows {
-            let rank = row.rank as usize;
-            if row.rank == NONE || !images.contains(&rank) {
-                continue;
-            }
-            let own = &mut lines[(rank - first) * D * l..(rank - first + 1) * D * l];
-            let (own, _) = own.as_chunks_mut::<D>();
-            let image: [f64; D] = std::array::from_fn(|k| row.image[k]);
-            let add = |sums: &mut [f64; D], entry: f64| {
-                for (sum, value) in sums.iter_mut().zip(image) {
-                    *sum += value * entry;
-                }
-            };
-            for (column, entry) in &batch.locals[row.locals.clone()] {
-                add(&mut own[*column as usize], *entry);
-            }
-            for share in &batch.shares[batch.groups[row.group as usize].clone()] {
-                let taken: f64 = (0..3).map(|a| row.point[a] * share.taken[a]).sum();
-                add(&mut own[share.column as usize], -taken);
-            }
-        }
-    }
-}
-
-/// Sums of some local columns with everything.
-struct LocalLines<'a> {
-    first: usize,
-    d: usize,
-    /// Columns of `local`: all, or one where the diagonal is enough.
-    width: usize,
-    dense: &'a mut [f64],
-    local: &'a mut [f64],
-    score: &'a mut [f64],
-    length: &'a mut [f64],
-    squares: &'a mut [f64],
-}
-
-impl LocalLines<'_> {
-    #[inline(always)]
-    fn add(self, batches: &[Batch]) {
-        let Self { first, d, width, dense, local, score, length, squares } = self;
-        let own = first..first + score.len();
-        for batch in batches {
-            for (row, line) in batch.rows.iter().zip(batch.panel.chunks_exact(d)) {
-                let locals = &batch.locals[row.locals.clone()];
-                for (column, value) in locals.iter().filter(|(column, _)| own.contains(&(*column as usize))) {
-                    let a = *column as usize;
-                    add(&mut dense[(a - first) * d..(a - first + 1) * d], *value, line);
-                    score[a - first] += value * row.v;
-                    length[a - first] += value * value;
-                    if width == 1 {
-                        local[a - first] += value * value;
-                        continue;
-                    }
-                    let line = &mut local[(a - first) * width..(a - first + 1) * width];
-                    for (other, entry) in locals.iter().filter(|(other, _)| other >= column) {
-                        line[*other as usize] += value * entry;
-                    }
-                }
-            }
-            for group in &batch.groups {
-                let shares = &batch.shares[group.clone()];
-                for (position, share) in shares.iter().enumerate() {
-                    let a = share.column as usize;
-                    if !own.contains(&a) {
-                        continue;
-                    }
-                    squares[a - first] += share.score * share.score;
-                    let taken = |other: &Share| -> f64 { (0..3).map(|k| share.taken[k] * other.moved[k]).sum() };
-                    if width == 1 {
-                        local[a - first] -= taken(share);
-                        continue;
-                    }
-                    let line = &mut local[(a - first) * width..(a - first + 1) * width];
-                    for other in &shares[position..] {
-                        line[other.column as usize] -= taken(other);
-                    }
-                }
-            }
-        }
     }
 }

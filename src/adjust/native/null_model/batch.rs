@@ -1,0 +1,115 @@
+//! A batch of points as rows, and in the orders in which they are summed.
+
+use crate::adjust::native::MAX_DIM;
+use crate::adjust::native::structure::NONE;
+use std::ops::Range;
+
+/// One row.
+pub(super) struct Row {
+    /// Rank of its image; [`NONE`] for surveyed coordinates.
+    pub rank: u32,
+    /// By the image's unknowns.
+    pub image: [f64; MAX_DIM],
+    /// By the point.
+    pub point: [f64; 3],
+    /// Misclosure, the point taken out.
+    pub v: f64,
+    /// Its entries of local columns, as they are.
+    pub locals: Range<usize>,
+    /// Point of the batch that it belongs to.
+    pub group: u32,
+}
+
+/// Share of a local column that a point takes.
+pub(super) struct Share {
+    pub column: u32,
+    /// `J' L`.
+    pub moved: [f64; 3],
+    /// `V^-1 J' L`.
+    pub taken: [f64; 3],
+    /// `L'v`, the point taken out.
+    pub score: f64,
+}
+
+/// Rows of some points.
+pub(super) struct Batch {
+    pub rows: Vec<Row>,
+    /// Dense columns, row by row, the points taken out: the base's border first.
+    pub panel: Vec<f64>,
+    /// Local columns: number and entry.
+    pub locals: Vec<(u32, f64)>,
+    /// Per point: its local columns.
+    pub shares: Vec<Share>,
+    /// Per point.
+    pub groups: Vec<Group>,
+    /// Sum of squares of each dense column before anything is taken out.
+    pub length: Vec<f64>,
+    /// Numbers of the rows of images, those of an image side by side.
+    by_image: Vec<u32>,
+    /// Row and value of the entries of local columns, those of a column side by side.
+    by_local: Vec<(u32, f64)>,
+    /// Where each of these columns begins.
+    local_start: Vec<u32>,
+}
+
+/// What belongs to a point, or to an antenna.
+pub(super) struct Group {
+    /// Its rows.
+    pub rows: Range<usize>,
+    /// Its shares.
+    pub shares: Range<usize>,
+}
+
+impl Batch {
+    /// An empty one, with room for `rows` rows of `dense` columns.
+    pub fn new(rows: usize, dense: usize) -> Self {
+        Self {
+            rows: Vec::with_capacity(rows),
+            panel: Vec::with_capacity(rows * dense),
+            locals: Vec::new(),
+            shares: Vec::new(),
+            groups: Vec::new(),
+            length: vec![0.0; dense],
+            by_image: Vec::new(),
+            by_local: Vec::new(),
+            local_start: Vec::new(),
+        }
+    }
+
+    /// Puts finished rows in order: by image, and by the `local` local columns.
+    pub fn put_in_order(&mut self, local: usize) {
+        let of_images = |row: &u32| self.rows[*row as usize].rank != NONE;
+        self.by_image = (0..self.rows.len() as u32).filter(of_images).collect();
+        self.by_image.sort_by_key(|row| self.rows[*row as usize].rank);
+        // Counted first: where a column begins is where those before it end.
+        self.local_start = vec![0; local + 1];
+        for (column, _) in &self.locals {
+            self.local_start[*column as usize + 1] += 1;
+        }
+        for column in 0..local {
+            self.local_start[column + 1] += self.local_start[column];
+        }
+        let mut next = self.local_start.clone();
+        self.by_local = vec![(0, 0.0); self.locals.len()];
+        for (number, row) in self.rows.iter().enumerate() {
+            for (column, value) in &self.locals[row.locals.clone()] {
+                let place = &mut next[*column as usize];
+                self.by_local[*place as usize] = (number as u32, *value);
+                *place += 1;
+            }
+        }
+    }
+
+    /// Numbers of the rows of each image whose rank lies in a range.
+    pub fn of_images(&self, ranks: Range<usize>) -> impl Iterator<Item = &[u32]> {
+        let rank = |row: &u32| self.rows[*row as usize].rank;
+        let first = self.by_image.partition_point(|row| (rank(row) as usize) < ranks.start);
+        let end = self.by_image.partition_point(|row| (rank(row) as usize) < ranks.end);
+        self.by_image[first..end].chunk_by(move |a, b| rank(a) == rank(b))
+    }
+
+    /// Row and value of the entries of a local column.
+    pub fn of_local(&self, column: usize) -> &[(u32, f64)] {
+        &self.by_local[self.local_start[column] as usize..self.local_start[column + 1] as usize]
+    }
+}

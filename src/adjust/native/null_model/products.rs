@@ -1,0 +1,271 @@
+//! Products of a batch with itself, added to sums.
+//!
+//! What is summed over many rows stays in registers while their entries of some neighbouring columns go by.
+
+use super::batch::{Batch, Row, Share};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+use nalgebra::Matrix3;
+use pulp::{Simd, WithSimd};
+use std::array::from_fn;
+
+/// Columns that are summed side by side: a register of the widest kind. Rows have a whole number of them.
+pub(super) const LANES: usize = 8;
+
+/// `line += a x`.
+#[inline(always)]
+pub(super) fn add(line: &mut [f64], a: f64, x: &[f64]) {
+    for (l, x) in line.iter_mut().zip(x) {
+        *l += a * x;
+    }
+}
+
+/// `X -= J V^-1 J'X` for the rows of a point, `J` their derivatives by it.
+pub(super) struct PointOut<'a> {
+    /// Its rows.
+    pub rows: &'a [Row],
+    /// `V^-1 = (J'J)^-1`.
+    pub inverse: &'a Matrix3<f64>,
+    /// `X`.
+    pub panel: &'a mut [f64],
+    /// Number of its columns.
+    pub d: usize,
+}
+
+impl WithSimd for PointOut<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { rows, inverse, panel, d } = self;
+        let (panel, _) = panel.as_chunks_mut::<LANES>();
+        let blocks = d / LANES;
+        for block in 0..blocks {
+            let mut moved = [[0.0; LANES]; 3];
+            for (row, line) in rows.iter().zip(panel.chunks_exact(blocks)) {
+                let x = &line[block];
+                for (sum, by_point) in moved.iter_mut().zip(row.point) {
+                    *sum = from_fn(|l| sum[l] + by_point * x[l]);
+                }
+            }
+            let [m0, m1, m2] = moved;
+            let [m0, m1, m2] = [0, 1, 2].map(|a| {
+                let [i0, i1, i2] = [inverse[(a, 0)], inverse[(a, 1)], inverse[(a, 2)]];
+                from_fn::<f64, LANES, _>(|l| i0 * m0[l] + i1 * m1[l] + i2 * m2[l])
+            });
+            for (row, line) in rows.iter().zip(panel.chunks_exact_mut(blocks)) {
+                let [a, b, c] = row.point;
+                let x = &mut line[block];
+                *x = from_fn(|l| x[l] - (a * m0[l] + b * m1[l] + c * m2[l]));
+            }
+        }
+    }
+}
+
+/// Scores and lengths of the dense columns.
+pub(super) struct DenseScores<'a> {
+    /// Batches to add.
+    pub batches: &'a [Batch],
+    /// `D'v`.
+    pub score: &'a mut [f64],
+    /// Sum of squares before anything is taken out.
+    pub length: &'a mut [f64],
+    /// Sum of squares of the parts that points have of a score.
+    pub squares: &'a mut [f64],
+}
+
+impl WithSimd for DenseScores<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let d = self.score.len();
+        for batch in self.batches {
+            add(self.length, 1.0, &batch.length);
+            let (panel, _) = batch.panel.as_chunks::<LANES>();
+            let (scores, _) = self.score.as_chunks_mut::<LANES>();
+            let (squares, _) = self.squares.as_chunks_mut::<LANES>();
+            for (block, (score, squares)) in scores.iter_mut().zip(squares).enumerate() {
+                for group in &batch.groups {
+                    let mut part = [0.0; LANES];
+                    for number in group.rows.clone() {
+                        let (v, x) = (batch.rows[number].v, &panel[number * (d / LANES) + block]);
+                        part = from_fn(|l| part[l] + v * x[l]);
+                    }
+                    *score = from_fn(|l| score[l] + part[l]);
+                    *squares = from_fn(|l| squares[l] + part[l] * part[l]);
+                }
+            }
+        }
+    }
+}
+
+/// `columns += D'D`, columns from `first` on.
+pub(super) fn multiply(batches: &[Batch], d: usize, first: usize, columns: &mut [f64]) {
+    let count = columns.len() / d;
+    for batch in batches {
+        let rows = MatRef::from_column_major_slice(&batch.panel, d, batch.rows.len());
+        let product = MatMut::from_column_major_slice_mut(columns, d, count).subrows_mut(first, d - first);
+        let (below, own) = (rows.subrows(first, d - first), rows.subrows(first, count));
+        matmul(product, Accum::Add, below, own.transpose(), 1.0, Par::Seq);
+    }
+}
+
+/// `lines[k] += sum of a[k] X` over rows `X` of a panel of `d` columns, each with its numbers `a`.
+#[inline(always)]
+fn add_rows<const D: usize>(
+    lines: &mut [f64],
+    panel: &[f64],
+    d: usize,
+    rows: impl Iterator<Item = (u32, [f64; D])> + Clone,
+) {
+    let (panel, _) = panel.as_chunks::<LANES>();
+    let (lines, _) = lines.as_chunks_mut::<LANES>();
+    let blocks = d / LANES;
+    for block in 0..blocks {
+        let mut sums = [[0.0; LANES]; D];
+        for (number, a) in rows.clone() {
+            let x = &panel[number as usize * blocks + block];
+            for (sum, a) in sums.iter_mut().zip(a) {
+                *sum = from_fn(|l| sum[l] + a * x[l]);
+            }
+        }
+        for (line, sum) in lines.chunks_exact_mut(blocks).zip(&sums) {
+            line[block] = from_fn(|l| line[block][l] + sum[l]);
+        }
+    }
+}
+
+/// Image unknowns, `D` an image, with columns.
+pub(super) struct ImageLines<'a> {
+    /// Batches to add.
+    pub batches: &'a [Batch],
+    /// Number of columns.
+    pub columns: usize,
+    /// Rank of the first image.
+    pub first: usize,
+    /// Sums of the images from there on.
+    pub lines: &'a mut [f64],
+}
+
+/// With dense columns: by image, then unknown of the image, then column.
+pub(super) struct ImagesDense<'a, const D: usize>(pub ImageLines<'a>);
+
+impl<const D: usize> WithSimd for ImagesDense<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let ImageLines { batches, columns, first, lines } = self.0;
+        let size = D * columns;
+        for batch in batches {
+            for rows in batch.of_images(first..first + lines.len() / size) {
+                let own = batch.rows[rows[0] as usize].rank as usize - first;
+                let rows = rows.iter().map(|number| (*number, from_fn(|k| batch.rows[*number as usize].image[k])));
+                add_rows::<D>(&mut lines[own * size..(own + 1) * size], &batch.panel, columns, rows);
+            }
+        }
+    }
+}
+
+/// With local columns: by image, then column, then unknown of the image.
+pub(super) struct ImagesLocal<'a, const D: usize>(pub ImageLines<'a>);
+
+impl<const D: usize> WithSimd for ImagesLocal<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let ImageLines { batches, columns, first, lines } = self.0;
+        let (lines, _) = lines.as_chunks_mut::<D>();
+        for batch in batches {
+            let images = first..first + lines.len() / columns;
+            for row in batch.of_images(images).flatten().map(|number| &batch.rows[*number as usize]) {
+                let own = row.rank as usize - first;
+                let own = &mut lines[own * columns..(own + 1) * columns];
+                for (column, entry) in &batch.locals[row.locals.clone()] {
+                    let sums = &mut own[*column as usize];
+                    *sums = from_fn(|k| sums[k] + row.image[k] * entry);
+                }
+                let [a, b, c] = row.point;
+                for share in &batch.shares[batch.groups[row.group as usize].shares.clone()] {
+                    let [t0, t1, t2] = share.taken;
+                    let taken = a * t0 + b * t1 + c * t2;
+                    let sums = &mut own[share.column as usize];
+                    *sums = from_fn(|k| sums[k] - row.image[k] * taken);
+                }
+            }
+        }
+    }
+}
+
+/// Sums of some local columns with everything.
+pub(super) struct LocalLines<'a> {
+    /// Batches to add.
+    pub batches: &'a [Batch],
+    /// The first of them.
+    pub first: usize,
+    /// Number of dense columns.
+    pub d: usize,
+    /// Columns of `local`: all, or one where the diagonal is enough.
+    pub width: usize,
+    /// With dense columns.
+    pub dense: &'a mut [f64],
+    /// With local ones.
+    pub local: &'a mut [f64],
+    /// With the misclosures.
+    pub score: &'a mut [f64],
+    /// Sum of squares before anything is taken out.
+    pub length: &'a mut [f64],
+    /// Sum of squares of the parts that points have of a score.
+    pub squares: &'a mut [f64],
+}
+
+impl WithSimd for LocalLines<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { batches, first, d, width, dense, local, score, length, squares } = self;
+        let own = first..first + score.len();
+        for batch in batches {
+            for (a, dense) in dense.chunks_exact_mut(d).enumerate() {
+                let entries = batch.of_local(first + a);
+                add_rows::<1>(dense, &batch.panel, d, entries.iter().map(|(row, value)| (*row, [*value])));
+                let local = &mut local[a * width..(a + 1) * width];
+                for (number, value) in entries {
+                    let row = &batch.rows[*number as usize];
+                    score[a] += value * row.v;
+                    length[a] += value * value;
+                    if width == 1 {
+                        local[0] += value * value;
+                        continue;
+                    }
+                    let others = &batch.locals[row.locals.clone()];
+                    for (other, entry) in others.iter().filter(|(other, _)| *other as usize >= first + a) {
+                        local[*other as usize] += value * entry;
+                    }
+                }
+            }
+            for group in &batch.groups {
+                let shares = &batch.shares[group.shares.clone()];
+                for (position, share) in shares.iter().enumerate() {
+                    let a = share.column as usize;
+                    if !own.contains(&a) {
+                        continue;
+                    }
+                    squares[a - first] += share.score * share.score;
+                    let taken = |other: &Share| -> f64 { (0..3).map(|k| share.taken[k] * other.moved[k]).sum() };
+                    if width == 1 {
+                        local[a - first] -= taken(share);
+                        continue;
+                    }
+                    let line = &mut local[(a - first) * width..(a - first + 1) * width];
+                    for other in &shares[position..] {
+                        line[other.column as usize] -= taken(other);
+                    }
+                }
+            }
+        }
+    }
+}
