@@ -10,7 +10,6 @@
 pub mod added;
 pub mod candidate;
 mod catalogue;
-mod cells;
 mod conclusion;
 mod domain;
 mod entries;

@@ -1,0 +1,126 @@
+//! Places and widths on a grid, ranked by a score that is summed over cells.
+
+use super::Scan;
+use super::cells::{Cells, Residual};
+use super::shape::{Moves, Shape, Sums};
+use crate::adjust::AdjustError;
+use crate::adjust::native::null_model::NullModel;
+use crate::measure::Predictor;
+use crate::problem::{Problem, State};
+use rayon::prelude::*;
+
+/// Ratio of neighbouring widths: shapes of widths 1 and 1.5 correlate by 0.9.
+const WIDTH_STEP: f64 = 1.5;
+/// Distance of neighbouring places, in widths: at half of it from the next place a flaw keeps four fifths of its statistic.
+const PLACE_STEP: f64 = 0.8;
+/// Steps of the width in a finer grid.
+const WIDTH_STEPS: [f64; 3] = [-1.0, 0.0, 1.0];
+/// Places of each width that are tested to the last digit: the highest peaks, of which the base may leave more or less.
+const PEAKS: usize = 3;
+
+/// Widths of a search, each with the residuals in cells for shapes of it.
+pub(super) struct Grid<'a> {
+    search: &'a Scan<'a>,
+    levels: Vec<Level>,
+}
+
+/// A width, px, and its cells.
+struct Level {
+    width: f64,
+    cells: Cells,
+}
+
+impl<'a> Grid<'a> {
+    /// Residuals of a fit in cells for every width.
+    pub fn new(search: &'a Scan<'a>, null: &NullModel) -> Result<Self, AdjustError> {
+        let (least, most) = search.widths;
+        let widths = std::iter::successors(Some(least), |width| Some(width * WIDTH_STEP));
+        let widths: Vec<f64> = widths.take_while(|width| *width <= most).collect();
+        let predictor = Predictor::new(null.problem(), null.state())?;
+        let residuals = residuals(null.problem(), null.state(), &predictor);
+        let cells = |width| Cells::new(search.problem, &residuals, &search.effect, width);
+        let level = |width| Level { width, cells: cells(width) };
+        Ok(Self { search, levels: null.pool().install(|| widths.into_par_iter().map(level).collect()) })
+    }
+
+    /// Number of places that measurements reach, and the highest peaks of `s^2 / B'PB` of every variant and width.
+    pub fn promising(&self, null: &NullModel) -> (f64, Vec<Shape>) {
+        let of_variant = |variant: usize| self.levels.iter().map(move |level| (variant, level));
+        let each: Vec<(usize, &Level)> = (0..self.search.variants.len()).flat_map(of_variant).collect();
+        let peaks: Vec<(usize, Vec<Shape>)> =
+            null.pool().install(|| each.par_iter().map(|(variant, level)| self.peaks(*variant, level)).collect());
+        let places = peaks.iter().map(|(places, _)| *places as f64).sum();
+        (places, peaks.into_iter().flat_map(|(_, peaks)| peaks).collect())
+    }
+
+    /// Number of places of one width that measurements reach, and its highest peaks.
+    fn peaks(&self, variant: usize, level: &Level) -> (usize, Vec<Shape>) {
+        let width = level.width;
+        let sensor = self.search.sensor;
+        let [columns, rows] = sensor.map(|length| (length / (PLACE_STEP * width)).ceil().max(1.0) as usize);
+        let step = [sensor[0] / columns as f64, sensor[1] / rows as f64];
+        let shape = |i: usize, j: usize| Shape {
+            variant,
+            place: [(i as f64 + 0.5) * step[0], (j as f64 + 0.5) * step[1]],
+            width,
+        };
+        let mut sums = vec![Sums::default(); columns * rows];
+        let mut moves = Moves::new(self.search);
+        for cell in level.cells.iter() {
+            let reached = |k: usize, count: usize| {
+                let reach = Shape::reach(width);
+                let first = ((cell.predicted[k] - reach) / step[k] - 0.5).ceil().max(0.0) as usize;
+                let last = ((cell.predicted[k] + reach) / step[k] - 0.5).floor();
+                first..if last < 0.0 { first } else { (last as usize + 1).min(count) }
+            };
+            for j in reached(1, rows) {
+                for i in reached(0, columns) {
+                    moves.add(&cell, &shape(i, j), &mut sums[j * columns + i]);
+                }
+            }
+        }
+        let ratios: Vec<f64> = sums.iter().map(Sums::ratio).collect();
+        let about = |k: usize, count: usize| k.saturating_sub(1)..(k + 2).min(count);
+        let is_peak = |i: usize, j: usize| {
+            let own = ratios[j * columns + i];
+            own > 0.0 && about(j, rows).all(|j| about(i, columns).all(|i| ratios[j * columns + i] <= own))
+        };
+        let places = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
+        let mut peaks: Vec<(usize, usize)> = places.filter(|(i, j)| is_peak(*i, *j)).collect();
+        peaks.sort_by(|a, b| ratios[b.1 * columns + b.0].total_cmp(&ratios[a.1 * columns + a.0]));
+        let reached = sums.iter().filter(|sums| sums.length > 0.0).count();
+        (reached, peaks.into_iter().take(PEAKS).map(|(i, j)| shape(i, j)).collect())
+    }
+
+    /// Of finer places and widths about a shape, the place of each width with the highest `s^2 / B'PB`.
+    pub fn finer(&self, shape: Shape, refinement: f64) -> Vec<Shape> {
+        let apart = |level: &Level| (level.width / shape.width).ln().abs();
+        let Some(level) = self.levels.iter().min_by(|a, b| apart(a).total_cmp(&apart(b))) else { return Vec::new() };
+        let best_of_width = |shapes: Vec<Shape>| {
+            let mut sums = vec![Sums::default(); shapes.len()];
+            let mut moves = Moves::new(self.search);
+            for cell in level.cells.iter() {
+                shapes.iter().zip(&mut sums).for_each(|(shape, sums)| moves.add(&cell, shape, sums));
+            }
+            let ranked = shapes.into_iter().zip(&sums);
+            ranked.max_by(|(_, a), (_, b)| a.ratio().total_cmp(&b.ratio())).map(|(shape, _)| shape)
+        };
+        let widths = WIDTH_STEPS.map(|k| shape.width * WIDTH_STEP.powf(k * refinement));
+        widths.into_iter().filter_map(|width| best_of_width(shape.about(PLACE_STEP * refinement, width))).collect()
+    }
+}
+
+/// Every image measurement that can be predicted; at a state that was linearised that is each.
+fn residuals<'p>(problem: &'p Problem, state: &State, predictor: &'p Predictor<'_>) -> Vec<Residual<'p>> {
+    let mut residuals = Vec::with_capacity(problem.observations.len());
+    for (j, point) in state.points.iter().enumerate() {
+        for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
+            let (image, observed) = (observation.image as usize, [observation.x, observation.y]);
+            let Some((predicted, _)) = predictor.image_point(image, observed, point) else { continue };
+            let weight = observation.inverse_sigma.powi(2);
+            let pull = [0, 1].map(|k| (observed[k] - predicted[k]) * weight);
+            residuals.push(Residual { observation, predicted, interior: predictor.interior(image), pull, weight });
+        }
+    }
+    residuals
+}
