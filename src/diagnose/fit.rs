@@ -35,6 +35,9 @@ const CHI_SQUARE_CHANGE: f64 = 1e-2;
 /// Steps that gain less than this after which such a fit ends: what they promise together is a tenth of a unit, where decisions take a dozen.
 const IDLE_STEPS: usize = 4;
 
+/// Iterations of a fit that starts near its solution, at the most: four to six are usual.
+pub const FEW_ITERATIONS: usize = 10;
+
 /// Options of a fit that decides.
 pub(super) fn deciding(options: &Options) -> Options {
     Options {

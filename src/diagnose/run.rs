@@ -1,7 +1,7 @@
 //! A whole diagnosis: a base without outliers and with believable weights, the loop, what is left, the verdict.
 
 use super::conclusion::diagnosis;
-use super::fit::{DiagnoseError, Fit, fit};
+use super::fit::{DiagnoseError, FEW_ITERATIONS, Fit, fit};
 use super::improve::Improvement;
 use super::left;
 use super::outliers::{self, MAX_ROUNDS, Outliers, Round, Snooping, Strictness};
@@ -126,6 +126,10 @@ pub fn settle(
     let options = &settings.options;
     let mut fitted = match fit_what_meets(whole, search, |block| fit(block, model, near, options)) {
         Err(error) if settings.snoop => after_robust_search(whole, search, model, error, settings)?,
+        Ok(fitted) if settings.snoop && fitted.solution.iterations > FEW_ITERATIONS => {
+            let unbent = without_what_bends(whole, search, model, near, strictness, settings)?;
+            unbent.unwrap_or(fitted)
+        }
         fitted => fitted?,
     };
     if !settings.snoop {
@@ -179,6 +183,30 @@ fn after_robust_search(
     match search_robustly(whole, search, model, None, Strictness::Loose, settings)? {
         Some(robust) => fit_what_meets(whole, search, |block| fit(block, model, Some(&robust), &settings.options)),
         None => Err(error),
+    }
+}
+
+/// The fit in place of one that came a long way. Least squares would rather bend a camera out of all proportion than leave a residual of hundreds of
+/// pixels, and nothing stands out when that is done. `None` where no measurement is so far off at a robust fit.
+fn without_what_bends(
+    whole: &Block,
+    search: &mut Snooping,
+    model: &Model,
+    near: Option<&Fit>,
+    strictness: Strictness,
+    settings: &Settings<'_>,
+) -> Result<Option<Fit>, DiagnoseError> {
+    (settings.tell)("the adjustment came a long way: searching what may have bent it by a robust fit");
+    let before = search.clone();
+    let robust = search_robustly(whole, search, model, near, strictness, settings)?;
+    match robust.filter(|_| search.found_bent_since(&before)) {
+        Some(robust) => {
+            fit_what_meets(whole, search, |block| fit(block, model, Some(&robust), &settings.options)).map(Some)
+        }
+        None => {
+            *search = before;
+            Ok(None)
+        }
     }
 }
 

@@ -7,11 +7,9 @@ use super::letter;
 use super::numbers::fixed;
 use super::pictures::RunFolder;
 use super::sensor_section::sensor_figures;
+use crate::diagnose::fit::FEW_ITERATIONS;
 use crate::diagnose::verdict::Diagnosis;
 use crate::run::folder::ProfileRow;
-
-/// A refit that starts at the predicted solution takes no more.
-const FEW_ITERATIONS: usize = 10;
 
 /// An effect whole, as it stands in the catalogue: what one writes oneself looks the same.
 const EXAMPLE: &str = include_str!("../../cpp/effects/focal-time.h");

@@ -273,6 +273,11 @@ impl Snooping {
         Ok(round)
     }
 
+    /// Has a judgement since `earlier` found a measurement so far off that it may bend a whole adjustment?
+    pub fn found_bent_since(&self, earlier: &Self) -> bool {
+        self.outliers.rounds[earlier.outliers.rounds.len()..].iter().any(|round| round.bent)
+    }
+
     /// What was found so far.
     pub fn outliers(&self, block: &Block) -> Outliers {
         let mut outliers = self.outliers.clone();
