@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "chain.h"
+#include "problem.h"
 #include "residuals.h"
-#include "solve.h"
 
 namespace misclosure {
 

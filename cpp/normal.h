@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "adjustment.h"
-#include "solve.h"
+#include "problem.h"
 
 namespace misclosure {
 

@@ -1,10 +1,9 @@
 //! What a change makes of a node before anybody looks at it: the changed model, fitted from where its parent ended.
 
 use super::change::{Change, Named};
-use super::live::Live;
+use super::live::{Changed, Live};
 use super::measurements::{all_there, named};
 use super::step::Step;
-use crate::block::Block;
 use crate::diagnose::fit::fit;
 use crate::diagnose::improve::Improvement;
 use crate::diagnose::models::at_solution;
@@ -20,13 +19,6 @@ use std::path::Path;
 
 /// Reason of what somebody set aside.
 const BY_HAND: &str = "set aside by hand";
-
-/// What a change makes of a node before anybody looks at it.
-pub(super) struct Changed {
-    pub block: Block,
-    pub set_aside: Vec<OutlierRow>,
-    pub improvement: Improvement,
-}
 
 impl Step<'_> {
     pub(super) fn root(&self, settings: &Settings<'_>) -> Result<Changed> {

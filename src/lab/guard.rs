@@ -2,7 +2,7 @@
 //! send requests to 127.0.0.1, too, and by a name of its own may even read the answers; host, origin and token keep it
 //! out.
 
-use super::server::Shared;
+use super::shared::Shared;
 use axum::Json;
 use axum::extract::{Request, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HOST, ORIGIN, REFERRER_POLICY};

@@ -8,7 +8,7 @@
 //! - [`change`]: what a step changes; [`step`] carries it out; [`tree`] keeps its result as the folder of a run.
 //! - [`columns`], [`quantity`] and [`brush`]: every measurement of a node with what was recorded of it,
 //!   and which of them are chosen.
-//! - [`figures`] as [`asked`], [`candidates`], [`predicted`], [`space`]: what is shown of a node.
+//! - [`figures`] as [`asked`], [`candidates`], [`predict`], [`space`]: what is shown of a node.
 //! - [`simulated`]: a block whose errors one chooses.
 //! - [`server`]: HTTP; [`guard`] says who is answered.
 
@@ -24,6 +24,7 @@ pub mod guard;
 pub mod live;
 pub mod measurements;
 pub mod node;
+pub mod predict;
 pub mod predicted;
 pub mod quantity;
 pub mod server;
@@ -38,6 +39,10 @@ pub mod view;
 mod about;
 mod changing;
 mod events;
+mod job;
 mod kept;
+mod restore;
 mod routes;
+mod shared;
+mod truth;
 mod worker;

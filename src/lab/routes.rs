@@ -8,9 +8,9 @@ use super::figures::{NAMES, draw};
 use super::guard::Refusal;
 use super::measurements::{Page, measurements};
 use super::node::Absent;
-use super::server::Shared;
+use super::shared::Shared;
 use super::state::Lab;
-use super::{candidates, predicted, simulated, space};
+use super::{candidates, predict, simulated, space, truth};
 use axum::extract::{Path, Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
 use axum::http::{StatusCode, Uri};
@@ -180,7 +180,7 @@ async fn predicted_figure(
 async fn prediction(State(shared): App, Path((id, effect)): Path<(String, String)>) -> Answer {
     let id = number(&id)?;
     blocking(shared, move |lab| {
-        let found = predicted::predicted(lab, id, &effect)?;
+        let found = predict::predicted(lab, id, &effect)?;
         let before = lab.saved(id)?.figures;
         let after = super::tree::Figures {
             tie_rms_px: Some(found.tie_rms_px),
@@ -282,5 +282,5 @@ async fn simulate(State(shared): App, text: String) -> Answer {
 
 async fn truth(State(shared): App, Path(id): Path<String>) -> Answer {
     let id = number(&id)?;
-    blocking(shared, move |lab| Ok(Json(simulated::truth(lab, id)?).into_response())).await
+    blocking(shared, move |lab| Ok(Json(truth::truth(lab, id)?).into_response())).await
 }

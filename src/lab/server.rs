@@ -3,22 +3,13 @@
 use super::guard::guard;
 use super::routes;
 use super::setup::Setup;
+use super::shared::Shared;
 use super::state::Lab;
 use super::worker::work;
 use anyhow::{Context, Result};
 use axum::middleware::from_fn_with_state;
 use std::net::{Ipv4Addr, TcpListener};
 use std::sync::{Arc, mpsc};
-
-/// What every request sees.
-pub struct Shared {
-    /// The laboratory.
-    pub lab: Arc<Lab>,
-    /// The port.
-    pub port: u16,
-    /// What a request of ours carries.
-    pub token: String,
-}
 
 /// A server that has its port and does not answer yet.
 pub struct Server {

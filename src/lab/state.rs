@@ -2,19 +2,19 @@
 
 use super::change::Change;
 use super::events::Event;
+use super::job::Job;
 use super::kept::Kept;
 use super::live::Live;
 use super::node::{Absent, Node, State};
 use super::setup::{Setup, Source};
 use super::tree::{Figures, Saved};
 use super::view::View;
-use super::worker::Job;
 use crate::adjust::{Options, Stop};
 use crate::diagnose::settings::Settings;
 use crate::effects;
 use crate::io::block::read_block;
 use crate::model::EffectRef;
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -229,19 +229,9 @@ impl Lab {
         Ok(view)
     }
 
-    /// A node with its fit and null model.
-    ///
-    /// # Errors
-    /// A node that is not done; a fit that does not come out again.
-    pub fn live(&self, id: u32) -> Result<Arc<Live>> {
-        if let Some(live) = locked(&self.lives).get(id) {
-            return Ok(live);
-        }
-        let saved = self.saved(id)?;
-        let live = Live::restore(self, id, &saved).with_context(|| format!("step {id} cannot be taken up again"))?;
-        let live = Arc::new(live);
-        self.keep(id, live.clone());
-        Ok(live)
+    /// What is kept in memory of a node with its fit.
+    pub(super) fn kept(&self, id: u32) -> Option<Arc<Live>> {
+        locked(&self.lives).get(id)
     }
 
     /// Keeps what a step computed.

@@ -2,9 +2,8 @@
 //! both solvers, and writes the folder of the run.
 
 use super::change::Change;
-use super::changing::Changed;
 use super::events::Event;
-use super::live::Live;
+use super::live::{Changed, Live};
 use super::setup::Source;
 use super::state::Lab;
 use super::tree::{Figures, Saved};

@@ -2,6 +2,7 @@
 
 use super::change::Change;
 use super::events::Event;
+use super::job::Job;
 use super::node::State;
 use super::state::Lab;
 use super::step::Step;
@@ -15,18 +16,6 @@ use std::sync::mpsc::Receiver;
 
 /// Steps that "do all" makes at most: far more than any block asked for.
 const MOST_STEPS: usize = 20;
-
-/// A step in the queue.
-pub struct Job {
-    /// Its number.
-    pub id: u32,
-    /// What it changes.
-    pub parent: Option<u32>,
-    /// How.
-    pub change: Change,
-    /// Ends it.
-    pub stop: Stop,
-}
 
 /// Works until the queue ends.
 pub fn work(lab: &Lab, jobs: &Receiver<Job>) {

@@ -4,7 +4,9 @@ use super::frame::{Frame, Stages, by_rows};
 use super::lanes::{MISCLOSURE, POINT, ROTATION, THETA};
 use super::plain::PlainView;
 use super::ray::Ray;
-use super::through::{BY_THETA, Derivatives, IMAGE_INPUTS, through_image, through_interior, through_ray};
+use super::through::{
+    BY_THETA, Derivatives, IMAGE_IDENTITY, IMAGE_INPUTS, through_image, through_interior, through_ray,
+};
 use crate::camera::{DCX, DCY, PARAMETER_COUNT, PPX, PPY, fraser};
 use crate::effects::{Context, IMAGE_INTERIOR, Stage};
 use crate::math::rotation;
@@ -185,20 +187,6 @@ fn predict_plain(view: &PlainView<f64>, out: &mut Prediction) -> Option<()> {
         pose[3..].copy_from_slice(&point.map(|d| -d));
     }
     Some(())
-}
-
-/// Derivatives of an image effect that hands on what it gets, row by row.
-pub(super) const IMAGE_IDENTITY: [f64; 2 * IMAGE_INPUTS] = identity(2, 0);
-
-/// `[0 I 0]` of so many rows, `I` from column `first` on.
-pub(super) const fn identity<const N: usize>(rows: usize, first: usize) -> [f64; N] {
-    let mut matrix = [0.0; N];
-    let mut row = 0;
-    while row < rows {
-        matrix[row * (N / rows) + first + row] = 1.0;
-        row += 1;
-    }
-    matrix
 }
 
 /// Image effects, one after the other: what was derived so far goes through each of them.

@@ -1,11 +1,14 @@
 //! Eight measurements through effects: each effect is asked one by one, what follows from its answers is computed side
 //! by side.
 
-use super::chain::{IMAGE_IDENTITY, context, image_input};
+use super::chain::{context, image_input};
 use super::frame::{Frame, Stages, plain};
-use super::lanes::{LANES, Lane, Predictions, Register, THETA, Views};
+use super::lane::{LANES, Lane};
+use super::lanes::{Predictions, Register, THETA, Views};
 use super::ray::Ray;
-use super::through::{BY_THETA, Derivatives, IMAGE_INPUTS, Numbers, through_image, through_interior, through_ray};
+use super::through::{
+    BY_THETA, Derivatives, IMAGE_IDENTITY, IMAGE_INPUTS, Numbers, through_image, through_interior, through_ray,
+};
 use crate::effects::Stage;
 use crate::problem::{ImageObservation, Problem};
 use nalgebra::Vector3;

@@ -2,7 +2,7 @@
 //! and the values of the effect parameters that hold there.
 
 use super::MeasureError;
-use super::lanes::Lane;
+use super::lane::Lane;
 use super::plain::PlainView;
 use crate::camera::{Interior, PARAMETER_COUNT as COUNT};
 use crate::effects::{Context, OutsideDomain, Role, Stage};

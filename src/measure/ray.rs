@@ -1,9 +1,8 @@
 //! A ray that effects bend or move on its way: the exposure stage moves the pose, the ray stage the object point as the
 //! camera sees it.
 
-use super::chain::identity;
 use super::frame::{Frame, Stages};
-use super::through::{BY_THETA, SHIFT, SHIFT_BY_POINT, TURN};
+use super::through::{BY_THETA, SHIFT, SHIFT_BY_POINT, TURN, identity};
 use crate::effects::{Context, Stage};
 use crate::math::rotation;
 use crate::problem::Problem;

@@ -31,6 +31,20 @@ impl Numbers<f64> for [f64] {
     }
 }
 
+/// Derivatives of an image effect that hands on what it gets, row by row.
+pub(super) const IMAGE_IDENTITY: [f64; 2 * IMAGE_INPUTS] = identity(2, 0);
+
+/// `[0 I 0]` of so many rows, `I` from column `first` on.
+pub(super) const fn identity<const N: usize>(rows: usize, first: usize) -> [f64; N] {
+    let mut matrix = [0.0; N];
+    let mut row = 0;
+    while row < rows {
+        matrix[row * (N / rows) + first + row] = 1.0;
+        row += 1;
+    }
+    matrix
+}
+
 /// First of the numbers of a [`super::ray::Ray`]: its turn by (w, C), 3 x 6 by columns.
 pub(super) const TURN: usize = 0;
 /// First of its shift by (w, C), 3 x 6 by columns.

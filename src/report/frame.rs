@@ -76,7 +76,7 @@ impl PlotFrame {
             svg.text([left - 8.0, px + 4.0], label, Font::new(TICK_SIZE).end());
         }
         svg.rect([left, top], [right - left, bottom - top], "none", Some(Stroke::new(INK, 1.0)));
-        svg.area((&self.x, &x.label), (&self.y, &y.label));
+        svg.area(&self.x.side(&x.label), &self.y.side(&y.label));
         let margin = self.margin(x, y, right - left);
         if !x.label.is_empty() {
             let at = [(left + right) / 2.0, bottom + margin.bottom - 5.0];

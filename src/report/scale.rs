@@ -1,7 +1,7 @@
 //! Scales from data to pixels, with round ticks whose labels stay short.
 
 use super::axes::{Axis, extent, round_below};
-use super::svg::text_width;
+use super::svg::{Side, text_width};
 
 /// Size of tick labels, pixels.
 pub(super) const TICK_SIZE: f64 = 12.0;
@@ -66,20 +66,10 @@ impl Scale {
         [self.from.min(self.to), self.from.max(self.to)]
     }
 
-    /// Pixels of the two ends of the range, in the order of [`Self::domain`].
-    pub fn pixels(&self) -> [f64; 2] {
-        [self.from, self.to]
-    }
-
-    /// Values at both ends.
-    pub fn domain(&self) -> [f64; 2] {
+    /// The side of a plotting area that it belongs to.
+    pub fn side<'a>(&self, label: &'a str) -> Side<'a> {
         let value = |v: f64| if self.log { 10f64.powf(v) } else { v };
-        [value(self.lo), value(self.hi)]
-    }
-
-    /// Is it logarithmic?
-    pub fn is_log(&self) -> bool {
-        self.log
+        Side { pixels: [self.from, self.to], values: [value(self.lo), value(self.hi)], is_log: self.log, label }
     }
 
     /// Whether zero lies strictly inside.

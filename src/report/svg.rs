@@ -1,6 +1,5 @@
 //! The few SVG elements that the figures are made of. No ids and no clip paths, so that figures can share one page.
 
-use super::scale::Scale;
 use super::style::{GREY, INK, Marker};
 use std::fmt::Write;
 
@@ -33,6 +32,17 @@ pub(super) fn coordinate(v: f64) -> String {
 /// Width of a text in pixels, estimated for a wide sans-serif face, so that what fits here fits in any.
 pub(super) fn text_width(text: &str, size: f64) -> f64 {
     text.chars().map(|c| if "ijlI.,:;|'()[] ".contains(c) { 0.38 } else { 0.63 }).sum::<f64>() * size
+}
+
+/// A side of a plotting area.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Side<'a> {
+    /// Pixels of its two ends.
+    pub pixels: [f64; 2],
+    /// Values there.
+    pub values: [f64; 2],
+    pub is_log: bool,
+    pub label: &'a str,
 }
 
 /// How a line is drawn.
@@ -235,18 +245,19 @@ impl Svg {
     }
 
     /// Says of a plotting area which values lie at its edges, for whoever points into it.
-    pub fn area(&mut self, x: (&Scale, &str), y: (&Scale, &str)) {
-        let side = |name: &str, (scale, label): (&Scale, &str)| {
-            let ([from, to], [low, high]) = (scale.pixels(), scale.domain());
+    pub fn area(&mut self, x: &Side<'_>, y: &Side<'_>) {
+        let data = |name: &str, side: &Side<'_>| {
+            let ([from, to], [low, high]) = (side.pixels, side.values);
             format!(
                 "data-{name}=\"{low} {high}\" data-p{name}=\"{} {}\" data-{name}log=\"{}\" data-{name}name=\"{}\"",
                 coordinate(from),
                 coordinate(to),
-                u8::from(scale.is_log()),
-                escape(label)
+                u8::from(side.is_log),
+                escape(side.label)
             )
         };
-        let ([left, right], [top, bottom]) = (x.0.ends(), y.0.ends());
+        let ends = |[from, to]: [f64; 2]| [from.min(to), from.max(to)];
+        let ([left, right], [top, bottom]) = (ends(x.pixels), ends(y.pixels));
         let _ = writeln!(
             self.areas,
             "<rect class=\"plot\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" {} {}/>",
@@ -254,8 +265,8 @@ impl Svg {
             coordinate(top),
             coordinate(right - left),
             coordinate(bottom - top),
-            side("x", x),
-            side("y", y)
+            data("x", x),
+            data("y", y)
         );
     }
 

@@ -1,7 +1,7 @@
 //! Carries one case out: simulate, put the errors in, adjust with the solvers, compare with the truth.
 
+use super::blocks::Blocks;
 use super::case::Case;
-use super::judge::Blocks;
 use super::outcome::Outcome;
 use super::{flights, judge};
 use crate::adjust::{AdjustError, CovarianceOf, Options, Solver};

@@ -1,5 +1,6 @@
 //! Comparison of an adjusted case with the truth.
 
+use super::blocks::Blocks;
 use super::case::Case;
 use super::outcome::{Adjusted, Agreed, Judged, SolverRun};
 use super::pictures;
@@ -14,20 +15,6 @@ use crate::problem::Problem;
 use crate::run::{self, FittedModel, Run};
 use anyhow::{Context, Result};
 use std::collections::HashMap;
-
-/// The blocks of a case.
-pub struct Blocks<'a> {
-    /// True poses, points and cameras.
-    pub truth: &'a Block,
-    /// Measurements without error, all flights.
-    pub exact: &'a Block,
-    /// Measurements with the errors, the flights of the case: what was adjusted.
-    pub erroneous: &'a Block,
-    /// The same with exact marks of the check points.
-    pub exact_check: &'a Block,
-    /// The same with exact marks of control and check points.
-    pub exact_all: &'a Block,
-}
 
 /// Compares a run with the truth.
 ///

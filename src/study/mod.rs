@@ -7,6 +7,7 @@
 //! A [`Case`] is plain data, its [`Outcome`] too; each outcome is one file in a [`Store`]. The page is made from the outcomes alone: nothing
 //! in it is written by hand but the published figures ([`published`]).
 
+pub mod blocks;
 pub mod case;
 pub mod cases;
 pub mod execute;

@@ -1,6 +1,6 @@
 //! What the pictures of a case need, measured from its blocks.
 
-use super::judge::Blocks;
+use super::blocks::Blocks;
 use super::outcome::Pictures;
 use crate::block::{Block, Role};
 use crate::camera::{Interior, undistort::undistort};

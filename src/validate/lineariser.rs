@@ -1,16 +1,13 @@
 //! Measurements and their derivatives in double-double, and the normal equations that they sum to.
 
 use super::forward::{ExtendedState, Forward, Given, PLAIN};
-use super::normal::{CertifyError, Normal, Part};
+use super::normal::{CertifyError, MOST_LOCAL, Normal, Part};
 use crate::camera::PARAMETER_COUNT;
 use crate::effects::ImageContext;
 use crate::math::DoubleDouble;
 use crate::math::jet::Jet;
 use crate::problem::{LOSS_SCALE, Loss, Problem};
 use rayon::prelude::*;
-
-/// Most parameters of effects that act on one image.
-pub(super) const MOST_LOCAL: usize = 14;
 
 /// Which curvature of a robust loss the normal equations have: that of its weights, which the covariance has, or all of it, which a step has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

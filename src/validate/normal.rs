@@ -1,13 +1,15 @@
 //! Normal equations in double-double: all unknowns at once, points not eliminated, sparse. Their factor is one of doubles, whose solutions are
 //! refined until extended precision has nothing to add.
 
-use super::lineariser::MOST_LOCAL;
 use crate::math::DoubleDouble;
 use faer::prelude::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use faer::{Mat, Side};
 use rayon::prelude::*;
+
+/// Most parameters of effects that act on one image.
+pub(super) const MOST_LOCAL: usize = 14;
 
 /// Why a certificate cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -38,7 +38,7 @@ pub fn draw(lab: &Lab, id: u32, name: &str, effect: Option<&str>, asked: &Asked)
         return ledger::draw_ledger(lab, id, asked.width);
     }
     let view = lab.view(id)?;
-    let prediction = effect.map(|effect| super::predicted::predicted(lab, id, effect)).transpose()?;
+    let prediction = effect.map(|effect| super::predict::predicted(lab, id, effect)).transpose()?;
     let (columns, checks, gnss) = match &prediction {
         Some(predicted) => (&predicted.columns, &predicted.checks, &predicted.gnss),
         None => (&view.columns, &view.run.checks, &view.run.gnss),

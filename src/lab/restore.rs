@@ -1,0 +1,54 @@
+//! Nodes taken up again from their folders.
+
+use super::live::{Changed, Live};
+use super::state::Lab;
+use super::tree::Saved;
+use crate::adjust::Stop;
+use crate::diagnose::added::Added;
+use crate::diagnose::fit::fit;
+use crate::diagnose::improve::Improvement;
+use crate::diagnose::look::look;
+use crate::io::model::read_model;
+use crate::report::pictures::RunFolder;
+use crate::run::folder::read_outliers;
+use crate::run::set_aside;
+use anyhow::{Context, Result};
+use std::sync::Arc;
+
+impl Lab {
+    /// A node with its fit and null model.
+    ///
+    /// # Errors
+    /// A node that is not done; a fit that does not come out again.
+    pub fn live(&self, id: u32) -> Result<Arc<Live>> {
+        if let Some(live) = self.kept(id) {
+            return Ok(live);
+        }
+        let saved = self.saved(id)?;
+        let live = self.restore(id, &saved).with_context(|| format!("step {id} cannot be taken up again"))?;
+        let live = Arc::new(live);
+        self.keep(id, live.clone());
+        Ok(live)
+    }
+
+    /// Takes up a node from its folder.
+    ///
+    /// # Errors
+    /// A folder that cannot be read; a fit that does not converge any more.
+    fn restore(&self, id: u32, saved: &Saved) -> Result<Live> {
+        let dir = self.setup.folder.step(id);
+        let source = self.source(id)?;
+        let (file, set_aside) = read_outliers(&dir)?.unwrap_or_else(|| (dir.join("outliers.csv"), Vec::new()));
+        let block = set_aside::without(&source.block, &set_aside, &file)?;
+        let model = read_model(&dir.join("model.toml"), &|id| self.effect(id))?;
+        let stop = Stop::default();
+        let settings = self.settings(&stop, false, &|_| {});
+        let fitted = fit(&block, &model, None, &settings.options)?;
+        let parts = Added { own: saved.own, freed: saved.freed.clone(), placed: saved.placed.clone() };
+        let improvement = Improvement::with(&block, fitted, parts, &settings)?;
+        let look = look(&block, &improvement, set_aside.len(), &settings)?;
+        let ledger =
+            RunFolder::read_without_residuals(&dir)?.diagnosis.map_or(Vec::new(), |diagnosis| diagnosis.ledger);
+        Ok(Live::new(Changed { block, set_aside, improvement }, look, ledger))
+    }
+}
