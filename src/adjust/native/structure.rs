@@ -12,8 +12,10 @@ use std::ops::Range;
 /// Marks "not an unknown" in the index tables.
 pub const NONE: u32 = u32::MAX;
 
-/// Measurements per chunk at least: below this the overhead of a private system shows.
+/// Measurements per chunk: below this the overhead of a private system shows.
 const CHUNK_MEASUREMENTS: usize = 16_384;
+/// Several chunks are so many or a multiple: two threads, or four, then end a wave of them together.
+const WAVE_CHUNKS: usize = 4;
 /// Chunks at most: each costs one pass over the touched part of the reduced system.
 const MAX_CHUNKS: usize = 64;
 
@@ -307,18 +309,18 @@ fn pair_slots(problem: &Problem, rank: &[u32]) -> (Vec<usize>, Vec<u32>, Vec<usi
     (row_start, slot_column, band_start, band)
 }
 
-/// Splits the points into chunks that depend on the problem alone, so that results do not depend on the number of threads.
+/// Splits the points into chunks of as many measurements each. They depend on the problem alone, so that results do not depend on the number of threads.
 fn chunks(problem: &Problem) -> Vec<Range<usize>> {
-    let size = CHUNK_MEASUREMENTS.max(problem.observations.len().div_ceil(MAX_CHUNKS));
-    let points = problem.point_sources.len();
-    let mut chunks = Vec::new();
-    let mut first = 0;
-    while first < points {
-        let target = problem.point_start[first] + size;
-        let mut end = problem.point_start.partition_point(|start| *start < target).min(points);
-        end = end.max(first + 1);
-        chunks.push(first..end);
-        first = end;
-    }
-    chunks
+    let (starts, points) = (&problem.point_start, problem.point_sources.len());
+    let measurements = problem.observations.len();
+    let count = match measurements.div_ceil(CHUNK_MEASUREMENTS).min(MAX_CHUNKS) {
+        several @ 2.. => several.next_multiple_of(WAVE_CHUNKS),
+        _ => 1,
+    };
+    let boundary = |k: usize| match k {
+        k if k == count => points,
+        k => starts.partition_point(|start| *start < k * measurements / count).min(points),
+    };
+    let chunks = (0..count).map(|k| boundary(k)..boundary(k + 1));
+    chunks.filter(|points| !points.is_empty()).collect()
 }

@@ -6,7 +6,9 @@ use std::ops::Range;
 
 /// Part of the reduced system that the images of ranks `rows` and the border touch. Symmetric blocks are kept once
 /// (row rank <= column rank; upper triangle of the border). Everything in scaled unknowns.
+// Threads have one each, side by side: no two of them in a pair of cache lines.
 #[derive(Debug, Clone)]
+#[repr(align(128))]
 pub struct System {
     /// Ranks.
     pub rows: Range<usize>,
