@@ -98,6 +98,10 @@ void Guard(Report& report, Call call) {
 
 SolveResult solve(const View& view, const SolveOptions& options, Watch& watch) {
   SolveResult result = {};
+#ifdef __GLIBC__
+  // Of a large block this is where the most memory is needed: what was freed before goes back first.
+  malloc_trim(0);
+#endif
   Guard(result.report, [&] {
     misclosure::SolveOptions own;
     own.max_iterations = static_cast<int>(options.max_iterations);
