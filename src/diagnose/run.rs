@@ -144,7 +144,7 @@ pub fn settle(
         let mut robust = None;
         if round.bent {
             (settings.tell)("blunders bend the adjustment: searching them by a robust fit");
-            let judged = std::mem::replace(search, before);
+            let judged = std::mem::replace(search, before.clone());
             robust = search_robustly(whole, search, model, near, strictness, settings)?;
             if robust.is_none() {
                 *search = judged;
@@ -153,7 +153,13 @@ pub fn settle(
         // Not from where a blunder had bent it: that may be another minimum.
         let bent = round.bent || round.held_back > 0;
         let from = robust.as_ref().or(if bent { near } else { Some(&fitted) });
-        fitted = fit_what_meets(whole, search, |block| fit(block, model, from, options))?;
+        fitted = match fit_what_meets(whole, search, |block| fit(block, model, from, options)) {
+            // Two rays of which one is wrong may agree by chance, at a point that no adjustment finds.
+            Err(_) if search.refuse_returned(&before) => {
+                return fit_what_meets(whole, search, |block| fit(block, model, from, options));
+            }
+            fitted => fitted?,
+        };
     }
     Ok(fitted)
 }

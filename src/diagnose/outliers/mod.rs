@@ -273,6 +273,22 @@ impl Snooping {
         Ok(round)
     }
 
+    /// Sets aside again what has come back since `earlier`: nothing could be adjusted with it. Was there anything?
+    pub fn refuse_returned(&mut self, earlier: &Self) -> bool {
+        let mut refused = false;
+        for rejected in &earlier.outliers.rejected {
+            let is_in = &mut self.left.of(rejected.kind)[rejected.measurement];
+            if std::mem::replace(is_in, false) {
+                self.outliers.rejected.push(*rejected);
+                if rejected.kind == MeasurementKind::Tie {
+                    self.apart[rejected.point.index()] = Apart::Again;
+                }
+                refused = true;
+            }
+        }
+        refused
+    }
+
     /// Has a judgement since `earlier` found a measurement so far off that it may bend a whole adjustment?
     pub fn found_bent_since(&self, earlier: &Self) -> bool {
         self.outliers.rounds[earlier.outliers.rounds.len()..].iter().any(|round| round.bent)
@@ -321,4 +337,28 @@ pub fn find<E: From<AdjustError>>(
         }
     }
     Ok(search.outliers(block))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::{Scenario, simulate};
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn what_came_back_and_cannot_be_adjusted_stays_out() {
+        let few = BTreeMap::from([("points".to_string(), 60.0)]);
+        let block = simulate(&Scenario::preset("closerange", &few).expect("a preset"), 1).expect("a block").block;
+        let mut search = Snooping::nothing(&block, SIGNIFICANCE);
+        let point = block.ties[0].point;
+        assert!(search.set_aside(&block, point));
+        let before = search.clone();
+        // A judgement takes its measurements in again.
+        (search.left, search.outliers.rejected) = (Kept::all(&block), Vec::new());
+        assert!(search.refuse_returned(&before));
+        assert_eq!(search.left_out(), before.left_out());
+        assert_eq!(search.outliers.rejected, before.outliers.rejected);
+        assert_eq!(search.apart[point.index()], Apart::Again);
+        assert!(!search.refuse_returned(&before), "nothing is in any more");
+    }
 }
