@@ -2,7 +2,7 @@
 //!
 //! - [`mod@test`]: pure statistics of such systems, without a block.
 //! - [`select`]: which effects belong to the model, rules over what the tests say.
-//! - [`improve`]: carries out what the rules ask for, refits, and keeps the ledger; [`run`] a whole diagnosis.
+//! - [`improve`]: carries out what the rules ask for, refits, and keeps the ledger; [`settle`] fits without outliers; [`run`] is a whole diagnosis.
 //! - [`structure`]: what is left in the residuals, whatever its cause; [`outliers`]: data snooping.
 //! - [`look`]: one model as it stands, without the loop.
 //! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
@@ -30,6 +30,7 @@ pub mod run;
 pub mod scan;
 pub mod select;
 pub mod settings;
+pub mod settle;
 pub mod shown;
 mod squares;
 pub mod structure;

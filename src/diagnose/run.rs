@@ -1,18 +1,17 @@
 //! A whole diagnosis: a base without outliers and with believable weights, the loop, what is left, the verdict.
 
 use super::conclusion::diagnosis;
-use super::fit::{DiagnoseError, FEW_ITERATIONS, Fit, fit};
+use super::fit::{DiagnoseError, Fit, fit};
 use super::improve::Improvement;
 use super::left;
-use super::outliers::{self, MAX_ROUNDS, Outliers, Round, Snooping, Strictness};
+use super::outliers::{Outliers, Snooping, Strictness};
 use super::settings::Settings;
+use super::settle::{judge, settle};
 use super::structure::{self, Structure};
 use super::verdict::Diagnosis;
 use crate::adjust::AdjustError;
-use crate::adjust::native::pool;
-use crate::block::{Block, PointId};
+use crate::block::Block;
 use crate::model::Model;
-use crate::problem::ProblemError;
 use crate::run::{self, RunError};
 use std::collections::HashSet;
 
@@ -109,161 +108,6 @@ pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<(Sn
     tell("estimating the weights");
     let fitted = weighed(&search.block(whole), fitted, settings)?;
     Ok((search, fitted))
-}
-
-/// Fits and sets outliers aside until nothing changes.
-///
-/// # Errors
-/// A fit that fails, also without what stands alone at a robust one.
-pub fn settle(
-    whole: &Block,
-    search: &mut Snooping,
-    model: &Model,
-    near: Option<&Fit>,
-    strictness: Strictness,
-    settings: &Settings<'_>,
-) -> Result<Fit, DiagnoseError> {
-    let options = &settings.options;
-    let mut fitted = match fit_what_meets(whole, search, |block| fit(block, model, near, options)) {
-        Err(error) if settings.snoop => after_robust_search(whole, search, model, error, settings)?,
-        Ok(fitted) if settings.snoop && fitted.solution.iterations > FEW_ITERATIONS => {
-            let unbent = without_what_bends(whole, search, model, near, strictness, settings)?;
-            unbent.unwrap_or(fitted)
-        }
-        fitted => fitted?,
-    };
-    if !settings.snoop {
-        return Ok(fitted);
-    }
-    for _ in 0..MAX_ROUNDS {
-        let before = search.clone();
-        let round = judge(whole, search, &fitted, strictness, settings)?;
-        if round.rejected + round.returned == 0 {
-            break;
-        }
-        let mut robust = None;
-        if round.bent {
-            (settings.tell)("blunders bend the adjustment: searching them by a robust fit");
-            let judged = std::mem::replace(search, before.clone());
-            robust = search_robustly(whole, search, model, near, strictness, settings)?;
-            if robust.is_none() {
-                *search = judged;
-            }
-        }
-        // Not from where a blunder had bent it: that may be another minimum.
-        let bent = round.bent || round.held_back > 0;
-        let from = robust.as_ref().or(if bent { near } else { Some(&fitted) });
-        fitted = match fit_what_meets(whole, search, |block| fit(block, model, from, options)) {
-            // Two rays of which one is wrong may agree by chance, at a point that no adjustment finds.
-            Err(_) if search.refuse_returned(&before) => {
-                return fit_what_meets(whole, search, |block| fit(block, model, from, options));
-            }
-            fitted => fitted?,
-        };
-    }
-    Ok(fitted)
-}
-
-/// Judges every measurement at a fit.
-fn judge(
-    whole: &Block,
-    search: &mut Snooping,
-    fitted: &Fit,
-    strictness: Strictness,
-    settings: &Settings<'_>,
-) -> Result<Round, AdjustError> {
-    let seen = outliers::Solved { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
-    pool(settings.options.threads)?.install(|| search.judge(whole, &seen, strictness))
-}
-
-/// Fits what failed with `error` once more, without what stands alone at a robust fit.
-fn after_robust_search(
-    whole: &Block,
-    search: &mut Snooping,
-    model: &Model,
-    error: DiagnoseError,
-    settings: &Settings<'_>,
-) -> Result<Fit, DiagnoseError> {
-    (settings.tell)(&format!("{error}: searching blunders by a robust fit"));
-    // Nothing stands alone: it is not for a blunder that the fit failed.
-    match search_robustly(whole, search, model, None, Strictness::Loose, settings)? {
-        Some(robust) => fit_what_meets(whole, search, |block| fit(block, model, Some(&robust), &settings.options)),
-        None => Err(error),
-    }
-}
-
-/// The fit in place of one that came a long way. Least squares would rather bend a camera out of all proportion than leave a residual of hundreds of
-/// pixels, and nothing stands out when that is done. `None` where no measurement is so far off at a robust fit.
-fn without_what_bends(
-    whole: &Block,
-    search: &mut Snooping,
-    model: &Model,
-    near: Option<&Fit>,
-    strictness: Strictness,
-    settings: &Settings<'_>,
-) -> Result<Option<Fit>, DiagnoseError> {
-    (settings.tell)("the adjustment came a long way: searching what may have bent it by a robust fit");
-    let before = search.clone();
-    let robust = search_robustly(whole, search, model, near, strictness, settings)?;
-    match robust.filter(|_| search.found_bent_since(&before)) {
-        Some(robust) => {
-            fit_what_meets(whole, search, |block| fit(block, model, Some(&robust), &settings.options)).map(Some)
-        }
-        None => {
-            *search = before;
-            Ok(None)
-        }
-    }
-}
-
-/// Judges at robust fits until nothing changes. Gives the last of them, to start from: what is left agrees there, and an image that wrong measurements had
-/// oriented is a long way from where the block puts it. `None` where nothing changed, as where such a fit fails.
-fn search_robustly(
-    whole: &Block,
-    search: &mut Snooping,
-    model: &Model,
-    near: Option<&Fit>,
-    strictness: Strictness,
-    settings: &Settings<'_>,
-) -> Result<Option<Fit>, DiagnoseError> {
-    let (mut last, mut changed) = (None, false);
-    for _ in 0..MAX_ROUNDS {
-        let robust = fit_what_meets(whole, search, |block| outliers::robust_fit(block, model, near, &settings.options));
-        let Ok(robust) = robust else { break };
-        let round = judge(whole, search, &robust, strictness, settings)?;
-        last = Some(robust);
-        if !search.set_aside_images(whole) && round.rejected + round.returned == 0 {
-            break;
-        }
-        changed = true;
-    }
-    Ok(last.filter(|_| changed))
-}
-
-/// Fits, without the points whose rays turn out not to meet.
-fn fit_what_meets(
-    whole: &Block,
-    search: &mut Snooping,
-    fit: impl Fn(&Block) -> Result<Fit, RunError>,
-) -> Result<Fit, DiagnoseError> {
-    loop {
-        let error = match fit(&search.block(whole)) {
-            Ok(fitted) => return Ok(fitted),
-            Err(error) => error,
-        };
-        let apart = match &error {
-            RunError::Adjust(AdjustError::RaysDoNotMeet { point, .. }) => std::slice::from_ref(point),
-            // What is left of a point's rays need not meet at the approximations.
-            RunError::Problem(ProblemError::NoIntersection { points }) => points,
-            _ => return Err(error.into()),
-        };
-        let apart: HashSet<&String> = apart.iter().collect();
-        let ids = (0..whole.tie_points.len()).filter(|id| apart.contains(&whole.tie_points[*id].name));
-        let set_aside = ids.map(|id| search.set_aside(whole, PointId::from(id))).filter(|any| *any).count();
-        if set_aside == 0 {
-            return Err(error.into());
-        }
-    }
 }
 
 /// Judges every measurement anew at the model as it stands; the loop goes on with what is left. Did anything change?
