@@ -23,8 +23,10 @@ const MAX_STEPS: usize = 30;
 const LAST_STEP_PX: f64 = 1e-6;
 /// Intermediate targets between the centre of distortion and the point, when the direct way fails.
 const CONTINUATION_STEPS: usize = 64;
-/// Parts into which [`monotonic_radius`] divides the range for its bounds on the slope.
+/// Parts into which [`monotonic_radius`] divides the range for its bounds on the slope, at first.
 const PARTS: f64 = 64.0;
+/// Share of the range that is no longer worth a step of [`monotonic_radius`]: some 1e-8 px of a sensor.
+const LEAST_STEP: f64 = 1e-12;
 
 /// Distance (px, of the ideal point from the centre of distortion) up to which the model is monotonic, at most
 /// `max_radius_px`: the first radius where `m(r)` (see the module) falls to [`MIN_MONOTONICITY`]. Zero when it is nowhere so,
@@ -51,13 +53,16 @@ pub fn monotonic_radius(interior: &Interior, max_radius_px: f64) -> f64 {
     if slope(max_radius_px) * max_radius_px < excess(0.0) {
         return max_radius_px;
     }
-    // March by steps that cannot pass a zero of m; they shrink geometrically towards the first one.
-    let part = max_radius_px / PARTS;
+    // March by steps that cannot pass a zero of m; they shrink geometrically towards the first one. The bound is of the step itself: over a wider
+    // range it may be larger by any power of ten.
     let mut r = 0.0;
     while r < max_radius_px {
-        let step = (excess(r) / slope(r + part)).min(part);
-        if step <= f64::EPSILON * max_radius_px {
-            return r;
+        let mut step = max_radius_px / PARTS;
+        while excess(r) < slope(r + step) * step {
+            step *= 0.5;
+            if step <= LEAST_STEP * max_radius_px {
+                return r;
+            }
         }
         r += step;
     }
@@ -193,6 +198,16 @@ mod tests {
         let limit = monotonic_radius(&interior, 1e5);
         let expected = (r2 * (1.0 - MIN_MONOTONICITY.sqrt())).sqrt();
         assert!((limit - expected).abs() < 1e-3, "{limit} {expected}");
+    }
+
+    #[test]
+    fn domain_of_an_absurd_coefficient_is_found_at_once() {
+        let mut interior = FOLDING;
+        interior[K1] = 0.0;
+        interior[K2] = -47.0;
+        let limit = monotonic_radius(&interior, 6400.0);
+        let expected = ((1.0 - MIN_MONOTONICITY) / (5.0 * 47.0)).powf(0.25);
+        assert!((limit - expected).abs() < 1e-7, "{limit} {expected}");
     }
 
     #[test]

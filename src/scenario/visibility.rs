@@ -13,8 +13,10 @@ pub const MAX_INCIDENCE_DEG: f64 = 75.0;
 
 /// Cells of the lookup over the smallest footprint: finer cells have shorter lists and more of them.
 const CELLS_PER_FOOTPRINT: f64 = 5.0;
-/// Cells at most, whatever the footprints.
+/// Cells at most, whatever the footprints: as many as a corridor of thousands of images across both axes has.
 const MAX_CELLS: f64 = 4e6;
+/// Cells at most for each image: where images lie so far apart, finer ones are empty.
+const MAX_CELLS_PER_IMAGE: f64 = 1e3;
 /// Places along each edge of the sensor at which its ideal outline is taken.
 const EDGE_SAMPLES: usize = 16;
 /// The outline is widened by this part of itself, for what lies between the samples.
@@ -160,7 +162,8 @@ impl Grid {
         let (origin, end) = ([low(0), low(1)], [high(0), high(1)]);
         let (width, height) = (end[0] - origin[0], end[1] - origin[1]);
         let smallest = known().map(|b| (b[1] - b[0]).min(b[3] - b[2])).fold(f64::INFINITY, f64::min);
-        let cell = (smallest / CELLS_PER_FOOTPRINT).max((width * height / MAX_CELLS).sqrt()).max(f64::MIN_POSITIVE);
+        let most = MAX_CELLS.min(MAX_CELLS_PER_IMAGE * known().count() as f64);
+        let cell = (smallest / CELLS_PER_FOOTPRINT).max((width * height / most).sqrt()).max(f64::MIN_POSITIVE);
         let number = |value: f64, axis: usize| ((value - origin[axis]) / cell) as usize;
         let size = [number(end[0], 0) + 1, number(end[1], 1) + 1];
         let mut cells = vec![everywhere.clone(); size[0] * size[1]];
