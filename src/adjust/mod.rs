@@ -48,6 +48,8 @@ pub struct Options {
     /// Stop, too, after so many steps in a row that gain less than `chi_square_change` each, where full steps promise more but little: along the
     /// kink of a flaw the promise is never kept. For fits that are compared by their chi-square; `None`: never. The native solver alone can.
     pub idle_steps: Option<usize>,
+    /// Give the state after `max_iterations` steps as it is, rather than fail: for a search of what stands far off. The native solver alone can.
+    pub may_stay_unconverged: bool,
     /// Threads of the solver.
     pub threads: usize,
     /// Linear algebra.
@@ -93,6 +95,7 @@ impl Default for Options {
             max_iterations: MAX_ITERATIONS,
             chi_square_change: CHI_SQUARE_CHANGE,
             idle_steps: None,
+            may_stay_unconverged: false,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             linear_solver: LinearSolver::Auto,
             covariance: CovarianceOf::Everything,

@@ -110,6 +110,7 @@ impl Solver for Ceres {
             max_iterations,
             chi_square_change,
             idle_steps,
+            may_stay_unconverged,
             threads,
             linear_solver,
             covariance: wanted,
@@ -117,6 +118,10 @@ impl Solver for Ceres {
         } = *options;
         if idle_steps.is_some() {
             let option = "an end after idle steps".into();
+            return Err(AdjustError::Unsupported { solver: NAME, option });
+        }
+        if may_stay_unconverged {
+            let option = "a state that is not converged".into();
             return Err(AdjustError::Unsupported { solver: NAME, option });
         }
         let points = problem.layout().point(0, 0);

@@ -101,6 +101,10 @@ pub fn minimise<P: Iterated>(
             }
         }
         if iterations >= options.max_iterations {
+            if options.may_stay_unconverged {
+                let system = problem.linearise(&state, 0.0, Curvature::Weights)?;
+                return Ok(Outcome { state, iterations, system });
+            }
             return Err(AdjustError::NotConverged { solver, iterations, reason: "iteration limit reached".into() });
         }
         iterations += 1;

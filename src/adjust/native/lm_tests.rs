@@ -127,3 +127,15 @@ fn a_step_beyond_the_minimum_is_taken_back_to_it() {
     // Each full step would leave 0.7 of `u`, and half of what it promised: 15 of them to a chi-square of 1e-10.
     assert!(iterations <= 6, "{iterations} steps");
 }
+
+#[test]
+fn what_does_not_converge_is_given_only_where_that_is_asked_for() {
+    let problem = Small { residuals: valley, nonlinear: &[] };
+    let start = DVector::from_column_slice(&[-1.2, 1.0]);
+    let begun = valley(&start).0.norm_squared();
+    let few = Options { max_iterations: 4, ..Options::default() };
+    let solve = |options| minimise(&problem, start.clone(), &options, &mut |_| ControlFlow::Continue(()));
+    let Err(AdjustError::NotConverged { iterations: 4, .. }) = solve(few.clone()) else { panic!("converged") };
+    let found = solve(Options { may_stay_unconverged: true, ..few }).expect("a state");
+    assert!(found.iterations == 4 && found.system.2 < begun, "{} steps, {}", found.iterations, found.system.2);
+}

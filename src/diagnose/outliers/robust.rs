@@ -13,22 +13,26 @@ use crate::run::RunError;
 /// A fit that single measurements cannot bend: with Cauchy's loss, from where most rays of each point meet; where the camera is not determined even so,
 /// it is held at its start values. `near`: an earlier fit of the same images, to start from.
 ///
+/// With the camera held it need not converge. An image that wrong measurements alone hold slides along with every step, and what is a hundred pixels off
+/// elsewhere stands out all the same; without both, the next fit is of what can converge.
+///
 /// # Errors
 /// Those of the fit with the camera held.
 pub fn robust_fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) -> Result<Fit, RunError> {
-    let fit = |model: &Model| -> Result<Fit, RunError> {
+    let fit = |model: &Model, may_stay_unconverged: bool| -> Result<Fit, RunError> {
         let mut problem = Problem::near(block, model, near.map(|fit| (&fit.problem, &fit.solution.state)))?;
         let near_enough = RESIDUAL_CHANGE.powi(2) * (2 * problem.observations.len()) as f64;
         let few = Options {
             max_iterations: options.max_iterations.min(MOST_ITERATIONS),
             chi_square_change: options.chi_square_change.max(near_enough),
+            may_stay_unconverged,
             ..options.clone()
         };
         start_where_most_rays_meet(&mut problem);
         Ok(solve(model, problem, &few)?)
     };
     let robust = Model { loss: Loss::Cauchy, ..model.clone() };
-    fit(&robust).or_else(|_| fit(&Model { free: [false; 12], ..robust }))
+    fit(&robust, false).or_else(|_| fit(&Model { free: [false; 12], ..robust }, true))
 }
 
 /// Iterations of a robust fit at most.
