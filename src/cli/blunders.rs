@@ -2,10 +2,10 @@
 
 use super::model_options::Treatment;
 use super::output::Output;
-use crate::adjust::Options;
+use crate::adjust::{AdjustError, Options};
 use crate::block::Block;
 use crate::diagnose::fit::{DiagnoseError, Fit};
-use crate::diagnose::outliers::{Outliers, Snooping, Solved, Strictness, robust_fit, stand_alone};
+use crate::diagnose::outliers::{Outliers, Snooping, Solved, Strictness, has_converged, robust_fit, stand_alone};
 use crate::diagnose::settings::Settings;
 use crate::diagnose::settle::settle;
 use crate::model::Model;
@@ -60,10 +60,17 @@ fn solved_by(fit: Fit) -> Solved {
 
 /// The error of an adjustment, with the measurements that stand alone in a robust one. Its residuals are written where they replace no run.
 pub fn explain(error: RunError, block: &Block, model: &Model, options: &Options, output: &Output) -> anyhow::Error {
-    let RunError::Adjust(_) = &error else { return error.into() };
-    let Ok(fit) = robust_fit(block, model, None, options) else { return error.into() };
+    let RunError::Adjust(failure) = &error else { return error.into() };
+    // What makes a problem singular is named; that it was blunders, only a fit that converged may say.
+    let may_stay_unconverged = matches!(failure, AdjustError::NotConverged { .. });
+    let options = Options { may_stay_unconverged, ..options.clone() };
+    let Ok(fit) = robust_fit(block, model, None, &options) else { return error.into() };
+    let converged = has_converged(&fit);
     let solved = solved_by(fit);
     let Ok(outliers) = stand_alone(block, model, &solved) else { return error.into() };
+    if outliers.rejected.is_empty() && !converged {
+        return error.into();
+    }
     let mut text = match outliers.rejected.is_empty() {
         true => "no measurement stands alone in a robust adjustment: blunders are not the reason".to_string(),
         false => format!("in a robust adjustment {}; --outliers snoop sets them aside", list(block, &outliers)),

@@ -4,8 +4,8 @@
 use super::fit::{DiagnoseError, FEW_ITERATIONS, Fit, fit};
 use super::outliers::{self, MAX_ROUNDS, Round, Snooping, Strictness};
 use super::settings::Settings;
-use crate::adjust::AdjustError;
 use crate::adjust::native::pool;
+use crate::adjust::{AdjustError, Options};
 use crate::block::{Block, PointId};
 use crate::model::Model;
 use crate::problem::ProblemError;
@@ -116,9 +116,10 @@ impl Settling<'_> {
     /// measurements had oriented is a long way from where the block puts it. `None` where nothing changed, as where such a fit fails.
     fn search_robustly(&mut self, near: Option<&Fit>, strictness: Strictness) -> Result<Option<Fit>, DiagnoseError> {
         let Self { whole, model, settings, .. } = *self;
+        let options = Options { may_stay_unconverged: true, ..settings.options.clone() };
         let (mut last, mut changed) = (None, false);
         for _ in 0..MAX_ROUNDS {
-            let robust = self.fit_what_meets(|block| outliers::robust_fit(block, model, near, &settings.options));
+            let robust = self.fit_what_meets(|block| outliers::robust_fit(block, model, near, &options));
             let Ok(robust) = robust else { break };
             let round = judge(whole, self.search, &robust, strictness, settings)?;
             last = Some(robust);

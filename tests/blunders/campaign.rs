@@ -3,7 +3,7 @@
 use crate::common;
 use crate::place::Place;
 use misclosure::adjust::native::Native;
-use misclosure::adjust::{CovarianceOf, Options};
+use misclosure::adjust::{AdjustError, CovarianceOf, Options};
 use misclosure::block::{Block, PointId};
 use misclosure::diagnose::outliers::{Snooping, Solved, Strictness, robust_fit, stand_alone};
 use misclosure::diagnose::run::diagnose;
@@ -158,7 +158,9 @@ fn adjust(block: &Block, model: &Model, options: &Options) -> Result<Run, RunErr
 fn plain(block: &Block, wrong: &HashSet<PointId>, model: &Model, options: &Options) -> Option<String> {
     let error = adjust(block, model, options).err()?;
     let named = || {
-        let fit = robust_fit(block, model, None, options).map_err(|robust| robust.to_string())?;
+        let may_stay_unconverged = matches!(error, RunError::Adjust(AdjustError::NotConverged { .. }));
+        let options = Options { may_stay_unconverged, ..options.clone() };
+        let fit = robust_fit(block, model, None, &options).map_err(|robust| robust.to_string())?;
         let solved = Solved { problem: fit.problem, state: fit.solution.state };
         let found = stand_alone(block, model, &solved).map_err(|error| error.to_string())?;
         found.rejected.first().map(|worst| worst.point).ok_or_else(|| "nothing stands alone".to_string())

@@ -21,7 +21,7 @@ mod majority;
 mod robust;
 mod sight;
 
-pub use robust::{robust_fit, stand_alone};
+pub use robust::{has_converged, robust_fit, stand_alone};
 
 use crate::adjust::AdjustError;
 use crate::block::{Block, ImageId, Measurement, PointId};

@@ -13,8 +13,8 @@ use crate::run::RunError;
 /// A fit that single measurements cannot bend: with Cauchy's loss, from where most rays of each point meet; where the camera is not determined even so,
 /// it is held at its start values. `near`: an earlier fit of the same images, to start from.
 ///
-/// With the camera held it need not converge. An image that wrong measurements alone hold slides along with every step, and what is a hundred pixels off
-/// elsewhere stands out all the same; without both, the next fit is of what can converge.
+/// With the camera held it need not converge where the options allow that, for a search. An image that wrong measurements alone hold slides along
+/// with every step, and what is a hundred pixels off elsewhere stands out all the same; without both, the next fit is of what can converge.
 ///
 /// # Errors
 /// Those of the fit with the camera held.
@@ -32,7 +32,12 @@ pub fn robust_fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Op
         Ok(solve(model, problem, &few)?)
     };
     let robust = Model { loss: Loss::Cauchy, ..model.clone() };
-    fit(&robust, false).or_else(|_| fit(&Model { free: [false; 12], ..robust }, true))
+    fit(&robust, false).or_else(|_| fit(&Model { free: [false; 12], ..robust }, options.may_stay_unconverged))
+}
+
+/// Did a [`robust_fit`] converge? One that did not says what stands far off, and nothing of what does not.
+pub fn has_converged(robust: &Fit) -> bool {
+    robust.solution.iterations < MOST_ITERATIONS
 }
 
 /// Iterations of a robust fit at most.
