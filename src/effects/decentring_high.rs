@@ -14,9 +14,12 @@
 //! Worked numbers, dc (2500, 1900): q = (1e-15, 0) moves (3500, 1900) to (3500.003, 1900); q = (3e-15, -2e-15) moves
 //! (3500, 3900) to (3500.065, 3899.93).
 
-use super::common::{IMAGE_COLUMNS, estimated, hand_on};
-use super::{Context, Descriptor, Effect, IMAGE_INTERIOR, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use super::common::estimated;
+use super::formula::{Answer, Formula, Given, Sum, of_eight, of_one};
+use super::{Context, Descriptor, Effect, IMAGE_INTERIOR, Kind, OutsideDomain, Scope, Stage};
 use crate::camera::{DCX, DCY};
+use crate::math::Several;
+use crate::math::lane::{LANES, Lane};
 use std::sync::LazyLock;
 
 /// See the [module](self).
@@ -49,45 +52,60 @@ impl Effect for DecentringHigh {
 
     fn eval(
         &self,
-        _: &Context<'_>,
+        context: &Context<'_>,
         input: &[f64],
         theta: &[f64],
         out: &mut [f64],
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        let (q1, q2) = (theta[0], theta[1]);
-        let (dx, dy) = (input[0] - input[IMAGE_INTERIOR + DCX], input[1] - input[IMAGE_INTERIOR + DCY]);
+        of_one::<Self>(context, input, theta, Answer { out, d_input, d_theta })
+    }
+
+    fn eval_eight(
+        &self,
+        contexts: &[Context<'_>; LANES],
+        input: &[Lane],
+        thetas: &[&[f64]; LANES],
+        answer: Answer<'_, Lane>,
+    ) -> Result<(), usize> {
+        of_eight::<Self>(contexts, input, thetas, answer)
+    }
+}
+
+impl Formula for DecentringHigh {
+    const STAGE: Stage = Stage::Image;
+
+    #[inline(always)]
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+        let (q1, q2) = (given.theta(0), given.theta(1));
+        let dx = given.input(0) - given.input(IMAGE_INTERIOR + DCX);
+        let dy = given.input(1) - given.input(IMAGE_INTERIOR + DCY);
         let r2 = dx * dx + dy * dy;
-        let (along_x, along_y, cross) = (r2 + 2.0 * dx * dx, r2 + 2.0 * dy * dy, 2.0 * dx * dy);
+        let (along_x, along_y, cross) = (r2 + dx * dx * 2.0, r2 + dy * dy * 2.0, dx * dy * 2.0);
         let shift = [q1 * along_x + q2 * cross, q2 * along_y + q1 * cross];
-        hand_on(Stage::Image, input, out);
         for axis in 0..2 {
-            out[axis] += r2 * shift[axis];
+            answer.out(axis, r2 * shift[axis]);
         }
-        if let Some(matrix) = d_input {
-            fill_identity(Stage::Image, matrix);
+        if answer.wants_input() {
+            let mixed = r2 * (q1 * dy + q2 * dx) * 2.0;
             let slopes = [
-                [
-                    2.0 * dx * shift[0] + r2 * (6.0 * q1 * dx + 2.0 * q2 * dy),
-                    2.0 * dy * shift[0] + r2 * 2.0 * (q1 * dy + q2 * dx),
-                ],
-                [
-                    2.0 * dx * shift[1] + r2 * 2.0 * (q2 * dx + q1 * dy),
-                    2.0 * dy * shift[1] + r2 * (6.0 * q2 * dy + 2.0 * q1 * dx),
-                ],
+                [dx * shift[0] * 2.0 + r2 * (q1 * dx * 6.0 + q2 * dy * 2.0), dy * shift[0] * 2.0 + mixed],
+                [dx * shift[1] * 2.0 + mixed, dy * shift[1] * 2.0 + r2 * (q2 * dy * 6.0 + q1 * dx * 2.0)],
             ];
             for i in 0..2 {
                 for j in 0..2 {
-                    matrix[i * IMAGE_COLUMNS + j] += slopes[i][j];
-                    matrix[i * IMAGE_COLUMNS + IMAGE_INTERIOR + DCX + j] -= slopes[i][j];
+                    answer.by_input(i, j, slopes[i][j]);
+                    answer.by_input(i, IMAGE_INTERIOR + DCX + j, -slopes[i][j]);
                 }
             }
         }
-        if let Some(matrix) = d_theta {
-            matrix.copy_from_slice(&[r2 * along_x, r2 * cross, r2 * cross, r2 * along_y]);
+        for (i, row) in [[along_x, cross], [cross, along_y]].into_iter().enumerate() {
+            for (p, value) in row.into_iter().enumerate() {
+                answer.by_theta(i, p, r2 * value);
+            }
         }
-        Ok(())
+        given.constant(1.0)
     }
 }
 

@@ -11,8 +11,11 @@
 //!
 //! Worked numbers, v = (0, 5, 0): t_e = 0.004 shifts C by (0, 0.01, 0), t_e = -0.002 by (0, -0.005, 0).
 
-use super::common::{add_column, estimated, hand_on, known_vector};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use super::common::{estimated, known_vector};
+use super::formula::{Answer, Formula, Given, OBSERVED, Sum, of_eight, of_one};
+use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage};
+use crate::math::Several;
+use crate::math::lane::{LANES, Lane};
 use std::sync::LazyLock;
 
 /// See the [module](self).
@@ -46,20 +49,35 @@ impl Effect for ForwardMotion {
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        let half = known_vector(&context.image.velocity)? * 0.5;
-        hand_on(Stage::Exposure, input, out);
-        for axis in 0..3 {
-            out[3 + axis] += half[axis] * theta[0];
-        }
-        if let Some(matrix) = d_input {
-            fill_identity(Stage::Exposure, matrix);
-        }
+        of_one::<Self>(context, input, theta, Answer { out, d_input, d_theta })
+    }
 
-        if let Some(matrix) = d_theta {
-            matrix.fill(0.0);
-            add_column(matrix, 1, 3, 0, &half);
+    fn eval_eight(
+        &self,
+        contexts: &[Context<'_>; LANES],
+        input: &[Lane],
+        thetas: &[&[f64]; LANES],
+        answer: Answer<'_, Lane>,
+    ) -> Result<(), usize> {
+        of_eight::<Self>(contexts, input, thetas, answer)
+    }
+}
+
+impl Formula for ForwardMotion {
+    const STAGE: Stage = Stage::Exposure;
+
+    fn observe(context: &Context<'_>) -> Result<[f64; OBSERVED], OutsideDomain> {
+        let half = known_vector(&context.image.velocity)? * 0.5;
+        Ok([half.x, half.y, half.z, 0.0])
+    }
+
+    #[inline(always)]
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+        for axis in 0..3 {
+            answer.out(3 + axis, given.observed(axis) * given.theta(0));
+            answer.by_theta(3 + axis, 0, given.observed(axis));
         }
-        Ok(())
+        given.constant(1.0)
     }
 }
 

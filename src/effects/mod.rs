@@ -14,6 +14,7 @@
 
 pub mod abi;
 mod common;
+pub mod formula;
 pub mod laws;
 mod numeric;
 pub mod plugin;
@@ -50,6 +51,8 @@ pub mod unflatness;
 pub use registry::{catalogue, find};
 
 use crate::camera::PARAMETER_COUNT;
+use crate::math::lane::{LANES, Lane};
+use formula::Answer;
 use nalgebra::Vector3;
 use std::borrow::Cow;
 
@@ -408,6 +411,21 @@ pub trait Effect: Send + Sync {
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain>;
+
+    /// The same of eight measurements, each with its own `theta`; `input` and answer have one [`Lane`] a number. Here it asks one by one; an effect
+    /// whose [`formula`] is written for any number answers them side by side.
+    ///
+    /// # Errors
+    /// The place of the first that lies outside the effect's domain.
+    fn eval_eight(
+        &self,
+        contexts: &[Context<'_>; LANES],
+        input: &[Lane],
+        thetas: &[&[f64]; LANES],
+        answer: Answer<'_, Lane>,
+    ) -> Result<(), usize> {
+        formula::one_by_one(self, contexts, input, thetas, answer)
+    }
 
     /// The same effect behind the C ABI, for effects that came as a plug-in; `None` for built-in ones, which have a
     /// derivation in each language.

@@ -11,9 +11,12 @@
 //! Worked numbers, dc (2500, 1900), k4 = 1e-31: (5500, 1900) goes to (5501.9683, 1900); (2500, -100) goes to (2500,
 //! -100.0512).
 
-use super::common::{IMAGE_COLUMNS, estimated, hand_on};
-use super::{Context, Descriptor, Effect, IMAGE_INTERIOR, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use super::common::estimated;
+use super::formula::{Answer, Formula, Given, Sum, of_eight, of_one};
+use super::{Context, Descriptor, Effect, IMAGE_INTERIOR, Kind, OutsideDomain, Scope, Stage};
 use crate::camera::{DCX, DCY};
+use crate::math::Several;
+use crate::math::lane::{LANES, Lane};
 use std::sync::LazyLock;
 
 /// See the [module](self).
@@ -42,35 +45,57 @@ impl Effect for RadialHigh {
 
     fn eval(
         &self,
-        _: &Context<'_>,
+        context: &Context<'_>,
         input: &[f64],
         theta: &[f64],
         out: &mut [f64],
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        let d = [input[0] - input[IMAGE_INTERIOR + DCX], input[1] - input[IMAGE_INTERIOR + DCY]];
-        let r2 = d[0] * d[0] + d[1] * d[1];
-        let (r6, k4) = (r2 * r2 * r2, theta[0]);
+        of_one::<Self>(context, input, theta, Answer { out, d_input, d_theta })
+    }
+
+    fn eval_eight(
+        &self,
+        contexts: &[Context<'_>; LANES],
+        input: &[Lane],
+        thetas: &[&[f64]; LANES],
+        answer: Answer<'_, Lane>,
+    ) -> Result<(), usize> {
+        of_eight::<Self>(contexts, input, thetas, answer)
+    }
+}
+
+impl Formula for RadialHigh {
+    const STAGE: Stage = Stage::Image;
+
+    #[inline(always)]
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+        let k4 = given.theta(0);
+        let dx = given.input(0) - given.input(IMAGE_INTERIOR + DCX);
+        let dy = given.input(1) - given.input(IMAGE_INTERIOR + DCY);
+        let d = [dx, dy];
+        let r2 = dx * dx + dy * dy;
+        let r6 = r2 * r2 * r2;
         let r8 = r6 * r2;
-        hand_on(Stage::Image, input, out);
-        for axis in 0..2 {
-            out[axis] += k4 * r8 * d[axis];
+        for i in 0..2 {
+            answer.out(i, k4 * r8 * d[i]);
+            answer.by_theta(i, 0, r8 * d[i]);
         }
-        if let Some(matrix) = d_input {
-            fill_identity(Stage::Image, matrix);
+        if answer.wants_input() {
             for i in 0..2 {
                 for j in 0..2 {
-                    let slope = k4 * (8.0 * r6 * d[i] * d[j] + if i == j { r8 } else { 0.0 });
-                    matrix[i * IMAGE_COLUMNS + j] += slope;
-                    matrix[i * IMAGE_COLUMNS + IMAGE_INTERIOR + DCX + j] -= slope;
+                    let mut slope = r6 * d[i] * d[j] * 8.0;
+                    if i == j {
+                        slope = slope + r8;
+                    }
+                    let slope = k4 * slope;
+                    answer.by_input(i, j, slope);
+                    answer.by_input(i, IMAGE_INTERIOR + DCX + j, -slope);
                 }
             }
         }
-        if let Some(matrix) = d_theta {
-            matrix.copy_from_slice(&d.map(|value| r8 * value));
-        }
-        Ok(())
+        given.constant(1.0)
     }
 }
 

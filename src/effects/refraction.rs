@@ -14,8 +14,11 @@
 //! Worked numbers, C = (0, 0, 100), kappa = 1e-6: P = (50, 0, 0) is seen at (50.00625, 0, 0), P = (30, 40, 0) at
 //! (30.00375, 40.005, 0).
 
-use super::common::{estimated, hand_on, vector};
-use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use super::common::estimated;
+use super::formula::{Answer, Formula, Given, Sum, of_eight, of_one};
+use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage};
+use crate::math::Several;
+use crate::math::lane::{LANES, Lane};
 use std::sync::LazyLock;
 
 /// See the [module](self).
@@ -47,43 +50,54 @@ impl Effect for Refraction {
 
     fn eval(
         &self,
-        _: &Context<'_>,
+        context: &Context<'_>,
         input: &[f64],
         theta: &[f64],
         out: &mut [f64],
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        let kappa = theta[0];
-        let from_centre = vector(input, 6) - vector(input, 3);
-        let (d, height) = ([from_centre.x, from_centre.y], -from_centre.z);
-        if height.is_nan() || height <= 0.0 {
-            return Err(OutsideDomain);
-        }
+        of_one::<Self>(context, input, theta, Answer { out, d_input, d_theta })
+    }
+
+    fn eval_eight(
+        &self,
+        contexts: &[Context<'_>; LANES],
+        input: &[Lane],
+        thetas: &[&[f64]; LANES],
+        answer: Answer<'_, Lane>,
+    ) -> Result<(), usize> {
+        of_eight::<Self>(contexts, input, thetas, answer)
+    }
+}
+
+impl Formula for Refraction {
+    const STAGE: Stage = Stage::Ray;
+
+    /// Holds where the camera is above the point.
+    #[inline(always)]
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+        let kappa = given.theta(0);
+        let d = [given.input(6) - given.input(3), given.input(7) - given.input(4)];
+        let height = given.input(5) - given.input(8);
         let tan2 = (d[0] * d[0] + d[1] * d[1]) / (height * height);
-        let factor = height * (1.0 + tan2);
-        hand_on(Stage::Ray, input, out);
-        for axis in 0..2 {
-            out[axis] += kappa * factor * d[axis];
-        }
-        if let Some(matrix) = d_input {
-            fill_identity(Stage::Ray, matrix);
-            for i in 0..2 {
-                // By C (columns 3 to 5) the opposite of by P (6 to 8). d factor / d d = 2 d / H, d factor / d H = 1 -
-                // tan^2 z.
-                let mut slopes = [kappa * 2.0 * d[i] * d[0] / height, kappa * 2.0 * d[i] * d[1] / height, 0.0];
-                slopes[i] += kappa * factor;
-                slopes[2] = -kappa * (1.0 - tan2) * d[i];
-                for (k, slope) in slopes.into_iter().enumerate() {
-                    matrix[i * 9 + 3 + k] -= slope;
-                    matrix[i * 9 + 6 + k] += slope;
+        let factor = height * (given.constant(1.0) + tan2);
+        for i in 0..2 {
+            answer.out(i, kappa * factor * d[i]);
+            answer.by_theta(i, 0, factor * d[i]);
+            if answer.wants_input() {
+                // By C (columns 3 to 5) the opposite of by P (6 to 8). d factor / d d = 2 d / H, d factor / d H = 1 - tan^2 z.
+                let steep = kappa * 2.0 * d[i] / height;
+                let mut slopes = [steep * d[0], steep * d[1]];
+                slopes[i] = slopes[i] + kappa * factor;
+                let by_height = -(kappa * (given.constant(1.0) - tan2) * d[i]);
+                for (k, slope) in [slopes[0], slopes[1], by_height].into_iter().enumerate() {
+                    answer.by_input(i, 3 + k, -slope);
+                    answer.by_input(i, 6 + k, slope);
                 }
             }
         }
-        if let Some(matrix) = d_theta {
-            matrix.copy_from_slice(&[factor * d[0], factor * d[1], 0.0]);
-        }
-        Ok(())
+        height
     }
 }
 

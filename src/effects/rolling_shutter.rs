@@ -18,8 +18,11 @@
 //! Worked numbers, v = (0, 5, 0), t = 0.02, h = 4000: row 4000 shifts C by (0, 0.05, 0), row 1000 by (0, -0.025, 0);
 //! with omega = (0, 0, 0.5) and R = 1, row 4000 has the rotation vector (0, 0, -0.005).
 
-use super::common::{add_block, add_column, estimated, hand_on, known, known_vector, vector};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use super::common::{add_block, add_column, estimated, known, known_vector, vector};
+use super::formula::{Answer, Formula, Given, OBSERVED, Sum, of_eight, of_one, one_by_one};
+use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage};
+use crate::math::Several;
+use crate::math::lane::{LANES, Lane};
 use crate::math::rotation::{exp, left_jacobian, left_jacobian_inverse, log};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::LazyLock;
@@ -58,39 +61,76 @@ impl Effect for RollingShutter {
         input: &[f64],
         theta: &[f64],
         out: &mut [f64],
-        d_input: Option<&mut [f64]>,
-        d_theta: Option<&mut [f64]>,
+        mut d_input: Option<&mut [f64]>,
+        mut d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        let image = context.image;
-        let velocity = known_vector(&image.velocity)?;
-        let turning = known_vector(&image.angular_velocity)?;
-        let place = known(context.row_px / image.height_px)? - 0.5;
-        let dt = theta[0] * place;
-        let turn = turning * -dt;
-        let r = vector(input, 0);
-        hand_on(Stage::Exposure, input, out);
-        for axis in 0..3 {
-            out[3 + axis] += velocity[axis] * dt;
+        let turning = known_vector(&context.image.angular_velocity)?;
+        let place = observed_place(context)?;
+        of_one::<Self>(
+            context,
+            input,
+            theta,
+            Answer { out: &mut *out, d_input: d_input.as_deref_mut(), d_theta: d_theta.as_deref_mut() },
+        )?;
+        if turning == Vector3::zeros() {
+            return Ok(());
         }
+        let turn = turning * -(theta[0] * place);
+        let r = vector(input, 0);
         let turned = turn != Vector3::zeros();
         if turned {
             out[..3].copy_from_slice(log(&(exp(&turn) * exp(&r))).as_slice());
         }
-        // By the turn of the new rotation, camera axes; where nothing turns, it is dear and not needed.
-        let turns = turning != Vector3::zeros() && (d_input.is_some() || d_theta.is_some());
-        let by_turn = if turns { left_jacobian_inverse(&vector(out, 0)) } else { Matrix3::zeros() };
-        if let Some(matrix) = d_input {
-            fill_identity(Stage::Exposure, matrix);
-            if turned {
-                add_block(matrix, 6, 0, 0, &(by_turn * exp(&turn) * left_jacobian(&r) - Matrix3::identity()));
-            }
+        // By the turn of the new rotation, camera axes; where nothing is asked by it, it is dear and not needed.
+        let wanted = d_input.is_some() || d_theta.is_some();
+        let by_turn = if wanted { left_jacobian_inverse(&vector(out, 0)) } else { Matrix3::zeros() };
+        if let (Some(matrix), true) = (d_input, turned) {
+            add_block(matrix, 6, 0, 0, &(by_turn * exp(&turn) * left_jacobian(&r) - Matrix3::identity()));
         }
         if let Some(matrix) = d_theta {
-            matrix.fill(0.0);
             add_column(matrix, 1, 0, 0, &(by_turn * turning * -place));
-            add_column(matrix, 1, 3, 0, &(velocity * place));
         }
         Ok(())
+    }
+
+    fn eval_eight(
+        &self,
+        contexts: &[Context<'_>; LANES],
+        input: &[Lane],
+        thetas: &[&[f64]; LANES],
+        answer: Answer<'_, Lane>,
+    ) -> Result<(), usize> {
+        // Of a camera that turns, too, each has a rotation of its own.
+        match contexts.iter().any(|context| context.image.angular_velocity != Vector3::zeros()) {
+            true => one_by_one(self, contexts, input, thetas, answer),
+            false => of_eight::<Self>(contexts, input, thetas, answer),
+        }
+    }
+}
+
+/// Place of the row between the middle of the readout and its end, -1/2 to 1/2.
+fn observed_place(context: &Context<'_>) -> Result<f64, OutsideDomain> {
+    Ok(known(context.row_px / context.image.height_px)? - 0.5)
+}
+
+/// The movement alone.
+impl Formula for RollingShutter {
+    const STAGE: Stage = Stage::Exposure;
+
+    fn observe(context: &Context<'_>) -> Result<[f64; OBSERVED], OutsideDomain> {
+        let velocity = known_vector(&context.image.velocity)?;
+        Ok([velocity.x, velocity.y, velocity.z, observed_place(context)?])
+    }
+
+    #[inline(always)]
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+        let place = given.observed(3);
+        let dt = given.theta(0) * place;
+        for axis in 0..3 {
+            answer.out(3 + axis, given.observed(axis) * dt);
+            answer.by_theta(3 + axis, 0, given.observed(axis) * place);
+        }
+        given.constant(1.0)
     }
 }
 

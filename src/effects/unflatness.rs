@@ -14,9 +14,12 @@
 //! Worked numbers, f = 5000, pp (2500, 1900), sensor 5000 x 4000: c_20 = 0.5 moves (5000, 2000) to (5000.25, 2000.01);
 //! c_11 = 2 moves (5000, 4000) to (5001, 4000.84).
 
-use super::common::{IMAGE_COLUMNS, estimated, hand_on, known};
-use super::{Context, Descriptor, Effect, IMAGE_INTERIOR, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use super::common::{estimated, known};
+use super::formula::{Answer, Formula, Given, OBSERVED, Sum, of_eight, of_one};
+use super::{Context, Descriptor, Effect, IMAGE_INTERIOR, Kind, OutsideDomain, Scope, Stage};
 use crate::camera::{F, PPX, PPY};
+use crate::math::lane::{LANES, Lane};
+use crate::math::{Number, Several};
 use std::sync::LazyLock;
 
 /// Orders `(j, k)` of the parameters, in their order.
@@ -62,53 +65,74 @@ impl Effect for Unflatness {
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        let (x, y, f) = (input[0], input[1], input[IMAGE_INTERIOR + F]);
-        if f == 0.0 {
-            return Err(OutsideDomain);
-        }
-        let (width, height) = (known(context.image.width_px)?, known(context.image.height_px)?);
-        let (px, px_slope) = legendre(2.0 * x / width - 1.0);
-        let (py, py_slope) = legendre(2.0 * y / height - 1.0);
-        let (mut z, mut z_x, mut z_y) = (0.0, 0.0, 0.0);
-        for (c, (j, k)) in theta.iter().zip(ORDERS) {
-            z += c * px[j] * py[k];
-            z_x += c * px_slope[j] * py[k] * 2.0 / width;
-            z_y += c * px[j] * py_slope[k] * 2.0 / height;
+        of_one::<Self>(context, input, theta, Answer { out, d_input, d_theta })
+    }
+
+    fn eval_eight(
+        &self,
+        contexts: &[Context<'_>; LANES],
+        input: &[Lane],
+        thetas: &[&[f64]; LANES],
+        answer: Answer<'_, Lane>,
+    ) -> Result<(), usize> {
+        of_eight::<Self>(contexts, input, thetas, answer)
+    }
+}
+
+impl Formula for Unflatness {
+    const STAGE: Stage = Stage::Image;
+
+    fn observe(context: &Context<'_>) -> Result<[f64; OBSERVED], OutsideDomain> {
+        Ok([known(context.image.width_px)?, known(context.image.height_px)?, 0.0, 0.0])
+    }
+
+    /// Holds where the focal length is not zero.
+    #[inline(always)]
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+        let (x, y, f) = (given.input(0), given.input(1), given.input(IMAGE_INTERIOR + F));
+        let (width, height) = (given.observed(0), given.observed(1));
+        let (px, px_slope) = legendre(x * 2.0 / width - given.constant(1.0));
+        let (py, py_slope) = legendre(y * 2.0 / height - given.constant(1.0));
+        let nothing = given.constant(0.0);
+        let (mut z, mut z_x, mut z_y) = (nothing, nothing, nothing);
+        for (p, (j, k)) in ORDERS.into_iter().enumerate() {
+            let c = given.theta(p);
+            z = z + c * px[j] * py[k];
+            z_x = z_x + c * px_slope[j] * py[k] * 2.0 / width;
+            z_y = z_y + c * px[j] * py_slope[k] * 2.0 / height;
         }
         // Slopes of the ray against the axis.
-        let slope = [(x - input[IMAGE_INTERIOR + PPX]) / f, (y - input[IMAGE_INTERIOR + PPY]) / f];
-        hand_on(Stage::Image, input, out);
+        let slope = [(x - given.input(IMAGE_INTERIOR + PPX)) / f, (y - given.input(IMAGE_INTERIOR + PPY)) / f];
         for axis in 0..2 {
-            out[axis] += slope[axis] * z;
-        }
-        if let Some(matrix) = d_input {
-            fill_identity(Stage::Image, matrix);
-            for axis in 0..2 {
-                let row = &mut matrix[axis * IMAGE_COLUMNS..][..IMAGE_COLUMNS];
-                row[0] += slope[axis] * z_x;
-                row[1] += slope[axis] * z_y;
-                row[axis] += z / f;
-                row[IMAGE_INTERIOR + F] -= slope[axis] * z / f;
-                row[IMAGE_INTERIOR + PPX + axis] -= z / f;
+            answer.out(axis, slope[axis] * z);
+            if answer.wants_input() {
+                answer.by_input(axis, 0, slope[axis] * z_x);
+                answer.by_input(axis, 1, slope[axis] * z_y);
+                answer.by_input(axis, axis, z / f);
+                answer.by_input(axis, IMAGE_INTERIOR + F, -(slope[axis] * z / f));
+                answer.by_input(axis, IMAGE_INTERIOR + PPX + axis, -(z / f));
+            }
+            for (p, (j, k)) in ORDERS.into_iter().enumerate() {
+                answer.by_theta(axis, p, slope[axis] * px[j] * py[k]);
             }
         }
-        if let Some(matrix) = d_theta {
-            for axis in 0..2 {
-                for (i, (j, k)) in ORDERS.into_iter().enumerate() {
-                    matrix[axis * ORDERS.len() + i] = slope[axis] * px[j] * py[k];
-                }
-            }
-        }
-        Ok(())
+        f * f
     }
 }
 
 /// Legendre's polynomials of orders 0 to 4 at `t`, and their derivatives.
-fn legendre(t: f64) -> ([f64; 5], [f64; 5]) {
-    let t2 = t * t;
+#[inline(always)]
+fn legendre<T: Number>(t: T) -> ([T; 5], [T; 5]) {
+    let (t2, one) = (t * t, t.like(1.0));
     (
-        [1.0, t, 1.5 * t2 - 0.5, t * (2.5 * t2 - 1.5), (4.375 * t2 - 3.75) * t2 + 0.375],
-        [0.0, 1.0, 3.0 * t, 7.5 * t2 - 1.5, t * (17.5 * t2 - 7.5)],
+        [
+            one,
+            t,
+            t2 * 1.5 - t.like(0.5),
+            t * (t2 * 2.5 - t.like(1.5)),
+            (t2 * 4.375 - t.like(3.75)) * t2 + t.like(0.375),
+        ],
+        [t.like(0.0), one, t * 3.0, t2 * 7.5 - t.like(1.5), t * (t2 * 17.5 - t.like(7.5))],
     )
 }
 

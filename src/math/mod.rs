@@ -4,13 +4,17 @@ pub mod double_double;
 pub mod finite_difference;
 pub mod intersect;
 pub mod jet;
+pub mod lane;
 mod number;
 pub mod rotation;
 pub mod statistics;
 pub mod variance_component;
+pub mod vectors;
+mod wide;
 
 pub use double_double::DoubleDouble;
-pub use number::Number;
+pub use number::{Number, Several};
+pub use wide::Wide;
 
 /// Reads a number for which JSON, that has no NaN, may hold `null` (`#[serde(deserialize_with = "null_is_nan")]`).
 pub fn null_is_nan<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {

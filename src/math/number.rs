@@ -25,3 +25,61 @@ impl Number for f64 {
         value
     }
 }
+
+/// A number of one measurement, or of several side by side, with the form in which it is kept in memory.
+pub trait Several: Number {
+    /// What is kept of it.
+    type Kept: Copy + PartialEq + Default;
+
+    /// What is kept.
+    fn keep(self) -> Self::Kept;
+
+    /// What was kept, as a number like this one.
+    fn of(self, kept: Self::Kept) -> Self;
+
+    /// One value, kept for each.
+    fn splat(value: f64) -> Self::Kept;
+
+    /// Its absolute value.
+    fn abs(self) -> Self;
+
+    /// Is it zero for all?
+    fn is_zero(self) -> bool;
+
+    /// The place of the first that is not above zero, NaN included.
+    fn not_positive(kept: &Self::Kept) -> Option<usize>;
+}
+
+impl Several for f64 {
+    type Kept = f64;
+
+    #[inline(always)]
+    fn keep(self) -> f64 {
+        self
+    }
+
+    #[inline(always)]
+    fn of(self, kept: f64) -> f64 {
+        kept
+    }
+
+    #[inline(always)]
+    fn splat(value: f64) -> f64 {
+        value
+    }
+
+    #[inline(always)]
+    fn abs(self) -> f64 {
+        f64::abs(self)
+    }
+
+    #[inline(always)]
+    fn is_zero(self) -> bool {
+        self == 0.0
+    }
+
+    #[inline(always)]
+    fn not_positive(kept: &f64) -> Option<usize> {
+        if *kept > 0.0 { None } else { Some(0) }
+    }
+}

@@ -3,15 +3,14 @@
 use super::frame::{Frame, Stages, by_rows};
 use super::lanes::{MISCLOSURE, POINT, ROTATION, THETA};
 use super::plain::PlainView;
-use super::ray::Ray;
-use super::through::{
-    BY_THETA, Derivatives, IMAGE_IDENTITY, IMAGE_INPUTS, through_image, through_interior, through_ray,
-};
+use super::ray::{Ray, Rays, is_identity};
+use super::through::{Derivatives, IMAGE_INPUTS, through_image, through_interior, through_ray};
 use crate::camera::{DCX, DCY, PARAMETER_COUNT, PPX, PPY, fraser};
+use crate::effects::formula::Answer;
 use crate::effects::{Context, IMAGE_INTERIOR, Stage};
 use crate::math::rotation;
 use crate::problem::{ImageObservation, Problem};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Predicted image point and its derivatives; buffers are reused from measurement to measurement.
 #[derive(Debug, Clone, Default)]
@@ -65,8 +64,7 @@ impl Derivatives for Prediction {
 /// Work space.
 #[derive(Debug, Clone, Default)]
 struct Work {
-    ray: Ray,
-    numbers: Vec<f64>,
+    ray: Ray<f64>,
     d_own: Vec<f64>,
 }
 
@@ -84,15 +82,12 @@ pub fn predict(
     if stages.straight() {
         predict_plain(&frame.view(object), out)?;
     } else {
-        let mut work = std::mem::take(&mut out.work);
-        let Work { ray, numbers, .. } = &mut work;
-        ray.bend(problem, stages, frame, &context, object)?;
-        let view = PlainView { rotation: by_rows(&ray.rotation), centre: ray.centre.into(), ..frame.view(&ray.point) };
-        predict_plain(&view, out)?;
-        numbers.resize(BY_THETA + 6 * stages.ray_locals.len(), 0.0);
-        ray.write(|k, value| numbers[k] = value);
-        through_ray(out, numbers.as_slice(), true, &stages.ray_locals);
-        out.work = work;
+        let mut ray = std::mem::take(&mut out.work.ray);
+        let one = One { problem, stages, frame, context };
+        ray.bend(&one, (problem, stages), &frame.centre.into(), &(*object).into()).ok()?;
+        predict_plain(&one.view(&ray), out)?;
+        through_ray(out, &ray, &stages.ray_locals);
+        out.work.ray = ray;
     }
     apply_image_effects(problem, stages, frame, &context, out)?;
     if let Some(chain) = &frame.interior_chain {
@@ -120,23 +115,11 @@ pub fn predict_point(
         return fraser::project(&frame.interior, frame.view(object).camera_point());
     }
     let context = context(problem, observation);
-    let value = |e: usize, input: &[f64], out: &mut [f64]| {
-        let theta = &frame.theta[stages.locals(problem, e)];
-        problem.effects[e].effect.eval(&context, input, theta, out, None, None).ok()
-    };
-    let mut pose = frame.pose();
-    for &e in stages.of(Stage::Exposure) {
-        let before = pose;
-        value(e, &before, &mut pose)?;
-    }
-    let mut seen: [f64; 3] = (*object).into();
-    for &e in stages.of(Stage::Ray) {
-        let input: [f64; 9] = std::array::from_fn(|k| if k < 6 { pose[k] } else { seen[k - 6] });
-        value(e, &input, &mut seen)?;
-    }
-    let [r, centre] = [Vector3::from_column_slice(&pose[..3]), Vector3::from_column_slice(&pose[3..])];
-    let rotation = if r == frame.rotation_vector { frame.rotation } else { rotation::exp(&r) };
-    let point = fraser::project(&frame.interior, (rotation * (Vector3::from(seen) - centre)).into())?;
+    let mut ray = Ray::default();
+    let one = One { problem, stages, frame, context };
+    ray.move_only(&one, stages, &frame.centre.into(), &(*object).into()).ok()?;
+    let view = one.view(&ray);
+    let point = fraser::project(&view.interior, view.camera_point())?;
     point_behind_camera(problem, stages, frame, observation, point)
 }
 
@@ -155,6 +138,47 @@ pub fn point_behind_camera(
         problem.effects[e].effect.eval(&context, &input, theta, &mut point, None, None).ok()?;
     }
     Some(point)
+}
+
+/// One ray.
+struct One<'a> {
+    problem: &'a Problem,
+    stages: &'a Stages,
+    frame: &'a Frame,
+    context: Context<'a>,
+}
+
+impl One<'_> {
+    /// What the camera sees of the ray.
+    fn view(&self, ray: &Ray<f64>) -> PlainView<f64> {
+        let rotation = match ray.turned {
+            true => by_rows(&rotation::exp(&Vector3::from(ray.rotation_vector))),
+            false => by_rows(&self.frame.rotation),
+        };
+        PlainView { rotation, centre: ray.centre, object: ray.point, interior: self.frame.interior }
+    }
+}
+
+impl Rays for One<'_> {
+    type Number = f64;
+
+    fn seed(&self) -> f64 {
+        0.0
+    }
+
+    fn of_frames(&self, number: impl Fn(&Frame) -> f64) -> f64 {
+        number(self.frame)
+    }
+
+    fn matrices(&self, vector: &[f64; 3], matrix: fn(&Vector3<f64>) -> Matrix3<f64>) -> [f64; 9] {
+        let matrix = matrix(&Vector3::from(*vector));
+        std::array::from_fn(|k| matrix[(k / 3, k % 3)])
+    }
+
+    fn ask(&self, e: usize, input: &[f64], Answer { out, d_input, d_theta }: Answer<'_, f64>) -> Result<(), usize> {
+        let theta = &self.frame.theta[self.stages.locals(self.problem, e)];
+        self.problem.effects[e].effect.eval(&self.context, input, theta, out, d_input, d_theta).map_err(|_| 0)
+    }
 }
 
 pub(super) fn context<'a>(problem: &'a Problem, observation: &ImageObservation) -> Context<'a> {
@@ -206,8 +230,8 @@ fn apply_image_effects(
         let effect = &problem.effects[e].effect;
         effect.eval(context, &input, theta, &mut out.point, Some(&mut d_in), Some(&mut d_own)).ok()?;
         // At zero, where candidates are tested, an effect hands its input on.
-        let identity = d_in == IMAGE_IDENTITY;
-        through_image(out, (d_in.as_slice(), d_own.as_slice()), own, stages.before(problem, position), identity);
+        let identity = is_identity(0.0, &d_in, 2, 0);
+        through_image(out, (&d_in, &d_own), own, stages.before(problem, position), identity);
     }
     out.work.d_own = d_own;
     Some(())

@@ -1,30 +1,33 @@
-//! Eight measurements through effects: each effect is asked one by one, what follows from its answers is computed side
-//! by side.
+//! Eight measurements through effects, side by side.
 
-use super::chain::{context, image_input};
-use super::frame::{Frame, Stages, plain};
-use super::lane::{LANES, Lane};
-use super::lanes::{Predictions, Register, THETA, Views};
-use super::ray::Ray;
-use super::through::{
-    BY_THETA, Derivatives, IMAGE_IDENTITY, IMAGE_INPUTS, Numbers, through_image, through_interior, through_ray,
-};
-use crate::effects::Stage;
+use super::chain::context;
+use super::frame::{Frame, InteriorChain, Stages};
+use super::lanes::{CAMERA, Predictions, THETA, Views};
+use super::ray::{Ray, Rays, is_identity};
+use super::through::{Derivatives, IMAGE_INPUTS, through_image, through_interior, through_ray};
+use crate::effects::formula::Answer;
+use crate::effects::{Context, IMAGE_INTERIOR, Stage};
+use crate::math::lane::{LANES, Lane};
+use crate::math::{Several, Wide, rotation};
 use crate::problem::{ImageObservation, Problem};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use pulp::Simd;
 
 /// Work space for what effects answer.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Answers {
-    ray: Ray,
-    of_ray: Vec<Lane>,
-    d_in: Vec<Lane>,
+    ray: Ray<Lane>,
+    d_in: [Lane; 2 * IMAGE_INPUTS],
     d_own: Vec<Lane>,
-    own: Vec<f64>,
 }
 
-/// What is predicted, and of what: measurements, their frames, and the points that they see.
+impl Default for Answers {
+    fn default() -> Self {
+        Self { ray: Ray::default(), d_in: [Lane::default(); 2 * IMAGE_INPUTS], d_own: Vec::new() }
+    }
+}
+
+/// What is predicted, and of what: measurements and their frames.
 pub struct Seen<'a> {
     /// The problem.
     pub problem: &'a Problem,
@@ -34,8 +37,6 @@ pub struct Seen<'a> {
     pub frames: &'a [Frame],
     /// Up to eight.
     pub observations: &'a [ImageObservation],
-    /// The point of each.
-    pub objects: [Vector3<f64>; LANES],
 }
 
 impl Seen<'_> {
@@ -49,109 +50,193 @@ impl Seen<'_> {
         out: &mut Predictions,
         answers: &mut Answers,
     ) -> Result<(), usize> {
-        let Self { problem, stages, frames, observations, .. } = self;
+        let Self { problem, stages, .. } = *self;
         for row in &mut out.rows {
             row[THETA..].fill(Lane::default());
         }
-        let turns = if stages.straight() { false } else { self.bend(simd, views, answers)? };
-        views.predict(simd, out);
-        if let Some(lane) = (0..observations.len()).find(|lane| out.depth[*lane] <= 0.0) {
-            return Err(lane);
+        let eight = Eight::new(simd, self);
+        let straight = stages.straight();
+        if !straight {
+            answers.ray.bend(&eight, (problem, stages), &views.centre(), &views.object())?;
+            eight.see(views, &answers.ray);
         }
-        if !stages.straight() {
-            for piece in 0..LANES / S::F64_LANES {
-                let numbers = Piece { simd, piece, of: &*answers.of_ray };
-                through_ray(&mut Piece { simd, piece, of: &mut out.rows }, &numbers, turns, &stages.ray_locals);
-            }
+        views.predict(simd, out);
+        eight.in_front(&out.depth)?;
+        if !straight {
+            through_ray(&mut Rows { simd, rows: &mut out.rows }, &answers.ray, &stages.ray_locals);
         }
         for (position, &e) in stages.of(Stage::Image).iter().enumerate() {
-            let identity = self.ask_image(e, out, answers)?;
-            for piece in 0..LANES / S::F64_LANES {
-                let answers = (&Piece { simd, piece, of: &*answers.d_in }, &Piece { simd, piece, of: &*answers.d_own });
-                let (own, before) = (stages.locals(problem, e), stages.before(problem, position));
-                through_image(&mut Piece { simd, piece, of: &mut out.rows }, answers, own, before, identity);
-            }
+            let (own, before) = (stages.locals(problem, e), stages.before(problem, position));
+            answers.d_own.resize(answers.d_own.len().max(2 * own.len()), Lane::default());
+            let (d_in, d_own) = (&mut answers.d_in, &mut answers.d_own[..2 * own.len()]);
+            let input = image_input(&out.point, views);
+            let answer = Answer { out: &mut out.point, d_input: Some(&mut *d_in), d_theta: Some(&mut *d_own) };
+            eight.ask(e, &input, answer)?;
+            let identity = is_identity(eight.seed(), d_in, 2, 0);
+            through_image(&mut Rows { simd, rows: &mut out.rows }, (&*d_in, &*d_own), own, before, identity);
         }
-        for (lane, observation) in observations.iter().enumerate() {
-            if let Some(chain) = &frames[observation.image as usize].interior_chain {
-                through_interior(&mut One { lane, rows: &mut out.rows }, chain);
-            }
-        }
+        eight.through_interiors(&mut out.rows);
         if problem.tie_dc_to_pp {
             out.tie_centre();
         }
         Ok(())
     }
 
-    /// Sends the rays through the effects before the camera, and sets `views` to what comes of that; whether any turns
-    /// the camera.
+    /// Predicts image points alone, as [`Self::predict`] does.
     #[inline(always)]
-    fn bend<S: Simd>(&self, simd: S, views: &mut Views, answers: &mut Answers) -> Result<bool, usize> {
-        let Answers { ray, of_ray, .. } = answers;
-        of_ray.resize(BY_THETA + 6 * self.stages.ray_locals.len(), Lane::default());
-        let mut turns = false;
-        for (lane, object) in self.objects.iter().enumerate() {
-            // Places that are left over see what the last one sees.
-            if let Some(observation) = self.observations.get(lane) {
-                let (frame, context) = (&self.frames[observation.image as usize], context(self.problem, observation));
-                ray.bend(self.problem, self.stages, frame, &context, object).ok_or(lane)?;
-                ray.write(|k, value| of_ray[k][lane] = value);
-                turns |= ray.turns;
-            }
-            views.set(simd, lane, &plain(&ray.rotation, &ray.centre), &ray.point);
+    pub fn project<S: Simd>(
+        &self,
+        simd: S,
+        views: &mut Views,
+        out: &mut Predictions,
+        answers: &mut Answers,
+    ) -> Result<(), usize> {
+        let eight = Eight::new(simd, self);
+        if !self.stages.straight() {
+            answers.ray.move_only(&eight, self.stages, &views.centre(), &views.object())?;
+            eight.see(views, &answers.ray);
         }
-        views.turn(simd);
-        Ok(turns)
-    }
-
-    /// Asks an image effect about each; whether it hands on what it gets.
-    fn ask_image(&self, e: usize, out: &mut Predictions, answers: &mut Answers) -> Result<bool, usize> {
-        let (effect, places) = (&self.problem.effects[e].effect, self.stages.locals(self.problem, e));
-        let Answers { d_in: in_lanes, d_own: own_lanes, own, .. } = answers;
-        in_lanes.resize(2 * IMAGE_INPUTS, Lane::default());
-        own_lanes.resize(own_lanes.len().max(2 * places.len()), Lane::default());
-        own.resize(2 * places.len(), 0.0);
-        let mut identity = true;
-        for (lane, observation) in self.observations.iter().enumerate() {
-            let frame = &self.frames[observation.image as usize];
-            let input = image_input(&[out.point[0][lane], out.point[1][lane]], frame);
-            let (mut next, mut d_in) = ([0.0; 2], [0.0; 2 * IMAGE_INPUTS]);
-            let (context, theta) = (context(self.problem, observation), &frame.theta[places.clone()]);
-            effect.eval(&context, &input, theta, &mut next, Some(&mut d_in), Some(own)).map_err(|_| lane)?;
-            identity &= d_in == IMAGE_IDENTITY;
-            in_lanes.iter_mut().zip(d_in).for_each(|(to, value)| to[lane] = value);
-            own_lanes.iter_mut().zip(&*own).for_each(|(to, value)| to[lane] = *value);
-            (out.point[0][lane], out.point[1][lane]) = (next[0], next[1]);
+        views.project(simd, out);
+        eight.in_front(&out.depth)?;
+        for &e in self.stages.of(Stage::Image) {
+            let input = image_input(&out.point, views);
+            eight.ask(e, &input, Answer { out: &mut out.point, d_input: None, d_theta: None })?;
         }
-        Ok(identity)
+        Ok(())
     }
 }
 
-/// What of lanes is in one register.
-struct Piece<S: Simd, T> {
+/// What an image effect gets.
+#[inline(always)]
+fn image_input(point: &[Lane; 2], views: &Views) -> [Lane; IMAGE_INPUTS] {
+    let mut input = [Lane::default(); IMAGE_INPUTS];
+    input[..IMAGE_INTERIOR].copy_from_slice(point);
+    input[IMAGE_INTERIOR..].copy_from_slice(views.interior());
+    input
+}
+
+/// Eight rays. Places that are left over have what the first has.
+struct Eight<'a, S> {
     simd: S,
-    piece: usize,
-    of: T,
+    problem: &'a Problem,
+    stages: &'a Stages,
+    count: usize,
+    frames: [&'a Frame; LANES],
+    contexts: [Context<'a>; LANES],
 }
 
-impl<S: Simd> Derivatives for Piece<S, &mut [Vec<Lane>; 2]> {
-    type Number = Register<S>;
+impl<'a, S: Simd> Eight<'a, S> {
+    fn new(simd: S, seen: &Seen<'a>) -> Self {
+        let Seen { problem, stages, frames, observations } = *seen;
+        let observation = |lane: usize| observations.get(lane).unwrap_or(&observations[0]);
+        Self {
+            simd,
+            problem,
+            stages,
+            count: observations.len(),
+            frames: std::array::from_fn(|lane| &frames[observation(lane).image as usize]),
+            contexts: std::array::from_fn(|lane| context(problem, observation(lane))),
+        }
+    }
+
+    /// Sets `views` to what the camera sees of the rays.
+    #[inline(always)]
+    fn see(&self, views: &mut Views, ray: &Ray<Lane>) {
+        views.set_ray(&ray.centre, &ray.point);
+        if ray.turned {
+            views.set_rotation(&self.matrices(&ray.rotation_vector, rotation::exp));
+        }
+    }
+
+    /// From derivatives by interior orientations after their effects to those by that before them.
+    #[inline(always)]
+    fn through_interiors(&self, rows: &mut [Vec<Lane>; 2]) {
+        let chains = self.frames.map(|frame| frame.interior_chain.as_deref());
+        let Some(first) = chains[0] else { return };
+        // Most effects add to the same few numbers in every image.
+        let adds_alike = |chain: &InteriorChain| {
+            let places = chain.d_theta.iter().map(|entry| (entry.0, entry.1));
+            let alike = places.eq(first.d_theta.iter().map(|entry| (entry.0, entry.1)));
+            alike && chain.d_interior.is_none() && chain.d_rotation.is_none()
+        };
+        if !chains.iter().flatten().all(|chain| adds_alike(chain)) {
+            for (lane, chain) in chains.iter().enumerate() {
+                chain.iter().for_each(|chain| through_interior(&mut One { lane, rows: &mut *rows }, chain));
+            }
+            return;
+        }
+        let mut rows = Rows { simd: self.simd, rows };
+        for (k, (local, entry, _)) in first.d_theta.iter().enumerate() {
+            let mut values = Lane::default();
+            for (slot, chain) in values.iter_mut().zip(chains.iter().flatten()) {
+                *slot = chain.d_theta[k].2;
+            }
+            for i in 0..2 {
+                let by_theta = rows.get(i, THETA + local);
+                rows.set(i, THETA + local, by_theta + by_theta.of(values) * rows.get(i, CAMERA + entry));
+            }
+        }
+    }
+
+    /// `Err`: the place of the first that is not.
+    #[inline(always)]
+    fn in_front(&self, depth: &Lane) -> Result<(), usize> {
+        (0..self.count).find(|lane| depth[*lane] <= 0.0).map_or(Ok(()), Err)
+    }
+}
+
+impl<S: Simd> Rays for Eight<'_, S> {
+    type Number = Wide<S>;
 
     #[inline(always)]
-    fn get(&self, i: usize, place: usize) -> Register<S> {
-        Register { simd: self.simd, value: self.of[i][place].get::<S>(self.piece) }
+    fn seed(&self) -> Wide<S> {
+        Wide { simd: self.simd, lane: Lane::default() }
     }
 
     #[inline(always)]
-    fn set(&mut self, i: usize, place: usize, value: Register<S>) {
-        self.of[i][place].set::<S>(self.piece, value.value);
+    fn of_frames(&self, number: impl Fn(&Frame) -> f64) -> Lane {
+        let mut lane = Lane::default();
+        for (slot, frame) in lane.iter_mut().zip(self.frames) {
+            *slot = number(frame);
+        }
+        lane
+    }
+
+    fn matrices(&self, vector: &[Lane; 3], matrix: fn(&Vector3<f64>) -> Matrix3<f64>) -> [Lane; 9] {
+        let mut rows = [Lane::default(); 9];
+        for lane in 0..LANES {
+            let matrix = matrix(&Vector3::from(vector.map(|number| number[lane])));
+            for (k, slot) in rows.iter_mut().enumerate() {
+                slot[lane] = matrix[(k / 3, k % 3)];
+            }
+        }
+        rows
+    }
+
+    fn ask(&self, e: usize, input: &[Lane], answer: Answer<'_, Lane>) -> Result<(), usize> {
+        let own = self.stages.locals(self.problem, e);
+        let thetas = self.frames.map(|frame| &frame.theta[own.clone()]);
+        self.problem.effects[e].effect.eval_eight(&self.contexts, input, &thetas, answer)
     }
 }
 
-impl<S: Simd> Numbers<Register<S>> for Piece<S, &[Lane]> {
+/// Derivatives of eight measurements.
+struct Rows<'a, S> {
+    simd: S,
+    rows: &'a mut [Vec<Lane>; 2],
+}
+
+impl<S: Simd> Derivatives for Rows<'_, S> {
+    type Number = Wide<S>;
+
     #[inline(always)]
-    fn at(&self, k: usize) -> Register<S> {
-        Register { simd: self.simd, value: self.of[k].get::<S>(self.piece) }
+    fn get(&self, i: usize, place: usize) -> Wide<S> {
+        Wide { simd: self.simd, lane: self.rows[i][place] }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, i: usize, place: usize, value: Wide<S>) {
+        self.rows[i][place] = value.lane;
     }
 }
 

@@ -2,10 +2,10 @@
 //! and the values of the effect parameters that hold there.
 
 use super::MeasureError;
-use super::lane::Lane;
 use super::plain::PlainView;
 use crate::camera::{Interior, PARAMETER_COUNT as COUNT};
 use crate::effects::{Context, OutsideDomain, Role, Stage};
+use crate::math::lane::Lane;
 use crate::math::rotation;
 use crate::problem::{Problem, State};
 use nalgebra::{Matrix3, SMatrix, Vector3};

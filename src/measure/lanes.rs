@@ -1,11 +1,11 @@
 //! The plain camera for eight measurements at a time, in vector registers of any width: the same text as for one
 //! ([`super::PlainView`]), and the same numbers.
 
-pub use super::lane::{LANES, Lane};
 use super::plain::PlainView;
 use super::transpose::transpose;
 use crate::camera::{DCX, DCY, Interior, PARAMETER_COUNT, PPX, PPY, fraser};
 use crate::math::Number;
+pub use crate::math::lane::{LANES, Lane};
 use nalgebra::Vector3;
 use pulp::Simd;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -58,6 +58,8 @@ impl<S: Simd> Number for Register<S> {
 
 /// Numbers of a frame that the plain camera is given: rotation by rows, projection centre.
 const OF_FRAME: usize = 12;
+/// First of those of the projection centre.
+const CENTRE_OF_FRAME: usize = 9;
 
 /// What the plain camera is given of eight measurements.
 #[derive(Debug, Clone, Default)]
@@ -165,6 +167,36 @@ impl Views {
     /// The interior orientation that holds in all.
     pub fn set_interiors(&mut self, interior: &Interior) {
         self.interior = interior.map(Lane::splat);
+    }
+
+    /// The projection centre of each, once turned.
+    #[inline(always)]
+    pub fn centre(&self) -> [Lane; 3] {
+        let image = self.image.as_flattened();
+        [image[CENTRE_OF_FRAME], image[CENTRE_OF_FRAME + 1], image[CENTRE_OF_FRAME + 2]]
+    }
+
+    /// The object point of each, once turned.
+    #[inline(always)]
+    pub fn object(&self) -> [Lane; 3] {
+        [self.object[0], self.object[1], self.object[2]]
+    }
+
+    /// The interior orientation of each.
+    pub fn interior(&self) -> &[Lane; PARAMETER_COUNT] {
+        &self.interior
+    }
+
+    /// Replaces projection centres and object points, once turned.
+    #[inline(always)]
+    pub fn set_ray(&mut self, centre: &[Lane; 3], object: &[Lane; 3]) {
+        self.image.as_flattened_mut()[CENTRE_OF_FRAME..OF_FRAME].copy_from_slice(centre);
+        self.object[..3].copy_from_slice(object);
+    }
+
+    /// Replaces rotations (by rows), once turned.
+    pub fn set_rotation(&mut self, rotation: &[Lane; 9]) {
+        self.image.as_flattened_mut()[..CENTRE_OF_FRAME].copy_from_slice(rotation);
     }
 
     /// The measurements of one register: `piece` of so many as eight take.

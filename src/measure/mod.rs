@@ -7,7 +7,6 @@ mod chain;
 mod eight;
 mod error;
 mod frame;
-mod lane;
 pub mod lanes;
 mod plain;
 mod position;

@@ -1,197 +1,353 @@
-//! A ray that effects bend or move on its way: the exposure stage moves the pose, the ray stage the object point as the
-//! camera sees it.
+//! A ray that effects bend or move on its way: the exposure stage moves the pose, the ray stage the object point as the camera sees it. One text for
+//! one ray and for eight side by side.
 
 use super::frame::{Frame, Stages};
-use super::through::{BY_THETA, SHIFT, SHIFT_BY_POINT, TURN, identity};
-use crate::effects::{Context, Stage};
-use crate::math::rotation;
+use crate::effects::Stage;
+use crate::effects::formula::Answer;
+use crate::math::Several;
 use crate::problem::Problem;
-use nalgebra::{Matrix3, Matrix3x6, SMatrix, Vector3};
+use nalgebra::{Matrix3, Vector3};
+use std::ops::Range;
 
-/// Derivatives of a stage's output by its input where an effect hands on what it gets, row by row.
-const POSE_IDENTITY: [f64; 36] = identity(6, 0);
-const RAY_IDENTITY: [f64; 27] = identity(3, 6);
+/// Rays to be bent: one, or eight side by side.
+pub(super) trait Rays {
+    /// What their numbers are computed with.
+    type Number: Several;
 
-/// A ray as it reaches the camera. What follows an unknown follows it by a turn of the camera (a small vector from the
-/// left, as `w`) and a shift of the point against the projection centre.
+    /// A number like those of the rays.
+    fn seed(&self) -> Self::Number;
+
+    /// A number of the image of each.
+    fn of_frames(&self, number: impl Fn(&Frame) -> f64) -> Kept<Self>;
+
+    /// A matrix that follows from a vector of each, row by row.
+    fn matrices(&self, vector: &[Kept<Self>; 3], matrix: fn(&Vector3<f64>) -> Matrix3<f64>) -> [Kept<Self>; 9];
+
+    /// Asks effect `e`. `Err`: the place of the first ray outside its domain.
+    fn ask(&self, e: usize, input: &[Kept<Self>], answer: Answer<'_, Kept<Self>>) -> Result<(), usize>;
+}
+
+/// A number of rays in memory.
+pub(super) type Kept<R> = <<R as Rays>::Number as Several>::Kept;
+
+/// Rays as they reach the camera. What follows an unknown follows it by a turn of the camera (a small vector from the left, as `w`) and a shift of
+/// the point against the projection centre. Matrices are kept row by row.
 #[derive(Debug, Clone)]
-pub(super) struct Ray {
-    /// `R'`.
-    pub rotation: Matrix3<f64>,
+pub(super) struct Ray<K> {
+    /// Rotation vector of `R'`.
+    pub rotation_vector: [K; 3],
+    /// Whether effects turned the camera of any: `R'` is that of [`Self::rotation_vector`], not of the image.
+    pub turned: bool,
     /// `C'`.
-    pub centre: Vector3<f64>,
+    pub centre: [K; 3],
     /// `P'`.
-    pub point: Vector3<f64>,
-    /// Turn by (w, C).
-    pub turn_by_pose: Matrix3x6<f64>,
+    pub point: [K; 3],
+    /// Whether pose and point move the ray otherwise than a straight one.
+    pub bends: bool,
     /// Whether effects turn the camera, by anything.
     pub turns: bool,
-    /// Shift by (w, C).
-    pub shift_by_pose: Matrix3x6<f64>,
-    /// Shift by P.
-    pub shift_by_point: Matrix3<f64>,
+    /// Turn by (w, C), 3 x 6.
+    pub turn_by_pose: [K; 18],
+    /// Shift by (w, C), 3 x 6.
+    pub shift_by_pose: [K; 18],
+    /// Shift by P, 3 x 3.
+    pub shift_by_point: [K; 9],
     /// Turn and shift by the local parameters of exposure and ray effects, in the order of [`Stages::ray_locals`].
-    pub by_theta: Vec<[Vector3<f64>; 2]>,
-    work: Work,
-}
-
-/// Work space.
-#[derive(Debug, Clone, Default)]
-struct Work {
+    pub by_theta: Vec<[K; 6]>,
     /// Derivatives of (r, C) by local parameters.
-    pose_by_theta: Vec<SMatrix<f64, 6, 1>>,
-    /// Derivatives of an effect's output by its own parameters, row by row.
-    d_own: Vec<f64>,
+    pose_by_theta: Vec<[K; 6]>,
+    /// Derivatives of an effect's output by its input.
+    d_in: [K; 36],
+    /// Derivatives of an effect's output by its own parameters.
+    d_own: Vec<K>,
 }
 
-impl Default for Ray {
+impl<K: Copy + Default> Default for Ray<K> {
     fn default() -> Self {
+        let nothing = K::default();
         Self {
-            rotation: Matrix3::identity(),
-            centre: Vector3::zeros(),
-            point: Vector3::zeros(),
-            turn_by_pose: Matrix3x6::zeros(),
+            rotation_vector: [nothing; 3],
+            turned: false,
+            centre: [nothing; 3],
+            point: [nothing; 3],
+            bends: false,
             turns: false,
-            shift_by_pose: Matrix3x6::zeros(),
-            shift_by_point: Matrix3::identity(),
+            turn_by_pose: [nothing; 18],
+            shift_by_pose: [nothing; 18],
+            shift_by_point: [nothing; 9],
             by_theta: Vec::new(),
-            work: Work::default(),
+            pose_by_theta: Vec::new(),
+            d_in: [nothing; 36],
+            d_own: Vec::new(),
         }
     }
 }
 
-impl Ray {
-    /// Sends it from `object` through the effects of exposure and ray. `None`: outside the domain of one.
-    pub fn bend(
+/// The sum of `count` products: `a` from `.0` on by steps of `.1` with `b` likewise.
+#[inline(always)]
+fn dot<T: Several>(seed: T, a: (&[T::Kept], usize, usize), b: (&[T::Kept], usize, usize), count: usize) -> T {
+    let mut sum = seed.of(a.0[a.1]) * seed.of(b.0[b.1]);
+    for k in 1..count {
+        sum = sum + seed.of(a.0[a.1 + k * a.2]) * seed.of(b.0[b.1 + k * b.2]);
+    }
+    sum
+}
+
+/// Is a matrix `[0 I 0]`, `I` from column `first` on? All of it is looked at: one sum costs less than a way out at each number.
+#[inline(always)]
+pub(super) fn is_identity<T: Several>(seed: T, matrix: &[T::Kept], rows: usize, first: usize) -> bool {
+    let columns = matrix.len() / rows;
+    let mut apart = seed.like(0.0);
+    for i in 0..rows {
+        for k in 0..columns {
+            let of_identity = seed.like(if k == first + i { 1.0 } else { 0.0 });
+            apart = apart + (seed.of(matrix[i * columns + k]) - of_identity).abs();
+        }
+    }
+    apart.is_zero()
+}
+
+/// `[0 I 0]`, see [`is_identity`].
+#[inline(always)]
+fn identity<T: Several, const N: usize>(rows: usize, first: usize) -> [T::Kept; N] {
+    let mut matrix = [T::splat(0.0); N];
+    for i in 0..rows {
+        matrix[i * (N / rows) + first + i] = T::splat(1.0);
+    }
+    matrix
+}
+
+impl<K: Copy + Default + PartialEq> Ray<K> {
+    /// Sends rays from `point` to the projection centres `centre` through the effects of exposure and ray. `Err`: the place of the first outside
+    /// the domain of one.
+    #[inline(always)]
+    pub fn bend<R: Rays<Number: Several<Kept = K>>>(
         &mut self,
-        problem: &Problem,
-        stages: &Stages,
-        frame: &Frame,
-        context: &Context<'_>,
-        object: &Vector3<f64>,
-    ) -> Option<()> {
-        let Work { pose_by_theta, d_own } = &mut self.work;
-        let instance = |e: usize| {
-            let own = stages.locals(problem, e);
-            // The list of these parameters has those of each effect together.
-            let first = stages.ray_locals.partition_point(|k| *k < own.start);
-            (&problem.effects[e].effect, &frame.theta[own.clone()], first..first + own.len())
-        };
-        pose_by_theta.clear();
-        pose_by_theta.resize(stages.ray_locals.len(), SMatrix::zeros());
+        rays: &R,
+        (problem, stages): (&Problem, &Stages),
+        centre: &[K; 3],
+        point: &[K; 3],
+    ) -> Result<(), usize> {
+        let seed = rays.seed();
+        let nothing = K::default();
+        let of_r: [K; 3] = of_rotation_vectors(rays);
+        let mut pose = [of_r[0], of_r[1], of_r[2], centre[0], centre[1], centre[2]];
 
         // Exposure: (r, C), with derivatives by (r, C) before and by the parameters.
-        let mut pose = frame.pose();
-        let mut by_pose: Option<SMatrix<f64, 6, 6>> = None;
+        self.pose_by_theta.clear();
+        self.pose_by_theta.resize(stages.ray_locals.len(), [nothing; 6]);
+        let mut by_pose: Option<[K; 36]> = None;
         for &e in stages.of(Stage::Exposure) {
-            let (effect, theta, places) = instance(e);
-            let mut next = [0.0; 6];
-            let mut d_in = [0.0; 36];
-            d_own.resize(6 * theta.len(), 0.0);
-            effect.eval(context, &pose, theta, &mut next, Some(&mut d_in), Some(d_own)).ok()?;
+            let places = places(problem, stages, e);
+            let count = places.len();
+            let mut next = [nothing; 6];
+            self.d_own.resize(self.d_own.len().max(6 * count), nothing);
+            let (d_in, d_own) = (&mut self.d_in, &mut self.d_own[..6 * count]);
+            rays.ask(e, &pose, Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
+            let d_in = &self.d_in;
             // Most move the centre alone, and none does anything at zero, where candidates are tested.
-            if d_in != POSE_IDENTITY {
-                let d_in = SMatrix::<f64, 6, 6>::from_row_slice(&d_in);
-                by_pose = Some(by_pose.map_or(d_in, |before| d_in * before));
-                pose_by_theta.iter_mut().for_each(|column| *column = d_in * *column);
+            if !is_identity(seed, d_in, 6, 0) {
+                by_pose = Some(match by_pose {
+                    Some(before) => times_six(seed, d_in, &before),
+                    None => *d_in,
+                });
+                for column in &mut self.pose_by_theta {
+                    let before = *column;
+                    for i in 0..6 {
+                        column[i] = dot(seed, (d_in, 6 * i, 1), (&before, 0, 1), 6).keep();
+                    }
+                }
             }
-            for (p, column) in pose_by_theta[places].iter_mut().enumerate() {
+            for (p, column) in self.pose_by_theta[places].iter_mut().enumerate() {
                 for i in 0..6 {
-                    column[i] += d_own[theta.len() * i + p];
+                    column[i] = (seed.of(column[i]) + seed.of(self.d_own[count * i + p])).keep();
                 }
             }
             pose = next;
         }
-        let vector = Vector3::new(pose[0], pose[1], pose[2]);
-        self.centre = Vector3::new(pose[3], pose[4], pose[5]);
-        let left_jacobian = match vector == frame.rotation_vector {
-            true => {
-                self.rotation = frame.rotation;
-                frame.left_jacobian
-            }
-            false => {
-                self.rotation = rotation::exp(&vector);
-                rotation::left_jacobian(&vector)
-            }
-        };
+        let [r0, r1, r2, centre @ ..] = pose;
+        (self.rotation_vector, self.centre) = ([r0, r1, r2], centre);
+        self.turned = self.rotation_vector != of_r;
+        self.turns = by_pose.is_some() || self.pose_by_theta.iter().any(|column| column[..3] != [nothing; 3]);
+
         // By (w, C): the turn, and the centre.
-        self.turn_by_pose = Matrix3x6::identity();
-        let mut centre_by_pose = Matrix3x6::zeros();
-        centre_by_pose.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
+        let left_jacobian: [K; 9] = match (self.turns, self.turned) {
+            (false, _) => [nothing; 9],
+            (true, false) => of_matrices(rays, |frame| &frame.left_jacobian),
+            (true, true) => rays.matrices(&self.rotation_vector, crate::math::rotation::left_jacobian),
+        };
+        self.turn_by_pose = identity::<R::Number, 18>(3, 0);
+        let mut centre_by_pose: [K; 18] = identity::<R::Number, 18>(3, 3);
         if let Some(by_pose) = &mut by_pose {
-            let by_turn = by_pose.fixed_view::<6, 3>(0, 0) * frame.d_rotation_vector;
-            by_pose.fixed_view_mut::<6, 3>(0, 0).copy_from(&by_turn);
-            self.turn_by_pose = left_jacobian * by_pose.fixed_view::<3, 6>(0, 0);
-            centre_by_pose = by_pose.fixed_view::<3, 6>(3, 0).into_owned();
+            let d_rotation_vector: [K; 9] = of_matrices(rays, |frame| &frame.d_rotation_vector);
+            for i in 0..6 {
+                let mut by_turn = [nothing; 3];
+                for k in 0..3 {
+                    by_turn[k] = dot(seed, (&*by_pose, 6 * i, 1), (&d_rotation_vector, k, 3), 3).keep();
+                }
+                by_pose[6 * i..6 * i + 3].copy_from_slice(&by_turn);
+            }
+            for i in 0..3 {
+                for k in 0..6 {
+                    self.turn_by_pose[6 * i + k] = dot(seed, (&left_jacobian, 3 * i, 1), (&*by_pose, k, 6), 3).keep();
+                }
+            }
+            centre_by_pose.copy_from_slice(&by_pose[18..]);
         }
 
         // Ray: P, with derivatives by P before, (w, C) and the parameters.
-        self.point = *object;
-        self.shift_by_point = Matrix3::identity();
-        self.shift_by_pose = Matrix3x6::zeros();
+        self.bends = by_pose.is_some();
+        self.point = *point;
+        self.shift_by_point = identity::<R::Number, 9>(3, 0);
+        self.shift_by_pose = [nothing; 18];
         self.by_theta.clear();
-        self.by_theta.resize(stages.ray_locals.len(), [Vector3::zeros(); 2]);
+        self.by_theta.resize(stages.ray_locals.len(), [nothing; 6]);
         for &e in stages.of(Stage::Ray) {
-            let (effect, theta, places) = instance(e);
-            let mut input = [0.0; 9];
-            input[..6].copy_from_slice(&pose);
-            input[6..].copy_from_slice(self.point.as_slice());
-            let mut next = [0.0; 3];
-            let mut d_in = [0.0; 27];
-            d_own.resize(3 * theta.len(), 0.0);
-            effect.eval(context, &input, theta, &mut next, Some(&mut d_in), Some(d_own)).ok()?;
-            if d_in != RAY_IDENTITY {
-                let d_in = SMatrix::<f64, 3, 9>::from_row_slice(&d_in);
-                let by_vector = d_in.fixed_view::<3, 3>(0, 0).into_owned();
-                let by_centre = d_in.fixed_view::<3, 3>(0, 3).into_owned();
-                let by_point = d_in.fixed_view::<3, 3>(0, 6).into_owned();
-                let turns = by_vector != Matrix3::zeros();
-                let mut by_pose_now = by_centre * centre_by_pose + by_point * self.shift_by_pose;
-                if turns {
-                    match &by_pose {
-                        Some(by_pose) => by_pose_now += by_vector * by_pose.fixed_view::<3, 6>(0, 0),
-                        None => {
-                            let mut of_turn = by_pose_now.fixed_view_mut::<3, 3>(0, 0);
-                            of_turn += by_vector * frame.d_rotation_vector;
-                        }
-                    }
-                }
-                self.shift_by_pose = by_pose_now;
-                self.shift_by_point = by_point * self.shift_by_point;
-                for ([_, shift], pose) in self.by_theta.iter_mut().zip(&*pose_by_theta) {
-                    *shift = by_point * *shift + by_centre * pose.fixed_view::<3, 1>(3, 0);
-                    if turns {
-                        *shift += by_vector * pose.fixed_view::<3, 1>(0, 0);
-                    }
-                }
+            let places = places(problem, stages, e);
+            let count = places.len();
+            let [p0, p1, p2] = self.point;
+            let input = [pose[0], pose[1], pose[2], pose[3], pose[4], pose[5], p0, p1, p2];
+            let mut next = [nothing; 3];
+            self.d_own.resize(self.d_own.len().max(3 * count), nothing);
+            let (d_in, d_own) = (&mut self.d_in[..27], &mut self.d_own[..3 * count]);
+            rays.ask(e, &input, Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
+            if !is_identity(seed, &self.d_in[..27], 3, 6) {
+                self.bends = true;
+                self.go_through(rays, by_pose.as_ref(), &centre_by_pose);
             }
-            for (p, [_, shift]) in self.by_theta[places].iter_mut().enumerate() {
+            for (p, column) in self.by_theta[places].iter_mut().enumerate() {
                 for i in 0..3 {
-                    shift[i] += d_own[theta.len() * i + p];
+                    column[3 + i] = (seed.of(column[3 + i]) + seed.of(self.d_own[count * i + p])).keep();
                 }
             }
-            self.point = Vector3::from(next);
+            self.point = next;
         }
 
         // The shift is that of the point against the centre.
-        self.shift_by_pose -= centre_by_pose;
-        self.turns = by_pose.is_some();
-        for ([turn, shift], pose) in self.by_theta.iter_mut().zip(&*pose_by_theta) {
-            *turn = left_jacobian * pose.fixed_view::<3, 1>(0, 0);
-            *shift -= pose.fixed_view::<3, 1>(3, 0);
-            self.turns |= *turn != Vector3::zeros();
+        for k in 0..18 {
+            self.shift_by_pose[k] = (seed.of(self.shift_by_pose[k]) - seed.of(centre_by_pose[k])).keep();
         }
-        Some(())
+        for (column, pose) in self.by_theta.iter_mut().zip(&self.pose_by_theta) {
+            for i in 0..3 {
+                if self.turns {
+                    column[i] = dot(seed, (&left_jacobian, 3 * i, 1), (pose, 0, 1), 3).keep();
+                }
+                column[3 + i] = (seed.of(column[3 + i]) - seed.of(pose[3 + i])).keep();
+            }
+        }
+        Ok(())
     }
 
-    /// Hands out the numbers of `through_ray`, with their places.
-    pub fn write(&self, mut put: impl FnMut(usize, f64)) {
-        let matrices = [(TURN, self.turn_by_pose.as_slice()), (SHIFT, self.shift_by_pose.as_slice())];
-        for (first, numbers) in matrices.into_iter().chain([(SHIFT_BY_POINT, self.shift_by_point.as_slice())]) {
-            numbers.iter().enumerate().for_each(|(k, value)| put(first + k, *value));
+    /// Derivatives so far, through a ray effect that has just been asked.
+    #[inline(always)]
+    fn go_through<R: Rays<Number: Several<Kept = K>>>(
+        &mut self,
+        rays: &R,
+        by_pose: Option<&[K; 36]>,
+        centre_by_pose: &[K; 18],
+    ) {
+        let (seed, d_in) = (rays.seed(), &self.d_in[..27]);
+        let (before_pose, before_point) = (self.shift_by_pose, self.shift_by_point);
+        let nothing = [K::default(); 3];
+        let turns = d_in[..3] != nothing || d_in[9..12] != nothing || d_in[18..21] != nothing;
+        let d_rotation_vector: [K; 9] = match turns && by_pose.is_none() {
+            true => of_matrices(rays, |frame| &frame.d_rotation_vector),
+            false => [K::default(); 9],
+        };
+        for i in 0..3 {
+            let row = 9 * i;
+            for k in 0..6 {
+                let by_centre = dot(seed, (d_in, row + 3, 1), (centre_by_pose, k, 6), 3);
+                let mut sum = by_centre + dot(seed, (d_in, row + 6, 1), (&before_pose, k, 6), 3);
+                match by_pose {
+                    Some(by_pose) if turns => sum = sum + dot(seed, (d_in, row, 1), (by_pose, k, 6), 3),
+                    None if turns && k < 3 => sum = sum + dot(seed, (d_in, row, 1), (&d_rotation_vector, k, 3), 3),
+                    _ => {}
+                }
+                self.shift_by_pose[6 * i + k] = sum.keep();
+            }
+            for k in 0..3 {
+                self.shift_by_point[3 * i + k] = dot(seed, (d_in, row + 6, 1), (&before_point, k, 3), 3).keep();
+            }
         }
-        for (p, [turn, shift]) in self.by_theta.iter().enumerate() {
-            turn.iter().chain(shift).enumerate().for_each(|(k, value)| put(BY_THETA + 6 * p + k, *value));
+        for (column, pose) in self.by_theta.iter_mut().zip(&self.pose_by_theta) {
+            let before = *column;
+            for i in 0..3 {
+                let row = 9 * i;
+                let by_point = dot(seed, (d_in, row + 6, 1), (&before, 3, 1), 3);
+                let mut sum = by_point + dot(seed, (d_in, row + 3, 1), (pose, 3, 1), 3);
+                if turns {
+                    sum = sum + dot(seed, (d_in, row, 1), (pose, 0, 1), 3);
+                }
+                column[3 + i] = sum.keep();
+            }
         }
     }
+
+    /// [`Self::bend`] without derivatives.
+    #[inline(always)]
+    pub fn move_only<R: Rays<Number: Several<Kept = K>>>(
+        &mut self,
+        rays: &R,
+        stages: &Stages,
+        centre: &[K; 3],
+        point: &[K; 3],
+    ) -> Result<(), usize> {
+        let nothing = K::default();
+        let of_r: [K; 3] = of_rotation_vectors(rays);
+        let mut pose = [of_r[0], of_r[1], of_r[2], centre[0], centre[1], centre[2]];
+        for &e in stages.of(Stage::Exposure) {
+            let mut next = [nothing; 6];
+            rays.ask(e, &pose, Answer { out: &mut next, d_input: None, d_theta: None })?;
+            pose = next;
+        }
+        self.point = *point;
+        for &e in stages.of(Stage::Ray) {
+            let [p0, p1, p2] = self.point;
+            let input = [pose[0], pose[1], pose[2], pose[3], pose[4], pose[5], p0, p1, p2];
+            let mut next = [nothing; 3];
+            rays.ask(e, &input, Answer { out: &mut next, d_input: None, d_theta: None })?;
+            self.point = next;
+        }
+        let [r0, r1, r2, centre @ ..] = pose;
+        (self.rotation_vector, self.centre) = ([r0, r1, r2], centre);
+        self.turned = self.rotation_vector != of_r;
+        Ok(())
+    }
+}
+
+/// Where the parameters of an effect stand in the list of those of exposure and ray, which has those of each effect together.
+fn places(problem: &Problem, stages: &Stages, e: usize) -> Range<usize> {
+    let own = stages.locals(problem, e);
+    let first = stages.ray_locals.partition_point(|k| *k < own.start);
+    first..first + own.len()
+}
+
+#[inline(always)]
+fn of_rotation_vectors<R: Rays>(rays: &R) -> [Kept<R>; 3] {
+    let mut vector = [Kept::<R>::default(); 3];
+    for (k, slot) in vector.iter_mut().enumerate() {
+        *slot = rays.of_frames(|frame| frame.rotation_vector[k]);
+    }
+    vector
+}
+
+#[inline(always)]
+fn of_matrices<R: Rays>(rays: &R, matrix: impl Fn(&Frame) -> &Matrix3<f64>) -> [Kept<R>; 9] {
+    let mut rows = [Kept::<R>::default(); 9];
+    for (k, slot) in rows.iter_mut().enumerate() {
+        *slot = rays.of_frames(|frame| matrix(frame)[(k / 3, k % 3)]);
+    }
+    rows
+}
+
+#[inline(always)]
+fn times_six<T: Several>(seed: T, a: &[T::Kept; 36], b: &[T::Kept; 36]) -> [T::Kept; 36] {
+    let mut product = [T::Kept::default(); 36];
+    for i in 0..6 {
+        for k in 0..6 {
+            product[6 * i + k] = dot(seed, (a, 6 * i, 1), (b, k, 6), 6).keep();
+        }
+    }
+    product
 }

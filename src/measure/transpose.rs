@@ -1,7 +1,7 @@
 //! Eight by eight numbers transposed, in vector registers where there are any: what is by measurement becomes by
 //! quantity, and back. One number at a time costs as much as the camera itself.
 
-use super::lane::{LANES, Lane};
+use crate::math::lane::{LANES, Lane};
 #[cfg(target_arch = "x86_64")]
 use pulp::x86::{V3, V4};
 use pulp::{Simd, cast};

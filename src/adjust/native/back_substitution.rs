@@ -6,6 +6,7 @@ use super::point::{Curvature, Prepared};
 use super::rows::Contents;
 use super::side_by_side::{Eights, Workspace, add_costs};
 use super::structure::FIRST_THETA;
+use crate::measure::Seen;
 use crate::measure::lanes::{LANES, Lane, MISCLOSURE, POINT, Predictions};
 use crate::measure::{self, MeasureError, transpose};
 use nalgebra::{Matrix3, Vector3};
@@ -220,29 +221,20 @@ impl WithSimd for Costs<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Option<f64> {
-        let Self { after, points, objects, work: Workspace { views, eight, predictions, .. } } = self;
-        let Prepared { problem, structure, frames, .. } = after;
+        let Self { after, points, objects, work: Workspace { views, eight, predictions, answers } } = self;
+        let Prepared { problem, structure, frames, .. } = *after;
         let stages = &structure.stages;
-        let (straight, plain) = (stages.straight(), stages.plain_image());
-        let mut eights = Eights::new(after, frames, objects, points.clone(), views);
+        let mut eights = Eights::new(after, frames, objects, points, views);
         let mut costs = Lane::default();
         while eights.next(simd, views, eight) {
-            if straight {
+            if stages.plain_image() {
                 views.project(simd, predictions);
                 if eight.behind(&predictions.depth).is_some() {
                     return None;
                 }
-            }
-            for (lane, number) in eight.numbers.clone().enumerate().filter(|_| !plain) {
-                let observation = &problem.observations[number];
-                let frame = &frames[observation.image as usize];
-                let seen = [predictions.point[0][lane], predictions.point[1][lane]];
-                let object = &objects[eight.points[lane] - points.start];
-                let point = match straight {
-                    true => measure::point_behind_camera(problem, stages, frame, observation, seen),
-                    false => measure::predict_point(problem, stages, frame, observation, object),
-                }?;
-                (predictions.point[0][lane], predictions.point[1][lane]) = (point[0], point[1]);
+            } else {
+                let observations = &problem.observations[eight.numbers.clone()];
+                Seen { problem, stages, frames, observations }.project(simd, views, predictions, answers).ok()?;
             }
             let (_, squares) = eight.misclosures(simd, &predictions.point);
             add_costs(simd, problem.loss, &squares, &mut costs);

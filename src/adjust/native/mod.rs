@@ -24,7 +24,6 @@ mod step;
 mod structure;
 mod system;
 mod turn;
-pub mod vectors;
 
 use super::{AdjustError, Covariance, Evaluation, LinearSolver, Options, Progress, ReducedSystem, Solution, Solver};
 use crate::measure::{self, Frame, MeasureError};

@@ -96,7 +96,7 @@ pub struct Workspace {
     /// What is predicted of them.
     pub predictions: Predictions,
     /// What effects answer.
-    answers: Answers,
+    pub answers: Answers,
 }
 
 impl Workspace {
@@ -122,7 +122,7 @@ impl Workspace {
         costs: &mut Lane,
     ) -> Result<bool, MeasureError> {
         let Self { views, eight, predictions, answers } = self;
-        let Prepared { problem, structure, frames, state } = at;
+        let Prepared { problem, structure, frames, .. } = at;
         if !eights.next(simd, views, eight) {
             return Ok(false);
         }
@@ -136,8 +136,7 @@ impl Workspace {
             }
         } else {
             let observations = &problem.observations[eight.numbers.clone()];
-            let objects = eight.points.map(|point| state.points[point]);
-            let seen = Seen { problem, stages: &structure.stages, frames, observations, objects };
+            let seen = Seen { problem, stages: &structure.stages, frames, observations };
             seen.predict(simd, views, predictions, answers).map_err(|lane| eight.error(problem, lane))?;
         }
         eight.weigh(simd, problem.loss, curvature, predictions, costs);

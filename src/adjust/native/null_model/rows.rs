@@ -11,7 +11,7 @@ use crate::adjust::native::MAX_DIM;
 use crate::adjust::native::linearise::rays_do_not_meet;
 use crate::adjust::native::point::{inverse_of_damped, rho};
 use crate::adjust::native::structure::{NONE, Structure};
-use crate::adjust::native::vectors::dispatch;
+use crate::math::vectors::dispatch;
 use crate::measure::{self, Frame, MeasureError, Prediction, Stages};
 use crate::problem::{Problem, State};
 use nalgebra::{Matrix3, Vector3};

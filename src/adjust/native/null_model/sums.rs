@@ -9,7 +9,7 @@ use super::products::{DenseScores, ImageLines, ImagesDense, ImagesLocal, LocalLi
 use super::rows::Source;
 use crate::adjust::AdjustError;
 use crate::adjust::native::MAX_DIM;
-use crate::adjust::native::vectors::dispatch;
+use crate::math::vectors::dispatch;
 use rayon::prelude::*;
 use std::ops::Range;
 

@@ -8,7 +8,7 @@ use super::aligned::Aligned;
 use super::point::{Curvature, Prepared};
 use super::side_by_side::Workspace;
 use super::structure::{FIRST_THETA, NONE, POINT, Structure};
-use super::vectors::dispatch;
+use crate::math::vectors::dispatch;
 use crate::measure::{self, MeasureError};
 use crate::problem::Problem;
 use fill::FillMeasured;

@@ -1,0 +1,220 @@
+//! Effects whose formula is one text for one measurement and for eight side by side, in vector registers of any width.
+
+use super::{Context, Effect, OutsideDomain, Stage};
+use crate::math::lane::{LANES, Lane};
+use crate::math::vectors::dispatch;
+use crate::math::{Several, Wide};
+use pulp::{Simd, WithSimd};
+use std::marker::PhantomData;
+
+/// What an effect answers, of one measurement or of eight. Shapes: `n = stage.inputs()`, `m = stage.outputs()`, `p = parameters.len()`.
+#[derive(Debug)]
+pub struct Answer<'a, K> {
+    /// `e(input, theta)`, m.
+    pub out: &'a mut [K],
+    /// Derivatives by the input, m x n, row-major; where they are asked for.
+    pub d_input: Option<&'a mut [K]>,
+    /// Derivatives by the parameters, m x p, row-major; where they are asked for.
+    pub d_theta: Option<&'a mut [K]>,
+}
+
+/// Numbers of what was observed that a formula has, at the most.
+pub const OBSERVED: usize = 4;
+/// Parameters of an effect that has a formula, at the most.
+const PARAMETERS: usize = 12;
+
+/// What a formula adds to the identity.
+pub trait Formula {
+    /// Its stage.
+    const STAGE: Stage;
+
+    /// What the formula takes of what was observed.
+    ///
+    /// # Errors
+    /// Something that is needed is not known.
+    fn observe(_: &Context<'_>) -> Result<[f64; OBSERVED], OutsideDomain> {
+        Ok([0.0; OBSERVED])
+    }
+
+    /// Adds to an answer that hands its input on. The formula holds where the number that it gives is above zero.
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T;
+}
+
+/// What a formula is given.
+pub struct Given<'a, T: Several> {
+    seed: T,
+    observed: &'a [T::Kept; OBSERVED],
+    input: &'a [T::Kept],
+    theta: &'a [T::Kept],
+}
+
+impl<T: Several> Given<'_, T> {
+    /// Number `k` of [`Formula::observe`].
+    #[inline(always)]
+    pub fn observed(&self, k: usize) -> T {
+        self.seed.of(self.observed[k])
+    }
+
+    /// Number `k` of the input.
+    #[inline(always)]
+    pub fn input(&self, k: usize) -> T {
+        self.seed.of(self.input[k])
+    }
+
+    /// Parameter `p`.
+    #[inline(always)]
+    pub fn theta(&self, p: usize) -> T {
+        self.seed.of(self.theta[p])
+    }
+
+    /// A constant.
+    #[inline(always)]
+    pub fn constant(&self, value: f64) -> T {
+        self.seed.like(value)
+    }
+}
+
+/// What a formula adds to.
+pub struct Sum<'s, 'a, T: Several> {
+    seed: T,
+    columns: [usize; 2],
+    answer: &'s mut Answer<'a, T::Kept>,
+}
+
+impl<T: Several> Sum<'_, '_, T> {
+    /// Adds to output `i`.
+    #[inline(always)]
+    pub fn out(&mut self, i: usize, value: T) {
+        self.answer.out[i] = (self.seed.of(self.answer.out[i]) + value).keep();
+    }
+
+    /// Are derivatives by the input asked for?
+    #[inline(always)]
+    pub fn wants_input(&self) -> bool {
+        self.answer.d_input.is_some()
+    }
+
+    /// Adds to the derivative of output `i` by number `k` of the input.
+    #[inline(always)]
+    pub fn by_input(&mut self, i: usize, k: usize, value: T) {
+        if let Some(matrix) = &mut self.answer.d_input {
+            let place = &mut matrix[i * self.columns[0] + k];
+            *place = (self.seed.of(*place) + value).keep();
+        }
+    }
+
+    /// Sets the derivative of output `i` by parameter `p`.
+    #[inline(always)]
+    pub fn by_theta(&mut self, i: usize, p: usize, value: T) {
+        if let Some(matrix) = &mut self.answer.d_theta {
+            matrix[i * self.columns[1] + p] = value.keep();
+        }
+    }
+}
+
+/// Answers of one measurement.
+pub fn of_one<F: Formula>(
+    context: &Context<'_>,
+    input: &[f64],
+    theta: &[f64],
+    mut answer: Answer<'_, f64>,
+) -> Result<(), OutsideDomain> {
+    let observed = F::observe(context)?;
+    match answered::<F, f64>(0.0, &observed, input, theta, &mut answer) > 0.0 {
+        true => Ok(()),
+        false => Err(OutsideDomain),
+    }
+}
+
+/// Answers of eight measurements side by side; `Err`: the place of the first outside the domain.
+pub fn of_eight<F: Formula>(
+    contexts: &[Context<'_>; LANES],
+    input: &[Lane],
+    thetas: &[&[f64]; LANES],
+    answer: Answer<'_, Lane>,
+) -> Result<(), usize> {
+    let mut observed = [Lane::default(); OBSERVED];
+    let mut theta = [Lane::default(); PARAMETERS];
+    for lane in 0..LANES {
+        let numbers = F::observe(&contexts[lane]).map_err(|_| lane)?;
+        observed.iter_mut().zip(numbers).for_each(|(to, value)| to[lane] = value);
+        theta.iter_mut().zip(thetas[lane]).for_each(|(to, value)| to[lane] = *value);
+    }
+    let theta = &theta[..thetas[0].len()];
+    let holds = dispatch(SideBySide::<F> { observed: &observed, input, theta, answer, formula: PhantomData });
+    Wide::<pulp::Scalar>::not_positive(&holds).map_or(Ok(()), Err)
+}
+
+struct SideBySide<'a, F> {
+    observed: &'a [Lane; OBSERVED],
+    input: &'a [Lane],
+    theta: &'a [Lane],
+    answer: Answer<'a, Lane>,
+    formula: PhantomData<F>,
+}
+
+impl<F: Formula> WithSimd for SideBySide<'_, F> {
+    type Output = Lane;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Lane {
+        let Self { observed, input, theta, mut answer, .. } = self;
+        let seed = Wide { simd, lane: Lane::default() };
+        answered::<F, Wide<S>>(seed, observed, input, theta, &mut answer).keep()
+    }
+}
+
+#[inline(always)]
+fn answered<F: Formula, T: Several>(
+    seed: T,
+    observed: &[T::Kept; OBSERVED],
+    input: &[T::Kept],
+    theta: &[T::Kept],
+    answer: &mut Answer<'_, T::Kept>,
+) -> T {
+    let (columns, offset) = (F::STAGE.inputs(), F::STAGE.identity_offset());
+    answer.out.copy_from_slice(&input[offset..offset + F::STAGE.outputs()]);
+    if let Some(matrix) = &mut answer.d_input {
+        matrix.fill(T::splat(0.0));
+        for i in 0..F::STAGE.outputs() {
+            matrix[i * columns + offset + i] = T::splat(1.0);
+        }
+    }
+    if let Some(matrix) = &mut answer.d_theta {
+        matrix.fill(T::splat(0.0));
+    }
+    let given = Given { seed, observed, input, theta };
+    F::add(&given, &mut Sum { seed, columns: [columns, theta.len()], answer })
+}
+
+/// Asks an effect about eight measurements, one after the other.
+pub fn one_by_one<E: Effect + ?Sized>(
+    effect: &E,
+    contexts: &[Context<'_>; LANES],
+    input: &[Lane],
+    thetas: &[&[f64]; LANES],
+    answer: Answer<'_, Lane>,
+) -> Result<(), usize> {
+    /// The most inputs and outputs that any stage has.
+    const INPUTS: usize = Stage::Interior.inputs();
+    const OUTPUTS: usize = Stage::Interior.outputs();
+    let Answer { out, mut d_input, mut d_theta } = answer;
+    let (n, m, p) = (input.len(), out.len(), thetas[0].len());
+    let (mut one_input, mut one_out, mut by_input) = ([0.0; INPUTS], [0.0; OUTPUTS], [0.0; INPUTS * OUTPUTS]);
+    let mut by_theta = vec![0.0; m * p];
+    for lane in 0..LANES {
+        one_input.iter_mut().zip(input).for_each(|(to, from)| *to = from[lane]);
+        let wanted = (d_input.is_some().then_some(&mut by_input[..m * n]), d_theta.is_some().then_some(&mut *by_theta));
+        effect
+            .eval(&contexts[lane], &one_input[..n], thetas[lane], &mut one_out[..m], wanted.0, wanted.1)
+            .map_err(|_| lane)?;
+        out.iter_mut().zip(one_out).for_each(|(to, value)| to[lane] = value);
+        if let Some(matrix) = &mut d_input {
+            matrix.iter_mut().zip(by_input).for_each(|(to, value)| to[lane] = value);
+        }
+        if let Some(matrix) = &mut d_theta {
+            matrix.iter_mut().zip(&by_theta).for_each(|(to, value)| to[lane] = *value);
+        }
+    }
+    Ok(())
+}

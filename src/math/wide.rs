@@ -1,0 +1,100 @@
+//! Eight measurements as one number: in as many vector registers as they take.
+
+use super::lane::{LANES, Lane};
+use super::{Number, Several};
+use pulp::Simd;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// One number of each of eight measurements, for formulas over [`Number`].
+#[derive(Clone, Copy)]
+pub struct Wide<S: Simd> {
+    /// Which registers there are.
+    pub simd: S,
+    /// The numbers.
+    pub lane: Lane,
+}
+
+macro_rules! operator {
+    ($operator:ident, $function:ident, $instruction:ident) => {
+        impl<S: Simd> $operator for Wide<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $function(mut self, other: Self) -> Self {
+                for piece in 0..LANES / S::F64_LANES {
+                    let value = self.simd.$instruction(self.lane.get::<S>(piece), other.lane.get::<S>(piece));
+                    self.lane.set::<S>(piece, value);
+                }
+                self
+            }
+        }
+    };
+}
+operator!(Add, add, add_f64s);
+operator!(Sub, sub, sub_f64s);
+operator!(Mul, mul, mul_f64s);
+operator!(Div, div, div_f64s);
+
+impl<S: Simd> Mul<f64> for Wide<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: f64) -> Self {
+        self * self.like(other)
+    }
+}
+
+impl<S: Simd> Neg for Wide<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(mut self) -> Self {
+        for piece in 0..LANES / S::F64_LANES {
+            let value = self.simd.neg_f64s(self.lane.get::<S>(piece));
+            self.lane.set::<S>(piece, value);
+        }
+        self
+    }
+}
+
+impl<S: Simd> Number for Wide<S> {
+    #[inline(always)]
+    fn like(self, value: f64) -> Self {
+        Self { simd: self.simd, lane: Lane::splat(value) }
+    }
+}
+
+impl<S: Simd> Several for Wide<S> {
+    type Kept = Lane;
+
+    #[inline(always)]
+    fn keep(self) -> Lane {
+        self.lane
+    }
+
+    #[inline(always)]
+    fn of(self, kept: Lane) -> Self {
+        Self { simd: self.simd, lane: kept }
+    }
+
+    #[inline(always)]
+    fn splat(value: f64) -> Lane {
+        Lane::splat(value)
+    }
+
+    #[inline(always)]
+    fn abs(mut self) -> Self {
+        for piece in 0..LANES / S::F64_LANES {
+            let value = self.simd.abs_f64s(self.lane.get::<S>(piece));
+            self.lane.set::<S>(piece, value);
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn is_zero(self) -> bool {
+        self.lane.iter().all(|value| *value == 0.0)
+    }
+
+    #[inline(always)]
+    fn not_positive(kept: &Lane) -> Option<usize> {
+        kept.iter().position(|value| value.is_nan() || *value <= 0.0)
+    }
+}
