@@ -14,13 +14,18 @@ pub struct Wide<S: Simd> {
     pub lane: Lane,
 }
 
+/// Registers that eight numbers take.
+const fn pieces<S: Simd>() -> usize {
+    LANES / S::F64_LANES
+}
+
 macro_rules! operator {
     ($operator:ident, $function:ident, $instruction:ident) => {
         impl<S: Simd> $operator for Wide<S> {
             type Output = Self;
             #[inline(always)]
             fn $function(mut self, other: Self) -> Self {
-                for piece in 0..LANES / S::F64_LANES {
+                for piece in 0..pieces::<S>() {
                     let value = self.simd.$instruction(self.lane.get::<S>(piece), other.lane.get::<S>(piece));
                     self.lane.set::<S>(piece, value);
                 }
@@ -46,7 +51,7 @@ impl<S: Simd> Neg for Wide<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(mut self) -> Self {
-        for piece in 0..LANES / S::F64_LANES {
+        for piece in 0..pieces::<S>() {
             let value = self.simd.neg_f64s(self.lane.get::<S>(piece));
             self.lane.set::<S>(piece, value);
         }
@@ -81,7 +86,7 @@ impl<S: Simd> Several for Wide<S> {
 
     #[inline(always)]
     fn abs(mut self) -> Self {
-        for piece in 0..LANES / S::F64_LANES {
+        for piece in 0..pieces::<S>() {
             let value = self.simd.abs_f64s(self.lane.get::<S>(piece));
             self.lane.set::<S>(piece, value);
         }

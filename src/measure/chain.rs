@@ -2,8 +2,9 @@
 
 use super::frame::{Frame, Stages, by_rows};
 use super::lanes::{MISCLOSURE, POINT, ROTATION, THETA};
+use super::matrices::is_identity;
 use super::plain::PlainView;
-use super::ray::{Ray, Rays, is_identity};
+use super::ray::{Ray, Rays};
 use super::through::{Derivatives, IMAGE_INPUTS, through_image, through_interior, through_ray};
 use crate::camera::{DCX, DCY, PARAMETER_COUNT, PPX, PPY, fraser};
 use crate::effects::formula::Answer;

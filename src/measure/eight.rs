@@ -3,7 +3,8 @@
 use super::chain::context;
 use super::frame::{Frame, InteriorChain, Stages};
 use super::lanes::{CAMERA, Predictions, THETA, Views};
-use super::ray::{Ray, Rays, is_identity};
+use super::matrices::is_identity;
+use super::ray::{Ray, Rays};
 use super::through::{Derivatives, IMAGE_INPUTS, through_image, through_interior, through_ray};
 use crate::effects::formula::Answer;
 use crate::effects::{Context, IMAGE_INTERIOR, Stage};
@@ -11,7 +12,7 @@ use crate::math::lane::{LANES, Lane};
 use crate::math::{Several, Wide, rotation};
 use crate::problem::{ImageObservation, Problem};
 use nalgebra::{Matrix3, Vector3};
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 
 /// Work space for what effects answer.
 #[derive(Debug, Clone)]
@@ -39,11 +40,38 @@ pub struct Seen<'a> {
     pub observations: &'a [ImageObservation],
 }
 
+/// A prediction of [`Seen`] to be carried out: inlined into the loop of a plain camera it would cost that loop the registers.
+pub struct Predict<'a, 'b> {
+    /// What is predicted.
+    pub seen: Seen<'b>,
+    /// Straight rays, bent afterwards.
+    pub views: &'a mut Views,
+    /// What is predicted of them.
+    pub out: &'a mut Predictions,
+    /// Work space.
+    pub answers: &'a mut Answers,
+    /// Are derivatives wanted, or image points alone?
+    pub derivatives: bool,
+}
+
+impl WithSimd for Predict<'_, '_> {
+    type Output = Result<(), usize>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { seen, views, out, answers, derivatives } = self;
+        match derivatives {
+            true => seen.predict(simd, views, out, answers),
+            false => seen.project(simd, views, out, answers),
+        }
+    }
+}
+
 impl Seen<'_> {
     /// Predicts them, given the `views` of straight rays. `Err`: the place of one that lies behind its camera, or
     /// outside an effect's domain.
     #[inline(always)]
-    pub fn predict<S: Simd>(
+    fn predict<S: Simd>(
         &self,
         simd: S,
         views: &mut Views,
@@ -84,7 +112,7 @@ impl Seen<'_> {
 
     /// Predicts image points alone, as [`Self::predict`] does.
     #[inline(always)]
-    pub fn project<S: Simd>(
+    fn project<S: Simd>(
         &self,
         simd: S,
         views: &mut Views,

@@ -8,6 +8,7 @@ mod eight;
 mod error;
 mod frame;
 pub mod lanes;
+mod matrices;
 mod plain;
 mod position;
 mod predictor;
@@ -16,7 +17,7 @@ mod through;
 mod transpose;
 
 pub use chain::{Prediction, point_behind_camera, predict, predict_point};
-pub use eight::{Answers, Seen};
+pub use eight::{Answers, Predict, Seen};
 pub use error::MeasureError;
 pub use frame::{Frame, InteriorChain, Stages, frames};
 pub use plain::{PlainPrediction, PlainView};

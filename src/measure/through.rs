@@ -19,10 +19,13 @@ pub(super) trait Derivatives {
     fn set(&mut self, i: usize, place: usize, value: Self::Number);
 }
 
+/// What is kept of their numbers.
+type Kept<D> = <<D as Derivatives>::Number as Several>::Kept;
+
 /// From derivatives by the turn of the camera that the ray reaches and by its point to those by the pose, the point and
 /// the parameters `locals` of what the ray went through.
 #[inline(always)]
-pub(super) fn through_ray<D: Derivatives>(d: &mut D, ray: &Ray<<D::Number as Several>::Kept>, locals: &[usize]) {
+pub(super) fn through_ray<D: Derivatives>(d: &mut D, ray: &Ray<Kept<D>>, locals: &[usize]) {
     for i in 0..2 {
         let by_turn = [d.get(i, ROTATION), d.get(i, ROTATION + 1), d.get(i, ROTATION + 2)];
         let by_shift = [d.get(i, POINT), d.get(i, POINT + 1), d.get(i, POINT + 2)];
@@ -66,7 +69,7 @@ pub(super) const IMAGE_INPUTS: usize = Stage::Image.inputs();
 #[inline(always)]
 pub(super) fn through_image<D: Derivatives>(
     d: &mut D,
-    (d_in, d_own): (&[<D::Number as Several>::Kept], &[<D::Number as Several>::Kept]),
+    (d_in, d_own): (&[Kept<D>], &[Kept<D>]),
     own: Range<usize>,
     before: impl Iterator<Item = usize>,
     identity: bool,

@@ -6,9 +6,9 @@ use super::point::{Curvature, Prepared};
 use super::rows::Contents;
 use super::side_by_side::{Eights, Workspace, add_costs};
 use super::structure::FIRST_THETA;
-use crate::measure::Seen;
 use crate::measure::lanes::{LANES, Lane, MISCLOSURE, POINT, Predictions};
 use crate::measure::{self, MeasureError, transpose};
+use crate::measure::{Predict, Seen};
 use nalgebra::{Matrix3, Vector3};
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
@@ -234,7 +234,8 @@ impl WithSimd for Costs<'_, '_> {
                 }
             } else {
                 let observations = &problem.observations[eight.numbers.clone()];
-                Seen { problem, stages, frames, observations }.project(simd, views, predictions, answers).ok()?;
+                let seen = Seen { problem, stages, frames, observations };
+                simd.vectorize(Predict { seen, views, out: predictions, answers, derivatives: false }).ok()?;
             }
             let (_, squares) = eight.misclosures(simd, &predictions.point);
             add_costs(simd, problem.loss, &squares, &mut costs);

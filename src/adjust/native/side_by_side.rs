@@ -4,7 +4,7 @@ use super::point::{Curvature, LEAST_CURVATURE, Prepared, curvature_along, rho};
 use super::structure::Structure;
 use crate::effects::Stage;
 use crate::measure::lanes::{LANES, Lane, MISCLOSURE, Predictions, Views};
-use crate::measure::{Answers, Frame, MeasureError, Seen};
+use crate::measure::{Answers, Frame, MeasureError, Predict, Seen};
 use crate::problem::{Loss, Problem};
 use nalgebra::Vector3;
 use pulp::Simd;
@@ -137,7 +137,8 @@ impl Workspace {
         } else {
             let observations = &problem.observations[eight.numbers.clone()];
             let seen = Seen { problem, stages: &structure.stages, frames, observations };
-            seen.predict(simd, views, predictions, answers).map_err(|lane| eight.error(problem, lane))?;
+            simd.vectorize(Predict { seen, views, out: predictions, answers, derivatives: true })
+                .map_err(|lane| eight.error(problem, lane))?;
         }
         eight.weigh(simd, problem.loss, curvature, predictions, costs);
         Ok(true)

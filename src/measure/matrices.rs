@@ -1,0 +1,54 @@
+//! Small matrices of numbers of one measurement or of several, kept row by row.
+
+use crate::math::Several;
+
+/// The sum of `count` products: `a` from `.0` on by steps of `.1` with `b` likewise.
+#[inline(always)]
+pub(super) fn dot<T: Several>(
+    seed: T,
+    a: (&[T::Kept], usize, usize),
+    b: (&[T::Kept], usize, usize),
+    count: usize,
+) -> T {
+    let mut sum = seed.of(a.0[a.1]) * seed.of(b.0[b.1]);
+    for k in 1..count {
+        sum = sum + seed.of(a.0[a.1 + k * a.2]) * seed.of(b.0[b.1 + k * b.2]);
+    }
+    sum
+}
+
+/// Is a matrix `[0 I 0]`, `I` from column `first` on? All of it is looked at: one sum costs less than a way out at each number.
+#[inline(always)]
+pub(super) fn is_identity<T: Several>(seed: T, matrix: &[T::Kept], rows: usize, first: usize) -> bool {
+    let columns = matrix.len() / rows;
+    let mut apart = seed.like(0.0);
+    for i in 0..rows {
+        for k in 0..columns {
+            let of_identity = seed.like(if k == first + i { 1.0 } else { 0.0 });
+            apart = apart + (seed.of(matrix[i * columns + k]) - of_identity).abs();
+        }
+    }
+    apart.is_zero()
+}
+
+/// `[0 I 0]`, see [`is_identity`].
+#[inline(always)]
+pub(super) fn identity<T: Several, const N: usize>(rows: usize, first: usize) -> [T::Kept; N] {
+    let mut matrix = [T::splat(0.0); N];
+    for i in 0..rows {
+        matrix[i * (N / rows) + first + i] = T::splat(1.0);
+    }
+    matrix
+}
+
+/// The product of two matrices of six by six.
+#[inline(always)]
+pub(super) fn times_six<T: Several>(seed: T, a: &[T::Kept; 36], b: &[T::Kept; 36]) -> [T::Kept; 36] {
+    let mut product = [T::Kept::default(); 36];
+    for i in 0..6 {
+        for k in 0..6 {
+            product[6 * i + k] = dot(seed, (a, 6 * i, 1), (b, k, 6), 6).keep();
+        }
+    }
+    product
+}
