@@ -20,8 +20,8 @@ pub struct Answer<'a, K> {
 
 /// Numbers of what was observed that a formula has, at the most.
 pub const OBSERVED: usize = 4;
-/// Parameters of an effect that has a formula, at the most.
-const PARAMETERS: usize = 12;
+/// Parameters of an effect that are kept without an allocation.
+const FEW_PARAMETERS: usize = 12;
 
 /// What a formula adds to the identity.
 pub trait Formula {
@@ -134,13 +134,19 @@ pub fn of_eight<F: Formula>(
     answer: Answer<'_, Lane>,
 ) -> Result<(), usize> {
     let mut observed = [Lane::default(); OBSERVED];
-    let mut theta = [Lane::default(); PARAMETERS];
+    let (mut few, mut many) = ([Lane::default(); FEW_PARAMETERS], Vec::new());
+    let theta = match thetas[0].len() {
+        count @ ..=FEW_PARAMETERS => &mut few[..count],
+        count => {
+            many.resize(count, Lane::default());
+            &mut many[..]
+        }
+    };
     for lane in 0..LANES {
         let numbers = F::observe(&contexts[lane]).map_err(|_| lane)?;
         observed.iter_mut().zip(numbers).for_each(|(to, value)| to[lane] = value);
         theta.iter_mut().zip(thetas[lane]).for_each(|(to, value)| to[lane] = *value);
     }
-    let theta = &theta[..thetas[0].len()];
     let holds = dispatch(SideBySide::<F> { observed: &observed, input, theta, answer, formula: PhantomData });
     Wide::<pulp::Scalar>::not_positive(&holds).map_or(Ok(()), Err)
 }
