@@ -163,7 +163,9 @@ impl Grid {
         let (width, height) = (end[0] - origin[0], end[1] - origin[1]);
         let smallest = known().map(|b| (b[1] - b[0]).min(b[3] - b[2])).fold(f64::INFINITY, f64::min);
         let most = MAX_CELLS.min(MAX_CELLS_PER_IMAGE * known().count() as f64);
-        let cell = (smallest / CELLS_PER_FOOTPRINT).max((width * height / most).sqrt()).max(f64::MIN_POSITIVE);
+        // A long and narrow area has one row of cells: its length bounds their number, not its size.
+        let least = (width * height / most).sqrt().max(width.max(height) / most);
+        let cell = (smallest / CELLS_PER_FOOTPRINT).max(least).max(f64::MIN_POSITIVE);
         let number = |value: f64, axis: usize| ((value - origin[axis]) / cell) as usize;
         let size = [number(end[0], 0) + 1, number(end[1], 1) + 1];
         let mut cells = vec![everywhere.clone(); size[0] * size[1]];
@@ -195,6 +197,15 @@ mod tests {
     use super::*;
     use crate::scenario::random::{Table, stream};
     use std::collections::BTreeMap;
+
+    #[test]
+    fn cells_are_as_many_as_the_images_are_worth_on_a_line_too() {
+        for length in [1e3, 1e12, 1e100] {
+            let boxes = [Some([0.0, 1.0, 0.0, 1.0]), Some([length, length + 1.0, 0.0, 1.0])];
+            let cells = Grid::new(&boxes).cells.len() as f64;
+            assert!(cells <= 3.0 * MAX_CELLS_PER_IMAGE * boxes.len() as f64 + 1.0, "{length:e} m: {cells} cells");
+        }
+    }
 
     /// The lookup must lose nothing: it is held against every image of every preset.
     #[test]
