@@ -5,6 +5,7 @@ use crate::math::lane::{LANES, Lane};
 use crate::math::vectors::dispatch;
 use crate::math::{Several, Wide};
 use pulp::{Simd, WithSimd};
+use smallvec::{SmallVec, smallvec};
 use std::marker::PhantomData;
 
 /// What an effect answers, of one measurement or of eight. Shapes: `n = stage.inputs()`, `m = stage.outputs()`, `p = parameters.len()`.
@@ -134,20 +135,13 @@ pub fn of_eight<F: Formula>(
     answer: Answer<'_, Lane>,
 ) -> Result<(), usize> {
     let mut observed = [Lane::default(); OBSERVED];
-    let (mut few, mut many) = ([Lane::default(); FEW_PARAMETERS], Vec::new());
-    let theta = match thetas[0].len() {
-        count @ ..=FEW_PARAMETERS => &mut few[..count],
-        count => {
-            many.resize(count, Lane::default());
-            &mut many[..]
-        }
-    };
+    let mut theta: SmallVec<[Lane; FEW_PARAMETERS]> = smallvec![Lane::default(); thetas[0].len()];
     for lane in 0..LANES {
         let numbers = F::observe(&contexts[lane]).map_err(|_| lane)?;
         observed.iter_mut().zip(numbers).for_each(|(to, value)| to[lane] = value);
         theta.iter_mut().zip(thetas[lane]).for_each(|(to, value)| to[lane] = *value);
     }
-    let holds = dispatch(SideBySide::<F> { observed: &observed, input, theta, answer, formula: PhantomData });
+    let holds = dispatch(SideBySide::<F> { observed: &observed, input, theta: &theta, answer, formula: PhantomData });
     Wide::<pulp::Scalar>::not_positive(&holds).map_or(Ok(()), Err)
 }
 
@@ -207,7 +201,7 @@ pub fn one_by_one<E: Effect + ?Sized>(
     let Answer { out, mut d_input, mut d_theta } = answer;
     let (n, m, p) = (input.len(), out.len(), thetas[0].len());
     let (mut one_input, mut one_out, mut by_input) = ([0.0; INPUTS], [0.0; OUTPUTS], [0.0; INPUTS * OUTPUTS]);
-    let mut by_theta = vec![0.0; m * p];
+    let mut by_theta: SmallVec<[f64; FEW_PARAMETERS * OUTPUTS]> = smallvec![0.0; m * p];
     for lane in 0..LANES {
         one_input.iter_mut().zip(input).for_each(|(to, from)| *to = from[lane]);
         let wanted = (d_input.is_some().then_some(&mut by_input[..m * n]), d_theta.is_some().then_some(&mut *by_theta));
@@ -219,7 +213,7 @@ pub fn one_by_one<E: Effect + ?Sized>(
             matrix.iter_mut().zip(by_input).for_each(|(to, value)| to[lane] = value);
         }
         if let Some(matrix) = &mut d_theta {
-            matrix.iter_mut().zip(&by_theta).for_each(|(to, value)| to[lane] = *value);
+            matrix.iter_mut().zip(&*by_theta).for_each(|(to, value)| to[lane] = *value);
         }
     }
     Ok(())

@@ -15,8 +15,11 @@
 //! Worked numbers, centre (1000, 1400), sigma 350, lambda 2: the point (1350, 1400) goes to (1350 + 2/e, 1400) =
 //! (1350.7357588823, 1400), sharp or smooth; the point (1000, 1300) goes to (1000, 1298.1567791054) sharp.
 
-use super::common::{IMAGE_COLUMNS, estimated, given, hand_on, searched};
-use super::{Context, Descriptor, Domain, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use super::common::{estimated, given, searched};
+use super::formula::{Answer, Formula, Given, Sum, of_eight, of_one};
+use super::{Context, Descriptor, Domain, Effect, Kind, OutsideDomain, Scope, Stage};
+use crate::math::Several;
+use crate::math::lane::{LANES, Lane};
 use std::sync::LazyLock;
 
 /// See the [module](self).
@@ -51,59 +54,64 @@ impl Effect for LocalFlaw {
 
     fn eval(
         &self,
-        _: &Context<'_>,
+        context: &Context<'_>,
         input: &[f64],
         theta: &[f64],
         out: &mut [f64],
-        mut d_input: Option<&mut [f64]>,
-        mut d_theta: Option<&mut [f64]>,
+        d_input: Option<&mut [f64]>,
+        d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        let &[lambda, centre_x, centre_y, sigma, smooth] = theta else { return Err(OutsideDomain) };
-        if sigma.is_nan() || sigma <= 0.0 {
-            return Err(OutsideDomain);
-        }
-        hand_on(Stage::Image, input, out);
-        if let Some(matrix) = d_input.as_deref_mut() {
-            fill_identity(Stage::Image, matrix);
-        }
-        if let Some(matrix) = d_theta.as_deref_mut() {
-            matrix.fill(0.0);
-        }
-        let q = [input[0] - centre_x, input[1] - centre_y];
+        of_one::<Self>(context, input, theta, Answer { out, d_input, d_theta })
+    }
+
+    fn eval_eight(
+        &self,
+        contexts: &[Context<'_>; LANES],
+        input: &[Lane],
+        thetas: &[&[f64]; LANES],
+        answer: Answer<'_, Lane>,
+    ) -> Result<(), usize> {
+        of_eight::<Self>(contexts, input, thetas, answer)
+    }
+}
+
+impl Formula for LocalFlaw {
+    const STAGE: Stage = Stage::Image;
+
+    /// Holds where sigma is above zero.
+    #[inline(always)]
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+        let (lambda, sigma, one) = (given.theta(0), given.theta(3), given.constant(1.0));
+        let q = [given.input(0) - given.theta(1), given.input(1) - given.theta(2)];
         // Of pixels, no square overflows: `hypot` would cost more than all the rest.
         let s = (q[0] * q[0] + q[1] * q[1]).sqrt();
-        let sharp = smooth == 0.0;
-        if sharp && s == 0.0 {
-            return Ok(());
-        }
+        let smooth = given.theta(4).not_zero();
+        let sharp = one - smooth;
+        // Nothing at the centre of a sharp one, whose direction is not defined there.
+        let acts = smooth + sharp * s.not_zero();
+        let length = smooth * sigma + sharp * (s + one - s.not_zero());
         let t = s / sigma;
-        let g = (-t * t).exp();
-        let length = if sharp { s } else { sigma };
-        let n = q.map(|value| value / length);
+        let g = acts * (-(t * t)).exp();
+        let n = [q[0] / length, q[1] / length];
         // Displacement per lambda is g n; its derivative by q is `isotropic I + outer n n^T`, by sigma `by_sigma n`.
         let isotropic = g / length;
-        let (outer, by_sigma) = if sharp {
-            (-isotropic * (1.0 + 2.0 * t * t), 2.0 * g * t * t / sigma)
-        } else {
-            (-2.0 * isotropic, g * (2.0 * t * t - 1.0) / sigma)
-        };
+        let twice = t * t * 2.0;
+        let outer = -(isotropic * (sharp * (one + twice) + smooth * 2.0));
+        let by_sigma = g * (twice - smooth) / sigma;
         for i in 0..2 {
-            out[i] += lambda * g * n[i];
+            answer.out(i, lambda * g * n[i]);
             for j in 0..2 {
-                let slope = lambda * (outer * n[i] * n[j] + if i == j { isotropic } else { 0.0 });
-                if let Some(matrix) = d_input.as_deref_mut() {
-                    matrix[i * IMAGE_COLUMNS + j] += slope;
+                let mut slope = lambda * outer * n[i] * n[j];
+                if i == j {
+                    slope = slope + lambda * isotropic;
                 }
-                if let Some(matrix) = d_theta.as_deref_mut() {
-                    matrix[i * 5 + 1 + j] = -slope;
-                }
+                answer.by_input(i, j, slope);
+                answer.by_theta(i, 1 + j, -slope);
             }
-            if let Some(matrix) = d_theta.as_deref_mut() {
-                matrix[i * 5] = g * n[i];
-                matrix[i * 5 + 3] = lambda * by_sigma * n[i];
-            }
+            answer.by_theta(i, 0, g * n[i]);
+            answer.by_theta(i, 3, lambda * by_sigma * n[i]);
         }
-        Ok(())
+        sigma
     }
 }
 

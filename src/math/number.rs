@@ -43,6 +43,15 @@ pub trait Several: Number {
     /// Its absolute value.
     fn abs(self) -> Self;
 
+    /// Its square root.
+    fn sqrt(self) -> Self;
+
+    /// Its exponential.
+    fn exp(self) -> Self;
+
+    /// Zero where it is zero, one elsewhere.
+    fn not_zero(self) -> Self;
+
     /// Is it zero for all?
     fn is_zero(self) -> bool;
 
@@ -71,6 +80,21 @@ impl Several for f64 {
     #[inline(always)]
     fn abs(self) -> f64 {
         f64::abs(self)
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> f64 {
+        f64::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn exp(self) -> f64 {
+        f64::exp(self)
+    }
+
+    #[inline(always)]
+    fn not_zero(self) -> f64 {
+        if self == 0.0 { 0.0 } else { 1.0 }
     }
 
     #[inline(always)]

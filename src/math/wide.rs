@@ -94,6 +94,28 @@ impl<S: Simd> Several for Wide<S> {
     }
 
     #[inline(always)]
+    fn sqrt(mut self) -> Self {
+        for piece in 0..pieces::<S>() {
+            let value = self.simd.sqrt_f64s(self.lane.get::<S>(piece));
+            self.lane.set::<S>(piece, value);
+        }
+        self
+    }
+
+    /// One by one: the same function, and so the same bits, as for one measurement.
+    #[inline(always)]
+    fn exp(mut self) -> Self {
+        self.lane.iter_mut().for_each(|value| *value = value.exp());
+        self
+    }
+
+    #[inline(always)]
+    fn not_zero(mut self) -> Self {
+        self.lane.iter_mut().for_each(|value| *value = if *value == 0.0 { 0.0 } else { 1.0 });
+        self
+    }
+
+    #[inline(always)]
     fn is_zero(self) -> bool {
         self.lane.iter().all(|value| *value == 0.0)
     }

@@ -2,9 +2,10 @@
 //! the increments at once.
 
 use super::eliminate::Whitening;
-use super::point::{Curvature, Prepared};
+use super::loss::Curvature;
+use super::point::Prepared;
 use super::rows::Contents;
-use super::side_by_side::{Eights, Workspace, add_costs};
+use super::side_by_side::{Cameras, Eights, Workspace, add_costs};
 use super::structure::FIRST_THETA;
 use crate::measure::lanes::{LANES, Lane, MISCLOSURE, POINT, Predictions};
 use crate::measure::{self, MeasureError, transpose};
@@ -88,8 +89,8 @@ impl WithSimd for BackSubstitute<'_, '_> {
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { at, curvature, points, increments, work, left } = self;
         let objects = &at.state.points[points.clone()];
-        let mut eights = Eights::new(at, at.frames, objects, points.clone(), &mut work.views);
-        while work.linearise(simd, at, curvature, &mut eights, &mut Lane::default())? {
+        let mut eights = Eights::new(at.cameras(), objects, points.clone(), &mut work.views);
+        while work.linearise(simd, at.cameras(), curvature, &mut eights, &mut Lane::default())? {
             let Workspace { eight, predictions: p, .. } = &*work;
             let images = &at.problem.observations[eight.numbers.clone()];
             let moved = increments.moved(simd, at, images.iter().map(|o| o.image as usize), p);
@@ -222,9 +223,8 @@ impl WithSimd for Costs<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Option<f64> {
         let Self { after, points, objects, work: Workspace { views, eight, predictions, answers } } = self;
-        let Prepared { problem, structure, frames, .. } = *after;
-        let stages = &structure.stages;
-        let mut eights = Eights::new(after, frames, objects, points, views);
+        let cameras @ Cameras { problem, stages, frames } = after.cameras();
+        let mut eights = Eights::new(cameras, objects, points, views);
         let mut costs = Lane::default();
         while eights.next(simd, views, eight) {
             if stages.plain_image() {

@@ -1,6 +1,6 @@
 //! What the Levenberg-Marquardt loop (`lm.rs`) iterates on.
 
-use super::point::Curvature;
+use super::loss::Curvature;
 use crate::adjust::AdjustError;
 
 /// Chi-square itself is known to no better than this share of it: a sum of some 1e5 squares of differences of image coordinates. Large

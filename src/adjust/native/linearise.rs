@@ -3,7 +3,8 @@
 use super::MAX_DIM;
 use super::columns::Columns;
 use super::eliminate::{BorderSums, Eliminate};
-use super::point::{ControlRows, Curvature, PointRows, Prepared, inverse_of_damped};
+use super::loss::Curvature;
+use super::point::{ControlRows, PointRows, Prepared, inverse_of_damped};
 use super::rows::{Rows, batches};
 use super::side_by_side::Workspace;
 use super::structure::{FIRST_THETA, Structure};
@@ -81,7 +82,7 @@ fn add_narrow<const D: usize>(
 ) -> Result<(), AdjustError> {
     let structure = at.structure;
     let mut sums = BorderSums::zeros(structure, system.rows.len());
-    let (mut rows, mut work) = (Rows::new(structure, curvature), Workspace::new(structure));
+    let (mut rows, mut work) = (Rows::new(structure, curvature), Workspace::new(&structure.stages));
     for batch in batches(at.problem, &points) {
         rows.fill(at, batch, &mut work)?;
         let (rows, sums) = (&rows, &mut sums);

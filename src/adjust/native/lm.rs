@@ -4,7 +4,7 @@
 //! The loop knows nothing of images: it iterates on anything [`Iterated`]. Bundle problems are one (`bundle.rs`); the regression sets of
 //! NIST, on which it is validated, are the other (`src/validate/nist`).
 
-use super::point::Curvature;
+use super::loss::Curvature;
 use super::second_look::{GOOD_PREDICTION, looked_at_again};
 use crate::adjust::{AdjustError, CHI_SQUARE_CHANGE, Iteration, Options, Progress};
 use std::time::Instant;

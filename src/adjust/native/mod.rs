@@ -13,6 +13,7 @@ mod factor;
 mod iterated;
 mod linearise;
 pub mod lm;
+mod loss;
 mod nonlinear;
 pub mod null_model;
 mod point;
@@ -28,9 +29,8 @@ mod turn;
 use super::{AdjustError, Covariance, Evaluation, LinearSolver, Options, Progress, ReducedSystem, Solution, Solver};
 use crate::measure::{self, Frame, MeasureError};
 use crate::problem::{Loss, Problem, State};
+pub use loss::Curvature;
 pub use rank::EFFECT_DOMAIN;
-
-pub use point::Curvature;
 
 use bundle::{Bundle, BundleState, gradient_max};
 use factor::Pattern;

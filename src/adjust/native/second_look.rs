@@ -1,7 +1,7 @@
 //! A second look at a step that brought less than was predicted, before it is judged.
 
 use super::iterated::{Attempt, Iterated};
-use super::point::Curvature;
+use super::loss::Curvature;
 
 /// A drop of this share of the predicted one: the problem is as good as linear over the step.
 pub const GOOD_PREDICTION: f64 = 0.9;

@@ -1,14 +1,24 @@
 //! The measurements of consecutive points, eight at a time: predicted side by side and weighed.
 
-use super::point::{Curvature, LEAST_CURVATURE, Prepared, curvature_along, rho};
-use super::structure::Structure;
+use super::loss::{Curvature, LEAST_CURVATURE, curvature_along, rho};
 use crate::effects::Stage;
 use crate::measure::lanes::{LANES, Lane, MISCLOSURE, Predictions, Views};
-use crate::measure::{Answers, Frame, MeasureError, Predict, Seen};
+use crate::measure::{Answers, Frame, MeasureError, Predict, Seen, Stages};
 use crate::problem::{Loss, Problem};
 use nalgebra::Vector3;
 use pulp::Simd;
 use std::ops::Range;
+
+/// The images of a problem at a state, and the effects that act in them.
+#[derive(Clone, Copy)]
+pub struct Cameras<'a> {
+    /// The problem.
+    pub problem: &'a Problem,
+    /// Its effects.
+    pub stages: &'a Stages,
+    /// Its images.
+    pub frames: &'a [Frame],
+}
 
 /// Up to eight measurements.
 #[derive(Debug, Default)]
@@ -35,17 +45,10 @@ pub struct Eights<'a> {
 }
 
 impl<'a> Eights<'a> {
-    /// The measurements of the points of a range, images being where `frames` says, and these points where `objects`
-    /// does.
-    pub fn new(
-        at: &Prepared<'a>,
-        frames: &'a [Frame],
-        objects: &'a [Vector3<f64>],
-        points: Range<usize>,
-        views: &mut Views,
-    ) -> Self {
-        let problem = at.problem;
-        let one_interior = problem.camera_free.len() == 1 && at.structure.stages.of(Stage::Interior).is_empty();
+    /// The measurements of the points of a range, which are where `objects` says.
+    pub fn new(cameras: Cameras<'a>, objects: &'a [Vector3<f64>], points: Range<usize>, views: &mut Views) -> Self {
+        let Cameras { problem, stages, frames } = cameras;
+        let one_interior = problem.camera_free.len() == 1 && stages.of(Stage::Interior).is_empty();
         if let (true, Some(frame)) = (one_interior, frames.first()) {
             views.set_interiors(&frame.interior);
         }
@@ -101,11 +104,11 @@ pub struct Workspace {
 
 impl Workspace {
     /// Nothing is in it yet.
-    pub fn new(structure: &Structure) -> Self {
+    pub fn new(stages: &Stages) -> Self {
         Self {
             views: Views::default(),
             eight: Eight::default(),
-            predictions: Predictions::new(structure.stages.local_len),
+            predictions: Predictions::new(stages.local_len),
             answers: Answers::default(),
         }
     }
@@ -116,17 +119,17 @@ impl Workspace {
     pub fn linearise<S: Simd>(
         &mut self,
         simd: S,
-        at: &Prepared<'_>,
+        cameras: Cameras<'_>,
         curvature: Curvature,
         eights: &mut Eights<'_>,
         costs: &mut Lane,
     ) -> Result<bool, MeasureError> {
         let Self { views, eight, predictions, answers } = self;
-        let Prepared { problem, structure, frames, .. } = at;
+        let Cameras { problem, stages, frames } = cameras;
         if !eights.next(simd, views, eight) {
             return Ok(false);
         }
-        if structure.stages.plain_image() {
+        if stages.plain_image() {
             views.predict(simd, predictions);
             if let Some(lane) = eight.behind(&predictions.depth) {
                 return Err(eight.error(problem, lane));
@@ -136,7 +139,7 @@ impl Workspace {
             }
         } else {
             let observations = &problem.observations[eight.numbers.clone()];
-            let seen = Seen { problem, stages: &structure.stages, frames, observations };
+            let seen = Seen { problem, stages, frames, observations };
             simd.vectorize(Predict { seen, views, out: predictions, answers, derivatives: true })
                 .map_err(|lane| eight.error(problem, lane))?;
         }

@@ -3,7 +3,8 @@
 use super::MAX_DIM;
 use super::back_substitution::{BackSubstitute, Costs, Increments, Left};
 use super::linearise::chi_square_beside_points;
-use super::point::{Curvature, PointRows, Prepared, inverse_of_damped, rho};
+use super::loss::{Curvature, rho};
+use super::point::{PointRows, Prepared, inverse_of_damped};
 use super::rows::{Contents, batches};
 use super::side_by_side::Workspace;
 use super::structure::Structure;
@@ -166,7 +167,7 @@ impl PointStep<'_> {
         let contents = Contents::new(structure);
         let images = structure.padded(self.images);
         let increments = Increments { contents: &contents, images: &images, border: self.border };
-        let (mut work, mut left) = (Workspace::new(structure), Vec::new());
+        let (mut work, mut left) = (Workspace::new(&structure.stages), Vec::new());
         let mut moved = Moved { points: Vec::with_capacity(points.len()), chi_square: 0.0, predicted_drop: 0.0 };
         for batch in batches(self.at.problem, points) {
             left.clear();

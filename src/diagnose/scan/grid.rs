@@ -37,7 +37,7 @@ impl<'a> Grid<'a> {
         let widths = std::iter::successors(Some(least), |width| Some(width * WIDTH_STEP));
         let widths: Vec<f64> = widths.take_while(|width| *width <= most).collect();
         let predictor = Predictor::new(null.problem(), null.state())?;
-        let residuals = residuals(null.problem(), null.state(), &predictor);
+        let residuals = null.pool().install(|| residuals(null.problem(), null.state(), &predictor));
         let cells = |width| Cells::new(search.problem, &residuals, &search.effect, width);
         let level = |width| Level { width, cells: cells(width) };
         Ok(Self { search, levels: null.pool().install(|| widths.into_par_iter().map(level).collect()) })
@@ -110,17 +110,20 @@ impl<'a> Grid<'a> {
     }
 }
 
+/// Points of a task.
+const POINTS: usize = 256;
+
 /// Every image measurement that can be predicted; at a state that was linearised that is each.
 fn residuals<'p>(problem: &'p Problem, state: &State, predictor: &'p Predictor<'_>) -> Vec<Residual<'p>> {
-    let mut residuals = Vec::with_capacity(problem.observations.len());
-    for (j, point) in state.points.iter().enumerate() {
-        for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
+    let of_point = |j: usize| {
+        problem.observations[problem.point_start[j]..problem.point_start[j + 1]].iter().filter_map(move |observation| {
             let (image, observed) = (observation.image as usize, [observation.x, observation.y]);
-            let Some((predicted, _)) = predictor.image_point(image, observed, point) else { continue };
+            let (predicted, _) = predictor.image_point(image, observed, &state.points[j])?;
             let weight = observation.inverse_sigma.powi(2);
             let pull = [0, 1].map(|k| (observed[k] - predicted[k]) * weight);
-            residuals.push(Residual { observation, predicted, interior: predictor.interior(image), pull, weight });
-        }
-    }
-    residuals
+            Some(Residual { observation, predicted, interior: predictor.interior(image), pull, weight })
+        })
+    };
+    let points: Vec<usize> = (0..state.points.len()).collect();
+    points.par_chunks(POINTS).flat_map_iter(|points| points.iter().flat_map(|j| of_point(*j))).collect()
 }

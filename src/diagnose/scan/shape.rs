@@ -5,6 +5,7 @@ use super::cells::Residual;
 use crate::adjust::native::null_model::{Columns, Entries, Measured};
 use crate::effects::Context;
 use crate::problem::ImageObservation;
+use smallvec::{SmallVec, smallvec};
 
 /// Steps of a finer grid to either side: the best is surrounded, and the next grid goes on from there.
 const FINE_STEPS: i32 = 1;
@@ -51,17 +52,20 @@ impl Sums {
     }
 }
 
+/// Parameters of an effect that are kept without an allocation: a provider of columns is asked anew at every measurement.
+const FEW_PARAMETERS: usize = 8;
+
 /// Moves that shapes of a search make; its buffers are reused.
 pub(super) struct Moves<'a> {
     search: &'a Scan<'a>,
-    values: Vec<f64>,
-    d_theta: Vec<f64>,
+    values: SmallVec<[f64; FEW_PARAMETERS]>,
+    d_theta: SmallVec<[f64; 2 * FEW_PARAMETERS]>,
 }
 
 impl<'a> Moves<'a> {
     pub fn new(search: &'a Scan<'a>) -> Self {
         let count = search.effect.descriptor().parameters.len();
-        Self { search, values: vec![0.0; count], d_theta: vec![0.0; 2 * count] }
+        Self { search, values: smallvec![0.0; count], d_theta: smallvec![0.0; 2 * count] }
     }
 
     /// Adds what a shape has of residuals to its score and to the square of its length.

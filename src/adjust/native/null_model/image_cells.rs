@@ -3,7 +3,7 @@
 //! value of the image as a whole.
 
 use super::{ColumnPlace, NullModel};
-use crate::adjust::native::null_model::rows::EffectEntry;
+use crate::adjust::native::null_model::source::EffectEntry;
 use crate::effects::Scope;
 use crate::measure::{self, Prediction, Stages};
 use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, Vector2, Vector6};

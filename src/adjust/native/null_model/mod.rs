@@ -23,6 +23,7 @@ mod measurements;
 mod parts;
 mod products;
 mod rows;
+mod source;
 mod sums;
 
 pub use columns::{Columns, Coordinate, Entries, Measured, NoColumns};
@@ -32,7 +33,8 @@ pub use parts::Parts;
 
 use super::factor::{Factor, Pattern};
 use super::linearise;
-use super::point::{Curvature, Prepared};
+use super::loss::Curvature;
+use super::point::Prepared;
 use super::rank::factor_of_full_rank;
 use super::structure::Structure;
 use super::system::System;
@@ -46,7 +48,7 @@ use faer::{Accum, Mat, Par, Scale};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::ThreadPool;
 use rayon::prelude::*;
-use rows::{EffectEntry, Source};
+use source::{EffectEntry, Source};
 use std::sync::Arc;
 use sums::Sums;
 

@@ -122,16 +122,36 @@ fn add_rows<const D: usize>(
     let (panel, _) = panel.as_chunks::<LANES>();
     let (lines, _) = lines.as_chunks_mut::<LANES>();
     let blocks = d / LANES;
-    for block in 0..blocks {
-        let mut sums = [[0.0; LANES]; D];
-        for (number, a) in rows.clone() {
-            let x = &panel[number as usize * blocks + block];
-            for (sum, a) in sums.iter_mut().zip(a) {
+    // What is read of a row serves two registers of columns.
+    for block in (0..blocks / 2).map(|pair| 2 * pair) {
+        add_blocks::<D, 2>(lines, panel, blocks, block, rows.clone());
+    }
+    if blocks % 2 == 1 {
+        add_blocks::<D, 1>(lines, panel, blocks, blocks - 1, rows);
+    }
+}
+
+/// The same of `B` registers of columns, from `block` on.
+#[inline(always)]
+fn add_blocks<const D: usize, const B: usize>(
+    lines: &mut [[f64; LANES]],
+    panel: &[[f64; LANES]],
+    blocks: usize,
+    block: usize,
+    rows: impl Iterator<Item = (u32, [f64; D])>,
+) {
+    let mut sums = [[[0.0; LANES]; B]; D];
+    for (number, a) in rows {
+        let x = &panel[number as usize * blocks + block..][..B];
+        for (sums, a) in sums.iter_mut().zip(a) {
+            for (sum, x) in sums.iter_mut().zip(x) {
                 *sum = from_fn(|l| sum[l] + a * x[l]);
             }
         }
-        for (line, sum) in lines.chunks_exact_mut(blocks).zip(&sums) {
-            line[block] = from_fn(|l| line[block][l] + sum[l]);
+    }
+    for (line, sums) in lines.chunks_exact_mut(blocks).zip(&sums) {
+        for (line, sum) in line[block..].iter_mut().zip(sums) {
+            *line = from_fn(|l| line[l] + sum[l]);
         }
     }
 }

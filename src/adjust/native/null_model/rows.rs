@@ -4,76 +4,30 @@
 //! projected rows are sums over what the points leave, and small rests of columns keep their digits.
 
 use super::batch::{Batch, Group, Row, Share};
-use super::columns::{Columns, Coordinate, Entries, Measured};
-use super::products::{LANES, PointOut, add};
+use super::columns::{Coordinate, Entries, Measured};
+use super::products::{PointOut, add};
+use super::source::{Carry, Source};
 use crate::adjust::AdjustError;
 use crate::adjust::native::MAX_DIM;
 use crate::adjust::native::linearise::rays_do_not_meet;
-use crate::adjust::native::point::{inverse_of_damped, rho};
-use crate::adjust::native::structure::{NONE, Structure};
+use crate::adjust::native::loss::Curvature;
+use crate::adjust::native::point::inverse_of_damped;
+use crate::adjust::native::rows::Contents;
+use crate::adjust::native::side_by_side::{Cameras, Eight, Eights, Workspace};
+use crate::adjust::native::structure::{NONE, POSE};
 use crate::math::vectors::dispatch;
-use crate::measure::{self, Frame, MeasureError, Prediction, Stages};
-use crate::problem::{Problem, State};
+use crate::measure::lanes::{Lane, MISCLOSURE, POINT, Predictions, ROTATION, THETA};
+use crate::measure::{self, MeasureError};
 use nalgebra::{Matrix3, Vector3};
+use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
-/// A column of an effect or of a held camera parameter in the measurements of one image.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct EffectEntry {
-    /// Derivative to take: camera parameter (below 12), or 12 + position in the image's local list of effect parameters.
-    pub source: u32,
-    /// Dense column, or local one.
-    pub column: u32,
-    /// Is it a local one?
-    pub local: bool,
-    /// Raw unit per scaled unit.
-    pub scale: f64,
-}
-
-/// What every batch needs.
-pub(super) struct Source<'a> {
-    pub problem: &'a Problem,
-    pub state: &'a State,
-    pub structure: &'a Structure,
-    /// Effects that are looked at.
-    pub stages: &'a Stages,
-    pub frames: &'a [Frame],
-    /// Columns of effects, by image.
-    pub effects: &'a [Vec<EffectEntry>],
-    /// Number of dense and of local columns of effects.
-    pub effect_columns: [usize; 2],
-    /// Further columns.
-    pub extra: &'a dyn Columns,
-    /// Moves of the base that take it out of the dense columns, too.
-    pub carry: Option<&'a Carry>,
-}
-
-/// Moves of the base's unknowns (scaled units) that go with one unit of each dense column behind the base's own.
-pub(super) struct Carry {
-    /// Number of columns.
-    pub columns: usize,
-    /// Unknown of the images (by rank) or of the border, column fastest.
-    pub moves: Vec<f64>,
-}
-
 impl Source<'_> {
-    /// Number of dense columns: the base's border, effects, further ones; then zeros up to whole registers, so that rows are never empty.
-    pub fn dense(&self) -> usize {
-        (self.structure.border.len() + self.effect_columns[0] + self.extra.dense()).max(1).next_multiple_of(LANES)
-    }
-
-    /// Number of local columns: of effects, further ones.
-    pub fn local(&self) -> usize {
-        self.effect_columns[1] + self.extra.local()
-    }
-
     /// Rows of the points of a range.
     pub fn batch(&self, points: Range<usize>) -> Result<Batch, AdjustError> {
         let starts = &self.problem.point_start;
         let mut filler = Filler::new(self, 2 * (starts[points.end] - starts[points.start]) + 3 * points.len());
-        for j in points {
-            filler.point(j)?;
-        }
+        filler.points(points)?;
         Ok(filler.finished())
     }
 
@@ -90,7 +44,6 @@ impl Source<'_> {
 struct Filler<'a> {
     source: &'a Source<'a>,
     batch: Batch,
-    prediction: Prediction,
     /// Local entries of the rows that are being filled: of x and y, or of three coordinates.
     lists: [Vec<(u32, f64)>; 3],
     slot: Vec<u32>,
@@ -101,7 +54,6 @@ impl<'a> Filler<'a> {
         Self {
             source,
             batch: Batch::new(rows, source.dense()),
-            prediction: Prediction::default(),
             lists: Default::default(),
             slot: vec![NONE; source.local()],
         }
@@ -150,54 +102,65 @@ impl<'a> Filler<'a> {
         }
     }
 
-    fn point(&mut self, j: usize) -> Result<(), AdjustError> {
-        let Source { problem, state, structure, stages, frames, extra, .. } = self.source;
-        let first_row = self.batch.rows.len();
-        let [first_dense, first_local] =
-            [structure.border.len() + self.source.effect_columns[0], self.source.effect_columns[1]];
-        for number in problem.point_start[j]..problem.point_start[j + 1] {
-            let observation = &problem.observations[number];
-            let image = observation.image as usize;
-            let mut prediction = std::mem::take(&mut self.prediction);
-            let frame = &frames[image];
-            let object = &state.points[j];
-            measure::predict(problem, stages, frame, observation, object, &mut prediction)
-                .ok_or_else(|| MeasureError::image_point(problem, j, image))?;
-            let p = &prediction;
-            let misclosure = [observation.x - p.point[0], observation.y - p.point[1]];
-            let s = (misclosure[0].powi(2) + misclosure[1].powi(2)) * observation.inverse_sigma.powi(2);
-            let weight = observation.inverse_sigma * rho(problem.loss, s).1.sqrt();
-            let base = structure.rank[image] as usize * structure.dim;
-            let first = self.batch.rows.len();
-            for i in 0..2 {
-                let mut by_image = [0.0; MAX_DIM];
-                for k in 0..6 {
-                    if structure.image_unknowns[base + k] != usize::MAX {
-                        by_image[k] = p.d_pose[i][k] * weight;
-                    }
-                }
-                for column in &structure.own[image] {
-                    by_image[column.row as usize] = p.d_theta[i][column.source as usize] * weight * column.scale;
-                }
-                self.row(structure.rank[image], by_image, p.d_point[i].map(|d| d * weight), misclosure[i] * weight);
+    fn points(&mut self, points: Range<usize>) -> Result<(), AdjustError> {
+        let Source { problem, state, stages, frames, .. } = self.source;
+        let cameras = Cameras { problem, stages, frames };
+        let mut work = Workspace::new(stages);
+        let mut eights = Eights::new(cameras, &state.points[points.clone()], points.clone(), &mut work.views);
+        let (mut point, mut first) = (points.start, self.batch.rows.len());
+        let mut finish_until = |filler: &mut Self, end: usize| -> Result<(), AdjustError> {
+            while point < end {
+                filler.control(point)?;
+                filler.finish(first, Some(point))?;
+                (point, first) = (point + 1, filler.batch.rows.len());
             }
-            self.fill_effects(first, image, &[weight; 2], |i, source| match source {
-                k if k < 12 => p.d_camera[i][k],
-                k => p.d_theta[i][k - 12],
-            });
-            let measured = Measured { number, point: j, observation, predicted: p.point, interior: &frame.interior };
-            let dense = self.source.dense();
-            let (x_panel, y_panel) = self.batch.panel[first * dense..].split_at_mut(dense);
-            let [of_x, of_y, _] = &mut self.lists;
-            let first_local = first_local as u32;
-            let mut x = Entries { dense: &mut x_panel[first_dense..], local: of_x, first_local, weight };
-            let mut y = Entries { dense: &mut y_panel[first_dense..], local: of_y, first_local, weight };
-            extra.image(&measured, &mut x, &mut y);
-            self.keep_lists(first);
-            self.prediction = prediction;
+            Ok(())
+        };
+        while dispatch(Linearise { cameras, work: &mut work, eights: &mut eights })? {
+            for lane in 0..work.eight.numbers.len() {
+                finish_until(self, work.eight.points[lane])?;
+                self.measured(&work.eight, &work.predictions, lane);
+            }
         }
-        self.control(j)?;
-        self.finish(first_row, Some(j))
+        finish_until(self, points.end)
+    }
+
+    /// Rows of one of eight measurements.
+    fn measured(&mut self, eight: &Eight, predictions: &Predictions, lane: usize) {
+        let Source { problem, structure, frames, extra, effect_columns, .. } = self.source;
+        let number = eight.numbers.start + lane;
+        let observation = &problem.observations[number];
+        let (image, weight) = (observation.image as usize, eight.weights[lane]);
+        let base = structure.rank[image] as usize * structure.dim;
+        let first = self.batch.rows.len();
+        for row in &predictions.rows {
+            let weighed = |place: usize| row[place][lane] * weight;
+            let mut by_image = [0.0; MAX_DIM];
+            for k in 0..POSE {
+                if structure.image_unknowns[base + k] != usize::MAX {
+                    by_image[k] = weighed(ROTATION + k);
+                }
+            }
+            for column in &structure.own[image] {
+                by_image[column.row as usize] = weighed(THETA + column.source as usize) * column.scale;
+            }
+            let by_point = std::array::from_fn(|k| weighed(POINT + k));
+            self.row(structure.rank[image], by_image, by_point, weighed(MISCLOSURE));
+        }
+        self.fill_effects(first, image, &[weight; 2], |i, source| {
+            predictions.rows[i][Contents::place_of(source as u32)][lane]
+        });
+        let predicted = predictions.point.map(|coordinate| coordinate[lane]);
+        let interior = &frames[image].interior;
+        let measured = Measured { number, point: eight.points[lane], observation, predicted, interior };
+        let (dense, first_dense) = (self.source.dense(), structure.border.len() + effect_columns[0]);
+        let (x_panel, y_panel) = self.batch.panel[first * dense..].split_at_mut(dense);
+        let [of_x, of_y, _] = &mut self.lists;
+        let first_local = effect_columns[1] as u32;
+        let mut x = Entries { dense: &mut x_panel[first_dense..], local: of_x, first_local, weight };
+        let mut y = Entries { dense: &mut y_panel[first_dense..], local: of_y, first_local, weight };
+        extra.image(&measured, &mut x, &mut y);
+        self.keep_lists(first);
     }
 
     fn control(&mut self, j: usize) -> Result<(), AdjustError> {
@@ -316,6 +279,23 @@ impl<'a> Filler<'a> {
         }
         groups.push(Group { rows: first..end, shares: start..shares.len() });
         Ok(())
+    }
+}
+
+/// Eight measurements, linearised and weighed.
+struct Linearise<'a, 'b> {
+    cameras: Cameras<'b>,
+    work: &'a mut Workspace,
+    eights: &'a mut Eights<'b>,
+}
+
+impl WithSimd for Linearise<'_, '_> {
+    type Output = Result<bool, MeasureError>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { cameras, work, eights } = self;
+        work.linearise(simd, cameras, Curvature::Weights, eights, &mut Lane::default())
     }
 }
 

@@ -6,7 +6,7 @@
 
 use super::batch::Batch;
 use super::products::{DenseScores, ImageLines, ImagesDense, ImagesLocal, LocalLines, multiply};
-use super::rows::Source;
+use super::source::Source;
 use crate::adjust::AdjustError;
 use crate::adjust::native::MAX_DIM;
 use crate::math::vectors::dispatch;

@@ -23,9 +23,9 @@ impl WithSimd for FillMeasured<'_, '_> {
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { rows, at, points, work } = self;
         let start = at.problem.point_start[points.start];
-        let mut eights = Eights::new(at, at.frames, &at.state.points[points.clone()], points, &mut work.views);
+        let mut eights = Eights::new(at.cameras(), &at.state.points[points.clone()], points, &mut work.views);
         let mut costs = Lane::default();
-        while work.linearise(simd, at, rows.curvature, &mut eights, &mut costs)? {
+        while work.linearise(simd, at.cameras(), rows.curvature, &mut eights, &mut costs)? {
             rows.spread(simd, at, start, &work.eight, &work.predictions);
         }
         rows.chi_square += costs.iter().sum::<f64>();

@@ -5,7 +5,8 @@ mod fill;
 mod spread;
 
 use super::aligned::Aligned;
-use super::point::{Curvature, Prepared};
+use super::loss::Curvature;
+use super::point::Prepared;
 use super::side_by_side::Workspace;
 use super::structure::{FIRST_THETA, NONE, POINT, Structure};
 use crate::math::vectors::dispatch;
