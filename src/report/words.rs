@@ -102,7 +102,7 @@ pub const WORDS: &[Words] = &[
     words(
         "local-flaw",
         "A spot of the sensor, of its cover glass or of the filter before the lens moves image points that fall on it. All images have it at the same place.",
-        "Clean lens and filter; model it, or leave out measurements from this spot.",
+        "Clean lens and filter where the spot is small; one as wide as a fifth of the sensor is in the glass itself, and is modelled, or its measurements are left out.",
         "images with another filter or lens, or turned ones",
     ),
     words(

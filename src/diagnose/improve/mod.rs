@@ -12,6 +12,7 @@ use super::fit::{DiagnoseError, Fit, fit};
 use super::heldout::held_out_px;
 use super::linearised::{Linearised, linearise};
 use super::models::{at_solution, predicted_drop};
+use super::probability::probability;
 use super::scan::Places;
 use super::select::{Event, Nature, Situation, next};
 use super::settings::Settings;
@@ -215,8 +216,8 @@ impl Improvement {
                     && ln_p > situation.ln_level
                 {
                     confirmation.reason = format!(
-                        "it rests on {point} alone, where a blunder says as much (without it p = {:.1e})",
-                        ln_p.exp()
+                        "it rests on point {point} alone, where a blunder says as much (without it {})",
+                        probability(ln_p)
                     );
                     self.on_one_point.insert(id.clone());
                 }

@@ -1,6 +1,7 @@
 //! What is in must stay significant beside everything else that is in, by the rule that let it in. What keeps another effect within its
 //! plausible range stays: without it, that one would not name a cause any more.
 
+use super::super::probability::probability;
 use super::{Event, Situation, Taken};
 
 /// The least sure of what is in and not significant any more leaves.
@@ -19,7 +20,7 @@ pub fn rule(situation: &Situation<'_>) -> Option<Event> {
         }
     }
     least.map(|(ln_p, id)| {
-        let why = format!("not significant beside the others any more (p = {:.2e})", ln_p.exp());
+        let why = format!("not significant beside the others any more ({})", probability(ln_p));
         Event::Removed { id, why }
     })
 }

@@ -1,5 +1,6 @@
 //! What is left, in words.
 
+use super::super::probability::probability;
 use super::{Structure, StructureTest};
 use crate::math::statistics::normal_two_sided;
 
@@ -22,12 +23,6 @@ fn sentence(structure: &Structure, test: &StructureTest) -> String {
         _ => None,
     };
     format!("{} ({p}): {}", test.against, detail.unwrap_or_else(|| test.description.clone()))
-}
-
-/// `p = 1e-400` cannot be written as a number of its own.
-fn probability(ln_p: f64) -> String {
-    let exponent = ln_p / std::f64::consts::LN_10;
-    if exponent > -3.0 { format!("p = {:.3}", ln_p.exp()) } else { format!("p = 1e{exponent:.0}") }
 }
 
 fn place_on_sensor(structure: &Structure) -> Option<String> {
