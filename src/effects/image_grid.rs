@@ -135,8 +135,9 @@ impl GridPlace {
 
     /// Coefficients that it sees, and which of the four weights is theirs.
     fn functions(&self) -> impl Iterator<Item = (usize, usize)> {
-        let coefficient = |k: usize| usize::try_from(self.first + k as i64).ok().filter(|i| *i < self.count);
-        (0..4).filter_map(move |k| coefficient(k).map(|i| (i, k)))
+        // Of a point that a bad step throws out of all bounds, the place is the last number that there is.
+        let coefficient = |k: i64| usize::try_from(self.first.saturating_add(k)).ok().filter(|i| *i < self.count);
+        (0..4).filter_map(move |k| coefficient(k as i64).map(|i| (i, k)))
     }
 }
 
@@ -165,7 +166,7 @@ mod tests {
         let mut theta = [0.0; 99];
         (theta[3 * DOWN + 2], theta[96], theta[97], theta[98]) = (36.0, 1000.0, 1000.0, 100.0);
         assert_eq!(DESCRIPTOR.parameters[3 * DOWN + 2].name, "gx_3_2");
-        for (place, moved) in [(950.0, 16.0), (1050.0, 1.0), (1150.0, 0.0), (5000.0, 0.0), (0.0, 0.0)] {
+        for (place, moved) in [(950.0, 16.0), (1050.0, 1.0), (1150.0, 0.0), (5000.0, 0.0), (0.0, 0.0), (1e300, 0.0)] {
             let mut input = [0.0; 14];
             (input[0], input[1]) = (place, place);
             let [x, y] = laws::value(&ImageGrid, &image, &input, &theta)[..2].try_into().unwrap();

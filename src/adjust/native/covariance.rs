@@ -1,11 +1,13 @@
 //! Covariance for unit weight from the factorised reduced system.
 
 use super::factor::Factor;
+use super::linearise::rays_do_not_meet;
 use super::point::{PointRows, Prepared, inverse_of_damped};
 use crate::adjust::{AdjustError, Covariance, CovarianceOf};
 use faer::Mat;
 use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Up to this many reduced unknowns their whole inverse is formed: 8 x 8000^2 bytes = 0.5 GB.
 pub const INVERSE_UNKNOWNS: usize = 8000;
@@ -65,39 +67,29 @@ pub fn covariance(at: &Prepared<'_>, factor: &Factor, of: CovarianceOf) -> Resul
         }
     }
     covariance.points = match structure.dim {
-        6 => points::<6>(at, &inverse),
-        7 => points::<7>(at, &inverse),
-        8 => points::<8>(at, &inverse),
-        _ => points::<{ super::MAX_DIM }>(at, &inverse),
+        6 => points::<6>(at, &inverse)?,
+        7 => points::<7>(at, &inverse)?,
+        8 => points::<8>(at, &inverse)?,
+        _ => points::<{ super::MAX_DIM }>(at, &inverse)?,
     };
     Ok(Some(covariance))
 }
 
-/// `V^-1 + V^-1 W' S^-1 W V^-1` of every point.
-fn points<const D: usize>(at: &Prepared<'_>, inverse: &Mat<f64>) -> Vec<Matrix3<f64>> {
+/// `V^-1 + V^-1 W' S^-1 W V^-1` of every point. Errors: a point that its rays do not fix.
+fn points<const D: usize>(at: &Prepared<'_>, inverse: &Mat<f64>) -> Result<Vec<Matrix3<f64>>, AdjustError> {
     let structure = at.structure;
     let n = structure.images * D;
-    let parts: Vec<Vec<Matrix3<f64>>> = structure
-        .chunks
-        .par_iter()
-        .map(|chunk| {
-            let mut rows = PointRows::<D>::new();
-            let mut part = Vec::with_capacity(chunk.len());
-            for j in chunk.clone() {
-                // The state was linearised just before, so neither can fail; a NaN would show.
-                let v_inverse = match rows.linearise(at, j) {
-                    Ok(()) => inverse_of_damped(&rows.v_matrix, 0.0),
-                    Err(_) => None,
-                };
-                part.push(match v_inverse {
-                    Some(v) => v + spread(&rows, inverse, n, &v),
-                    None => Matrix3::repeat(f64::NAN),
-                });
-            }
-            part
-        })
-        .collect();
-    parts.concat()
+    let part = |chunk: &Range<usize>| -> Result<Vec<Matrix3<f64>>, AdjustError> {
+        let mut rows = PointRows::<D>::new();
+        let of_point = |j: usize| -> Result<Matrix3<f64>, AdjustError> {
+            rows.linearise(at, j)?;
+            let v = inverse_of_damped(&rows.v_matrix, 0.0).ok_or_else(|| rays_do_not_meet(at.problem, j))?;
+            Ok(v + spread(&rows, inverse, n, &v))
+        };
+        chunk.clone().map(of_point).collect()
+    };
+    let parts: Vec<Vec<Matrix3<f64>>> = structure.chunks.par_iter().map(part).collect::<Result<_, _>>()?;
+    Ok(parts.concat())
 }
 
 /// `V^-1 W' S^-1 W V^-1` over the point's images and the border.

@@ -2,6 +2,7 @@
 //! a point has `V = J_point' J_point = L L'`, `Z = L^-1 J_point' J` and `z = L^-1 J_point' v`.
 
 use super::aligned::{Aligned, LINE};
+use super::point::LEAST_PIVOT;
 use super::rows::{GROUP, OfPoint, Rows};
 use super::structure::{POINT, Structure};
 use super::system::System;
@@ -223,12 +224,15 @@ impl Whitening {
     /// Of `V` with its diagonal raised by the factor `1 + damping`; `None` where rays do not meet.
     pub fn of_damped(v: &Matrix3<f64>, damping: f64) -> Option<Self> {
         let d = |i: usize| v[(i, i)] * (1.0 + damping);
-        let positive = |pivot: f64| (pivot > 0.0 && pivot.is_finite()).then(|| pivot.sqrt().recip());
-        let i0 = positive(d(0))?;
+        let known = |i: usize, pivot: f64| {
+            let above_rounding = pivot > 0.0 && pivot >= LEAST_PIVOT * d(i) && pivot.is_finite();
+            above_rounding.then(|| pivot.sqrt().recip())
+        };
+        let i0 = known(0, d(0))?;
         let (l10, l20) = (v[(1, 0)] * i0, v[(2, 0)] * i0);
-        let i1 = positive(d(1) - l10 * l10)?;
+        let i1 = known(1, d(1) - l10 * l10)?;
         let l21 = (v[(2, 1)] - l20 * l10) * i1;
-        let i2 = positive(d(2) - l20 * l20 - l21 * l21)?;
+        let i2 = known(2, d(2) - l20 * l20 - l21 * l21)?;
         Some(Self { inverse: [i0, i1, i2], below: [l10, l20, l21] })
     }
 

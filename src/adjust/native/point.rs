@@ -333,6 +333,10 @@ impl<const D: usize> Default for PointRows<D> {
     }
 }
 
+/// Least square of a pivot of a point's normal matrix, scaled to unit diagonal. The matrix is a sum over some ten rows, rounded to a few units of
+/// 1e-16: whether what is left below this is above zero is chance, and differs from one order of the sum to the next.
+pub const LEAST_PIVOT: f64 = 1e-14;
+
 /// Inverse of `V` with its diagonal raised by the factor `1 + damping`; `None` when singular (rays that do not
 /// meet). Scaled to unit diagonal first, so that the test does not depend on units.
 pub fn inverse_of_damped(v: &Matrix3<f64>, damping: f64) -> Option<Matrix3<f64>> {
@@ -344,6 +348,35 @@ pub fn inverse_of_damped(v: &Matrix3<f64>, damping: f64) -> Option<Matrix3<f64>>
     for i in 0..3 {
         unit[(i, i)] += damping;
     }
-    let inverse = unit.cholesky()?.inverse();
+    let factor = unit.cholesky()?;
+    if factor.l_dirty().diagonal().min().powi(2) < LEAST_PIVOT {
+        return None;
+    }
+    let inverse = factor.inverse();
     Some(Matrix3::from_fn(|i, j| inverse[(i, j)] / (scale[i] * scale[j])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Normal matrix of a point that two rays of this angle meet in, which differ by the rounding of `noise`.
+    fn normal(angle: f64, noise: f64) -> Matrix3<f64> {
+        let across = |angle: f64| Vector3::new(angle.cos(), 0.0, angle.sin());
+        let up = Vector3::new(0.0, 1.0, 0.0);
+        let rows = [across(0.3), across(0.3 + angle), up, up];
+        let sum: Matrix3<f64> = rows.iter().map(|row| row * row.transpose()).sum();
+        sum + Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, noise))
+    }
+
+    #[test]
+    fn rays_whose_angle_is_rounding_do_not_meet() {
+        let known = inverse_of_damped(&normal(1e-3, 0.0), 0.0).expect("rays that meet");
+        approx::assert_relative_eq!(known * normal(1e-3, 0.0), Matrix3::identity(), epsilon = 1e-8);
+        // On the one side of zero or on the other: the answer is the same.
+        for noise in [0.0, 2e-16, 5e-16, 1e-15, -5e-16] {
+            assert!(inverse_of_damped(&normal(1e-8, noise), 0.0).is_none(), "{noise:e}");
+        }
+        assert!(inverse_of_damped(&normal(1e-8, 0.0), 1e-7).is_some(), "damped");
+    }
 }
