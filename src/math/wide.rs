@@ -47,15 +47,23 @@ impl<S: Simd> Mul<f64> for Wide<S> {
     }
 }
 
+/// What an instruction makes of a number of each. A macro: a closure would not inherit the instructions that its caller is compiled for.
+macro_rules! each {
+    ($number:ident, $instruction:ident) => {{
+        let mut number = $number;
+        for piece in 0..pieces::<S>() {
+            let value = number.simd.$instruction(number.lane.get::<S>(piece));
+            number.lane.set::<S>(piece, value);
+        }
+        number
+    }};
+}
+
 impl<S: Simd> Neg for Wide<S> {
     type Output = Self;
     #[inline(always)]
-    fn neg(mut self) -> Self {
-        for piece in 0..pieces::<S>() {
-            let value = self.simd.neg_f64s(self.lane.get::<S>(piece));
-            self.lane.set::<S>(piece, value);
-        }
-        self
+    fn neg(self) -> Self {
+        each!(self, neg_f64s)
     }
 }
 
@@ -85,21 +93,13 @@ impl<S: Simd> Several for Wide<S> {
     }
 
     #[inline(always)]
-    fn abs(mut self) -> Self {
-        for piece in 0..pieces::<S>() {
-            let value = self.simd.abs_f64s(self.lane.get::<S>(piece));
-            self.lane.set::<S>(piece, value);
-        }
-        self
+    fn abs(self) -> Self {
+        each!(self, abs_f64s)
     }
 
     #[inline(always)]
-    fn sqrt(mut self) -> Self {
-        for piece in 0..pieces::<S>() {
-            let value = self.simd.sqrt_f64s(self.lane.get::<S>(piece));
-            self.lane.set::<S>(piece, value);
-        }
-        self
+    fn sqrt(self) -> Self {
+        each!(self, sqrt_f64s)
     }
 
     /// One by one: the same function, and so the same bits, as for one measurement.
