@@ -65,11 +65,6 @@ impl<'a> Predictor<'a> {
         position::predict_antenna(self.problem, &self.stages, &self.frames[image], image).map(|p| p.derivative)
     }
 
-    /// Interior orientation of an image after its effects.
-    pub fn interior(&self, image: usize) -> &[f64; 12] {
-        &self.frames[image].interior
-    }
-
     /// Projection centre (m) of an image.
     pub fn centre(&self, image: usize) -> Vector3<f64> {
         self.frames[image].centre

@@ -3,10 +3,8 @@
 use super::Scan;
 use super::cells::{Cells, Residual};
 use super::shape::{Moves, Shape, Sums};
-use crate::adjust::AdjustError;
-use crate::adjust::native::null_model::NullModel;
-use crate::measure::Predictor;
-use crate::problem::{Problem, State};
+use crate::adjust::native::null_model::{Local, NullModel};
+use crate::problem::ImageObservation;
 use rayon::prelude::*;
 
 /// Ratio of neighbouring widths: shapes of widths 1 and 1.5 correlate by 0.9.
@@ -32,15 +30,14 @@ struct Level {
 
 impl<'a> Grid<'a> {
     /// Residuals of a fit in cells for every width.
-    pub fn new(search: &'a Scan<'a>, null: &NullModel) -> Result<Self, AdjustError> {
+    pub fn new(search: &'a Scan<'a>, null: &NullModel) -> Self {
         let (least, most) = search.widths;
         let widths = std::iter::successors(Some(least), |width| Some(width * WIDTH_STEP));
         let widths: Vec<f64> = widths.take_while(|width| *width <= most).collect();
-        let predictor = Predictor::new(null.problem(), null.state())?;
-        let residuals = null.pool().install(|| residuals(null.problem(), null.state(), &predictor));
+        let residuals = residuals(null, &null.measurements());
         let cells = |width| Cells::new(search.problem, &residuals, &search.effect, width);
         let level = |width| Level { width, cells: cells(width) };
-        Ok(Self { search, levels: null.pool().install(|| widths.into_par_iter().map(level).collect()) })
+        Self { search, levels: null.pool().install(|| widths.into_par_iter().map(level).collect()) }
     }
 
     /// Number of places that measurements reach, and the highest peaks of `s^2 / B'PB` of every variant and width.
@@ -110,20 +107,13 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// Points of a task.
-const POINTS: usize = 256;
-
-/// Every image measurement that can be predicted; at a state that was linearised that is each.
-fn residuals<'p>(problem: &'p Problem, state: &State, predictor: &'p Predictor<'_>) -> Vec<Residual<'p>> {
-    let of_point = |j: usize| {
-        problem.observations[problem.point_start[j]..problem.point_start[j + 1]].iter().filter_map(move |observation| {
-            let (image, observed) = (observation.image as usize, [observation.x, observation.y]);
-            let (predicted, _) = predictor.image_point(image, observed, &state.points[j])?;
-            let weight = observation.inverse_sigma.powi(2);
-            let pull = [0, 1].map(|k| (observed[k] - predicted[k]) * weight);
-            Some(Residual { observation, predicted, interior: predictor.interior(image), pull, weight })
-        })
+/// Every image measurement at the fit.
+fn residuals<'a>(null: &'a NullModel, measured: &[Local]) -> Vec<Residual<'a>> {
+    let residual = |(observation, local): (&'a ImageObservation, &Local)| {
+        let weight = observation.inverse_sigma.powi(2);
+        let pull = local.residual.map(|residual| residual * weight);
+        let interior = null.interior(observation.image as usize);
+        Residual { observation, predicted: local.predicted, interior, pull, weight }
     };
-    let points: Vec<usize> = (0..state.points.len()).collect();
-    points.par_chunks(POINTS).flat_map_iter(|points| points.iter().flat_map(|j| of_point(*j))).collect()
+    null.problem().observations.iter().zip(measured).map(residual).collect()
 }

@@ -88,7 +88,7 @@ pub fn place(
 
 /// The candidate at the best place of each of its variants.
 fn best_places(search: &Scan<'_>, null: &NullModel) -> Result<Vec<(Candidate, Searched)>, DiagnoseError> {
-    let grid = Grid::new(search, null)?;
+    let grid = Grid::new(search, null);
     let (places, shapes) = grid.promising(null);
     let mut best = search.test(null, shapes, vec![None; search.variants.len()])?;
     let on_grid: Vec<Option<f64>> = best.iter().map(|found| found.map(|(statistic, _)| statistic)).collect();

@@ -40,6 +40,7 @@ use super::structure::Structure;
 use super::system::System;
 use super::{frames as frames_of, pool, step, structure as structure_of};
 use crate::adjust::{AdjustError, LinearSolver};
+use crate::camera::Interior;
 use crate::effects::{Role, Scope};
 use crate::measure::{Frame, Stages};
 use crate::problem::{Problem, State};
@@ -147,6 +148,11 @@ impl NullModel {
     /// The state that it was linearised at.
     pub fn state(&self) -> &State {
         &self.state
+    }
+
+    /// Interior orientation of an image, after the effects on it.
+    pub fn interior(&self, image: usize) -> &Interior {
+        &self.frames[image].interior
     }
 
     /// `v'Pv`.
