@@ -15,11 +15,10 @@
 //! (3500, 3900) to (3500.065, 3899.93).
 
 use super::common::estimated;
-use super::formula::{Answer, Formula, Given, Sum, of_eight, of_one};
-use super::{Context, Descriptor, Effect, IMAGE_INTERIOR, Kind, OutsideDomain, Scope, Stage};
+use super::formula::{Formula, Given, Sum};
+use super::{Descriptor, IMAGE_INTERIOR, Kind, Scope, Stage};
 use crate::camera::{DCX, DCY};
 use crate::math::Several;
-use crate::math::lane::{LANES, Lane};
 use std::sync::LazyLock;
 
 /// See the [module](self).
@@ -45,36 +44,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     source: "Brown 1966".into(),
 });
 
-impl Effect for DecentringHigh {
-    fn descriptor(&self) -> &Descriptor {
-        &DESCRIPTOR
-    }
-
-    fn eval(
-        &self,
-        context: &Context<'_>,
-        input: &[f64],
-        theta: &[f64],
-        out: &mut [f64],
-        d_input: Option<&mut [f64]>,
-        d_theta: Option<&mut [f64]>,
-    ) -> Result<(), OutsideDomain> {
-        of_one::<Self>(context, input, theta, Answer { out, d_input, d_theta })
-    }
-
-    fn eval_eight(
-        &self,
-        contexts: &[Context<'_>; LANES],
-        input: &[Lane],
-        thetas: &[&[f64]; LANES],
-        answer: Answer<'_, Lane>,
-    ) -> Result<(), usize> {
-        of_eight::<Self>(contexts, input, thetas, answer)
-    }
-}
-
 impl Formula for DecentringHigh {
     const STAGE: Stage = Stage::Image;
+
+    fn descriptor() -> &'static Descriptor {
+        &DESCRIPTOR
+    }
 
     #[inline(always)]
     fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {

@@ -1,6 +1,6 @@
 //! Effects whose formula is one text for one measurement and for eight side by side, in vector registers of any width.
 
-use super::{Context, Effect, OutsideDomain, Stage};
+use super::{Context, Descriptor, Effect, OutsideDomain, Stage};
 use crate::math::lane::{LANES, Lane};
 use crate::math::vectors::dispatch;
 use crate::math::{Several, Wide};
@@ -21,13 +21,16 @@ pub struct Answer<'a, K> {
 
 /// Numbers of what was observed that a formula has, at the most.
 pub const OBSERVED: usize = 4;
-/// Parameters of an effect that are kept without an allocation.
-const FEW_PARAMETERS: usize = 12;
+/// Parameters of an effect that are kept without an allocation; those of the empirical fields are more.
+pub const FEW_PARAMETERS: usize = 12;
 
-/// What a formula adds to the identity.
-pub trait Formula {
+/// What a formula adds to the identity. Whatever has one is an [`Effect`].
+pub trait Formula: Send + Sync {
     /// Its stage.
     const STAGE: Stage;
+
+    /// What it is.
+    fn descriptor() -> &'static Descriptor;
 
     /// What the formula takes of what was observed.
     ///
@@ -39,6 +42,34 @@ pub trait Formula {
 
     /// Adds to an answer that hands its input on. The formula holds where the number that it gives is above zero.
     fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T;
+}
+
+impl<F: Formula> Effect for F {
+    fn descriptor(&self) -> &Descriptor {
+        F::descriptor()
+    }
+
+    fn eval(
+        &self,
+        context: &Context<'_>,
+        input: &[f64],
+        theta: &[f64],
+        out: &mut [f64],
+        d_input: Option<&mut [f64]>,
+        d_theta: Option<&mut [f64]>,
+    ) -> Result<(), OutsideDomain> {
+        of_one::<F>(context, input, theta, Answer { out, d_input, d_theta })
+    }
+
+    fn eval_eight(
+        &self,
+        contexts: &[Context<'_>; LANES],
+        input: &[Lane],
+        thetas: &[&[f64]; LANES],
+        answer: Answer<'_, Lane>,
+    ) -> Result<(), usize> {
+        of_eight::<F>(contexts, input, thetas, answer)
+    }
 }
 
 /// What a formula is given.

@@ -12,10 +12,9 @@
 //! Worked numbers, v = (0, 5, 0): t_e = 0.004 shifts C by (0, 0.01, 0), t_e = -0.002 by (0, -0.005, 0).
 
 use super::common::{estimated, known_vector};
-use super::formula::{Answer, Formula, Given, OBSERVED, Sum, of_eight, of_one};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage};
+use super::formula::{Formula, Given, OBSERVED, Sum};
+use super::{Context, Descriptor, Kind, Need, OutsideDomain, Scope, Stage};
 use crate::math::Several;
-use crate::math::lane::{LANES, Lane};
 use std::sync::LazyLock;
 
 /// See the [module](self).
@@ -35,36 +34,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     source: "Catalogue: centroid of the motion blur".into(),
 });
 
-impl Effect for ForwardMotion {
-    fn descriptor(&self) -> &Descriptor {
-        &DESCRIPTOR
-    }
-
-    fn eval(
-        &self,
-        context: &Context<'_>,
-        input: &[f64],
-        theta: &[f64],
-        out: &mut [f64],
-        d_input: Option<&mut [f64]>,
-        d_theta: Option<&mut [f64]>,
-    ) -> Result<(), OutsideDomain> {
-        of_one::<Self>(context, input, theta, Answer { out, d_input, d_theta })
-    }
-
-    fn eval_eight(
-        &self,
-        contexts: &[Context<'_>; LANES],
-        input: &[Lane],
-        thetas: &[&[f64]; LANES],
-        answer: Answer<'_, Lane>,
-    ) -> Result<(), usize> {
-        of_eight::<Self>(contexts, input, thetas, answer)
-    }
-}
-
 impl Formula for ForwardMotion {
     const STAGE: Stage = Stage::Exposure;
+
+    fn descriptor() -> &'static Descriptor {
+        &DESCRIPTOR
+    }
 
     fn observe(context: &Context<'_>) -> Result<[f64; OBSERVED], OutsideDomain> {
         let half = known_vector(&context.image.velocity)? * 0.5;

@@ -16,10 +16,9 @@
 //! (1350.7357588823, 1400), sharp or smooth; the point (1000, 1300) goes to (1000, 1298.1567791054) sharp.
 
 use super::common::{estimated, given, searched};
-use super::formula::{Answer, Formula, Given, Sum, of_eight, of_one};
-use super::{Context, Descriptor, Domain, Effect, Kind, OutsideDomain, Scope, Stage};
+use super::formula::{Formula, Given, Sum};
+use super::{Descriptor, Domain, Kind, Scope, Stage};
 use crate::math::Several;
-use crate::math::lane::{LANES, Lane};
 use std::sync::LazyLock;
 
 /// See the [module](self).
@@ -47,36 +46,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     source: "Seed study, equation 3 with the sign that decays".into(),
 });
 
-impl Effect for LocalFlaw {
-    fn descriptor(&self) -> &Descriptor {
-        &DESCRIPTOR
-    }
-
-    fn eval(
-        &self,
-        context: &Context<'_>,
-        input: &[f64],
-        theta: &[f64],
-        out: &mut [f64],
-        d_input: Option<&mut [f64]>,
-        d_theta: Option<&mut [f64]>,
-    ) -> Result<(), OutsideDomain> {
-        of_one::<Self>(context, input, theta, Answer { out, d_input, d_theta })
-    }
-
-    fn eval_eight(
-        &self,
-        contexts: &[Context<'_>; LANES],
-        input: &[Lane],
-        thetas: &[&[f64]; LANES],
-        answer: Answer<'_, Lane>,
-    ) -> Result<(), usize> {
-        of_eight::<Self>(contexts, input, thetas, answer)
-    }
-}
-
 impl Formula for LocalFlaw {
     const STAGE: Stage = Stage::Image;
+
+    fn descriptor() -> &'static Descriptor {
+        &DESCRIPTOR
+    }
 
     /// Holds where sigma is above zero.
     #[inline(always)]

@@ -15,10 +15,9 @@
 //! (30.00375, 40.005, 0).
 
 use super::common::estimated;
-use super::formula::{Answer, Formula, Given, Sum, of_eight, of_one};
-use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage};
+use super::formula::{Formula, Given, Sum};
+use super::{Descriptor, Kind, Scope, Stage};
 use crate::math::Several;
-use crate::math::lane::{LANES, Lane};
 use std::sync::LazyLock;
 
 /// See the [module](self).
@@ -43,36 +42,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     source: "Saastamoinen 1972".into(),
 });
 
-impl Effect for Refraction {
-    fn descriptor(&self) -> &Descriptor {
-        &DESCRIPTOR
-    }
-
-    fn eval(
-        &self,
-        context: &Context<'_>,
-        input: &[f64],
-        theta: &[f64],
-        out: &mut [f64],
-        d_input: Option<&mut [f64]>,
-        d_theta: Option<&mut [f64]>,
-    ) -> Result<(), OutsideDomain> {
-        of_one::<Self>(context, input, theta, Answer { out, d_input, d_theta })
-    }
-
-    fn eval_eight(
-        &self,
-        contexts: &[Context<'_>; LANES],
-        input: &[Lane],
-        thetas: &[&[f64]; LANES],
-        answer: Answer<'_, Lane>,
-    ) -> Result<(), usize> {
-        of_eight::<Self>(contexts, input, thetas, answer)
-    }
-}
-
 impl Formula for Refraction {
     const STAGE: Stage = Stage::Ray;
+
+    fn descriptor() -> &'static Descriptor {
+        &DESCRIPTOR
+    }
 
     /// Holds where the camera is above the point.
     #[inline(always)]
@@ -103,7 +78,7 @@ impl Formula for Refraction {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ImageContext, laws};
+    use super::super::{Context, Effect, ImageContext, OutsideDomain, laws};
     use super::*;
     use approx::assert_relative_eq;
 

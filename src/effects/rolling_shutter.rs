@@ -66,7 +66,7 @@ impl Effect for RollingShutter {
     ) -> Result<(), OutsideDomain> {
         let turning = known_vector(&context.image.angular_velocity)?;
         let place = observed_place(context)?;
-        of_one::<Self>(
+        of_one::<Movement>(
             context,
             input,
             theta,
@@ -103,7 +103,7 @@ impl Effect for RollingShutter {
         // Of a camera that turns, too, each has a rotation of its own.
         match contexts.iter().any(|context| context.image.angular_velocity != Vector3::zeros()) {
             true => one_by_one(self, contexts, input, thetas, answer),
-            false => of_eight::<Self>(contexts, input, thetas, answer),
+            false => of_eight::<Movement>(contexts, input, thetas, answer),
         }
     }
 }
@@ -113,9 +113,15 @@ fn observed_place(context: &Context<'_>) -> Result<f64, OutsideDomain> {
     Ok(known(context.row_px / context.image.height_px)? - 0.5)
 }
 
-/// The movement alone.
-impl Formula for RollingShutter {
+/// The effect of a camera that does not turn.
+struct Movement;
+
+impl Formula for Movement {
     const STAGE: Stage = Stage::Exposure;
+
+    fn descriptor() -> &'static Descriptor {
+        &DESCRIPTOR
+    }
 
     fn observe(context: &Context<'_>) -> Result<[f64; OBSERVED], OutsideDomain> {
         let velocity = known_vector(&context.image.velocity)?;

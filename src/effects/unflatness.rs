@@ -15,10 +15,9 @@
 //! c_11 = 2 moves (5000, 4000) to (5001, 4000.84).
 
 use super::common::{estimated, known};
-use super::formula::{Answer, Formula, Given, OBSERVED, Sum, of_eight, of_one};
-use super::{Context, Descriptor, Effect, IMAGE_INTERIOR, Kind, OutsideDomain, Scope, Stage};
+use super::formula::{Formula, Given, OBSERVED, Sum};
+use super::{Context, Descriptor, IMAGE_INTERIOR, Kind, OutsideDomain, Scope, Stage};
 use crate::camera::{F, PPX, PPY};
-use crate::math::lane::{LANES, Lane};
 use crate::math::{Number, Several};
 use std::sync::LazyLock;
 
@@ -51,36 +50,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     source: "Fraser 1997".into(),
 });
 
-impl Effect for Unflatness {
-    fn descriptor(&self) -> &Descriptor {
-        &DESCRIPTOR
-    }
-
-    fn eval(
-        &self,
-        context: &Context<'_>,
-        input: &[f64],
-        theta: &[f64],
-        out: &mut [f64],
-        d_input: Option<&mut [f64]>,
-        d_theta: Option<&mut [f64]>,
-    ) -> Result<(), OutsideDomain> {
-        of_one::<Self>(context, input, theta, Answer { out, d_input, d_theta })
-    }
-
-    fn eval_eight(
-        &self,
-        contexts: &[Context<'_>; LANES],
-        input: &[Lane],
-        thetas: &[&[f64]; LANES],
-        answer: Answer<'_, Lane>,
-    ) -> Result<(), usize> {
-        of_eight::<Self>(contexts, input, thetas, answer)
-    }
-}
-
 impl Formula for Unflatness {
     const STAGE: Stage = Stage::Image;
+
+    fn descriptor() -> &'static Descriptor {
+        &DESCRIPTOR
+    }
 
     fn observe(context: &Context<'_>) -> Result<[f64; OBSERVED], OutsideDomain> {
         Ok([known(context.image.width_px)?, known(context.image.height_px)?, 0.0, 0.0])

@@ -4,6 +4,7 @@ use super::Scan;
 use super::cells::Residual;
 use crate::adjust::native::null_model::{Columns, Entries, Measured};
 use crate::effects::Context;
+use crate::effects::formula::FEW_PARAMETERS;
 use crate::problem::ImageObservation;
 use smallvec::{SmallVec, smallvec};
 
@@ -52,10 +53,7 @@ impl Sums {
     }
 }
 
-/// Parameters of an effect that are kept without an allocation: a provider of columns is asked anew at every measurement.
-const FEW_PARAMETERS: usize = 8;
-
-/// Moves that shapes of a search make; its buffers are reused.
+/// Moves that shapes of a search make; its buffers are reused, and need no allocation: a provider of columns makes them at every measurement.
 pub(super) struct Moves<'a> {
     search: &'a Scan<'a>,
     values: SmallVec<[f64; FEW_PARAMETERS]>,
