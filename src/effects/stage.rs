@@ -22,7 +22,7 @@ pub enum Stage {
     /// `[P 3]` -> surveyed coordinates 3, of control and check points.
     Control = 5,
     /// `[coordinate 3]` -> the same 3 in the system of the survey: of control and check points after the control stage, of antennas
-    /// after the position stage. [`Context::surveyed`] says which of them.
+    /// after the position stage. [`Context::surveyed`](super::Context::surveyed) says which of them.
     Frame = 6,
 }
 

@@ -216,8 +216,8 @@ impl Linearised {
     /// Values of all columns when the sets of `situation` are fitted together.
     pub fn solution(&self, situation: &Situation<'_>) -> Vec<f64> {
         let (fixed, random) = situation.parts_in();
-        let system = self.system.beside(&[], &random);
-        let laws = system.pivoted(&fixed);
+        let system = self.system.beside::<Vec<usize>>(&[], &random);
+        let laws = system.pivoted_in_turn(&fixed);
         let mut values = vec![0.0; self.values.len()];
         for (column, value) in laws.kept.iter().zip(laws.estimate().iter()) {
             values[*column] = *value;

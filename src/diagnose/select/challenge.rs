@@ -53,8 +53,7 @@ fn challenged(situation: &Situation<'_>, taken: &Taken, structures: &[Shape]) ->
 
 /// Share of the effect in what both explain together, less what chance explains with as many columns.
 fn share_beside(beside: &System, effect: &[usize], structure: &Shape, drop: f64) -> f64 {
-    let all: Vec<usize> = effect.iter().chain(&structure.columns).copied().collect();
-    let together = beside.pivoted(&all);
+    let together = beside.pivoted_in_turn(&[effect, &structure.columns]);
     let rest = beside.redundancy - together.kept.len() as f64;
     let variance = variance_factor(beside.chi_square - together.drop(), rest);
     let by_chance = variance * (together.kept.len() - effect.len().min(together.kept.len())) as f64;

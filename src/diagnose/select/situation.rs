@@ -124,7 +124,7 @@ pub struct Beside {
 impl Beside {
     /// The system beside further columns.
     pub fn and(&self, columns: &[usize]) -> Self {
-        Self { chance: self.chance.clone(), all: self.all.beside(columns, &[]) }
+        Self { chance: self.chance.clone(), all: self.all.beside(&[columns], &[]) }
     }
 
     /// The system itself.
@@ -206,10 +206,10 @@ impl Situation<'_> {
         situation
     }
 
-    /// Columns of the laws, and the chances, that are in.
-    pub fn parts_in(&self) -> (Vec<usize>, Vec<Penalised>) {
+    /// Columns of each law, and the chances, that are in.
+    pub fn parts_in(&self) -> (Vec<Vec<usize>>, Vec<Penalised>) {
         let of = |nature: Nature| self.taken.iter().filter(move |taken| self.sets[taken.set].nature == nature);
-        let fixed = of(Nature::Law).flat_map(|taken| self.sets[taken.set].columns.iter().copied()).collect();
+        let fixed = of(Nature::Law).map(|taken| self.sets[taken.set].columns.clone()).collect();
         let random = of(Nature::Chance)
             .map(|taken| Penalised { columns: self.sets[taken.set].columns.clone(), variance: taken.variance })
             .collect();
@@ -219,7 +219,7 @@ impl Situation<'_> {
     /// The system beside everything that is in.
     pub fn beside(&self) -> Beside {
         let (fixed, random) = self.parts_in();
-        let chance = (!random.is_empty()).then(|| Rc::new(self.system.beside(&[], &random)));
+        let chance = (!random.is_empty()).then(|| Rc::new(self.system.beside::<Vec<usize>>(&[], &random)));
         let all = chance.as_deref().unwrap_or(self.system).beside(&fixed, &[]);
         Beside { chance, all }
     }
@@ -324,7 +324,7 @@ impl Situation<'_> {
         }
         // What is in follows: minus M_ff^-1 M_fc.
         let system = beside.chance.as_deref().unwrap_or(self.system);
-        let own = system.pivoted(&fixed);
+        let own = system.pivoted_in_turn(&fixed);
         let n = own.kept.len();
         let mut cross = DMatrix::from_fn(n, dof, |i, k| {
             set.kept
@@ -335,19 +335,17 @@ impl Situation<'_> {
         });
         own.factor.solve_lower_triangular_mut(&mut cross);
         own.factor.tr_solve_lower_triangular_mut(&mut cross);
+        let estimate = own.estimate();
+        let mut change = DVector::zeros(count);
         for (i, column) in own.kept.iter().enumerate() {
             let Some(to) = self.clustered[*column] else { continue };
             (0..dof).for_each(|k| directions[(to, k)] -= cross[(i, k)] * own.scale[i]);
+            change[to] += estimate[i];
         }
-        let all: Vec<usize> = fixed.iter().copied().chain(set.kept.iter().copied()).collect();
-        let together = system.pivoted(&all);
-        let mut change = DVector::zeros(count);
-        for (column, value) in all.iter().filter_map(|column| Some((self.clustered[*column]?, self.values[*column]))) {
-            change[column] = -value;
-        }
-        for (column, value) in together.kept.iter().zip(together.estimate().iter()) {
+        change += &directions * &set.white;
+        for column in fixed.iter().flatten().chain(&set.kept) {
             if let Some(to) = self.clustered[*column] {
-                change[to] += value;
+                change[to] -= self.values[*column];
             }
         }
         Some((directions, change))

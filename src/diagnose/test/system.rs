@@ -68,20 +68,34 @@ impl System {
 
     /// Factorises `M` over a set of columns, most independent first, and leaves out those that the others and the base absorb.
     pub fn pivoted(&self, set: &[usize]) -> Pivoted {
-        let mut columns: Vec<usize> = set.iter().copied().filter(|c| self.length[*c] > 0.0).collect();
+        self.pivoted_in_turn(&[set])
+    }
+
+    /// The same over several sets, one beside those before it: what counts as absorbed of a set does not depend on whether it is factorised
+    /// alone beside the others or together with them.
+    pub fn pivoted_in_turn<S: AsRef<[usize]>>(&self, sets: &[S]) -> Pivoted {
+        let of_set = |s: usize| sets[s].as_ref().iter().map(move |column| (*column, s));
+        let all = (0..sets.len()).flat_map(of_set).filter(|(column, _)| self.length[*column] > 0.0);
+        let (mut columns, mut set_of): (Vec<usize>, Vec<usize>) = all.unzip();
         let n = columns.len();
         let scale_of = |c: usize| self.length[c].sqrt().recip();
         let mut factor = DMatrix::<f64>::zeros(n, n);
         let mut diagonal: Vec<f64> = columns.iter().map(|c| self.information[(*c, *c)] / self.length[*c]).collect();
         let mut white: Vec<f64> = columns.iter().map(|c| self.score[*c] * scale_of(*c)).collect();
         let mut asked: Vec<f64> = columns.iter().map(|c| self.least[*c] / self.length[*c]).collect();
-        let mut kept = 0;
-        for step in 0..n {
-            let floor = if step == 0 { ROUNDING_SHARE } else { KEPT_SHARE };
+        let (mut kept, mut set, mut floor) = (0, 0, ROUNDING_SHARE);
+        while set < sets.len() {
+            let step = kept;
             let ratio = |k: usize| diagonal[k] / asked[k].max(KEPT_SHARE);
-            let best = (step..n).max_by(|i, k| ratio(*i).total_cmp(&ratio(*k)).then(k.cmp(i)));
-            let Some(best) = best.filter(|best| diagonal[*best] > asked[*best].max(floor)) else { break };
+            let own = (step..n).filter(|k| set_of[*k] == set);
+            let best = own.max_by(|i, k| ratio(*i).total_cmp(&ratio(*k)).then(k.cmp(i)));
+            let Some(best) = best.filter(|best| diagonal[*best] > asked[*best].max(floor)) else {
+                (set, floor) = (set + 1, ROUNDING_SHARE);
+                continue;
+            };
+            floor = KEPT_SHARE;
             columns.swap(step, best);
+            set_of.swap(step, best);
             diagonal.swap(step, best);
             asked.swap(step, best);
             white.swap(step, best);
@@ -148,8 +162,8 @@ impl System {
         factor.map_or(0.0, |factor| score.dot(&factor.solve(&score)))
     }
 
-    /// The system beside columns that are taken in: random values first, then fixed sets. Columns that are taken in keep no information.
-    pub fn beside(&self, fixed: &[usize], random: &[Penalised]) -> System {
+    /// The system beside what is taken in: random values first, then fixed sets in turn. Columns that are taken in keep no information.
+    pub fn beside<S: AsRef<[usize]>>(&self, fixed: &[S], random: &[Penalised]) -> System {
         let mut system = self.clone();
         for values in random {
             system = system.beside_random(values);
@@ -160,8 +174,8 @@ impl System {
         system
     }
 
-    fn beside_fixed(&self, set: &[usize]) -> System {
-        let pivoted = self.pivoted(set);
+    fn beside_fixed<S: AsRef<[usize]>>(&self, sets: &[S]) -> System {
+        let pivoted = self.pivoted_in_turn(sets);
         let n = pivoted.kept.len();
         let mut cross =
             DMatrix::from_fn(n, self.len(), |i, c| self.information[(pivoted.kept[i], c)] * pivoted.scale[i]);
@@ -169,7 +183,7 @@ impl System {
         let mut system = self.less(&cross, &pivoted.white);
         system.chi_square -= pivoted.white.norm_squared();
         system.redundancy -= n as f64;
-        system.forget(set);
+        sets.iter().for_each(|set| system.forget(set.as_ref()));
         system
     }
 
@@ -309,6 +323,22 @@ mod tests {
     }
 
     #[test]
+    fn a_set_that_is_left_something_beside_another_is_in_their_factorisation_too() {
+        let mut system = regression(&[&A, &B], &V);
+        system.length[1] *= 1e6;
+        let beside = system.beside(&[[0]], &[]);
+        let together = system.pivoted_in_turn(&[[0], [1]]);
+        assert_eq!(beside.pivoted(&[1]).kept, [1]);
+        assert_eq!(together.kept, [0, 1]);
+        assert_relative_eq!(together.estimate()[1], beside.pivoted(&[1]).estimate()[0], epsilon = 1e-12);
+        let both = system.beside(&[[0], [1]], &[]);
+        assert_eq!(both.redundancy, 3.0, "it counts when something else is judged beside both");
+        assert_relative_eq!(both.chi_square, 0.1, epsilon = 1e-10);
+        // The columns of one set that differ by as little are one.
+        assert_eq!(system.pivoted(&[0, 1]).kept.len(), 1);
+    }
+
+    #[test]
     fn of_a_weak_direction_the_value_that_is_known_worst_is_left_out() {
         // Two columns that differ in one row of five: along the second minus ten times the first little is known.
         let steep: Vec<f64> = A.iter().zip([0.0, 0.0, 0.0, 0.0, 0.05]).map(|(a, b)| 0.1 * (a + b)).collect();
@@ -324,7 +354,7 @@ mod tests {
     #[test]
     fn beside_is_what_remains_of_a_regression() {
         let system = regression(&[&A, &B], &V);
-        let beside = system.beside(&[0], &[]);
+        let beside = system.beside(&[[0]], &[]);
         let alone = beside.pivoted(&[1]);
         assert_relative_eq!(alone.estimate()[0], 2.1, epsilon = 1e-12);
         assert_relative_eq!(beside.chi_square - alone.drop(), 0.1, epsilon = 1e-10);
@@ -344,7 +374,7 @@ mod tests {
     fn random_values_shrink() {
         // One value of variance 1 under unit weight: M = 1, so half of the score is believed.
         let one = regression(&[&[1.0, 0.0], &[1.0, 1.0]], &[2.0, 0.0]);
-        let beside = one.beside(&[], &[Penalised { columns: vec![0], variance: 1.0 }]);
+        let beside = one.beside::<[usize; 0]>(&[], &[Penalised { columns: vec![0], variance: 1.0 }]);
         assert_relative_eq!(beside.score[1], 1.0, epsilon = 1e-12);
         assert_relative_eq!(beside.information[(1, 1)], 1.5, epsilon = 1e-12);
     }

@@ -223,7 +223,7 @@ impl Coordinated<'_> {
         let (mut fixed, random) = situation.parts_in();
         for (s, set) in linearised.sets.iter().enumerate() {
             if set.nature == Nature::Law && !situation.taken.iter().any(|taken| taken.set == s) {
-                fixed.extend(&set.columns);
+                fixed.push(set.columns.clone());
             }
         }
         let beside = linearised.system.beside(&fixed, &random);
