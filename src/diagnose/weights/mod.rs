@@ -1,9 +1,10 @@
 //! One variance factor per group of observations: a wrong `tie_px` must not mis-scale what GNSS positions say.
 //!
 //! The factor of images is that of their residuals. Those of control and GNSS are variance components of their coordinates, estimated from
-//! the null model beside everything that the candidates of their stages could explain: a missing lever arm does not pass for noise. A group is
-//! never let go: beyond [`MOST`] times the stated standard deviation it is no question of precision any more but a finding, and the block
-//! would bend freely.
+//! the null model beside everything that the candidates of their stages could explain: a missing lever arm does not pass for noise. Where a
+//! group looks less precise than stated, what the camera could explain is asked, too: seen from the air, a focal length that varies by image is
+//! nearly a height that does, and of the two that one stands which is likelier. A group is never let go: beyond [`MOST`] times the stated
+//! standard deviation it is no question of precision any more but a finding, and the block would bend freely.
 //!
 //! Where the model has factors of single flights, those of images and GNSS are estimated by flight.
 //!
@@ -19,7 +20,7 @@ use super::fit::{DiagnoseError, Fit};
 use super::linearised::{Linearised, Questions, with_candidates};
 use super::select::Nature;
 use super::settings::Settings;
-use super::test::random;
+use super::test::{random, variance_factor};
 use crate::adjust::native::null_model::{Columns, Coordinate, Entries, Measured};
 use crate::block::Block;
 use crate::effects::Stage;
@@ -116,6 +117,9 @@ impl Columns for Extra<'_> {
     }
 }
 
+/// Stages whose effects move observed coordinates.
+const OF_COORDINATES: [Stage; 4] = [Stage::Position, Stage::Exposure, Stage::Control, Stage::Frame];
+
 /// A model with the weights that the residuals of its fit ask for; `None` where they are those that it has.
 pub fn reweighted(
     block: &Block,
@@ -123,34 +127,46 @@ pub fn reweighted(
     added: &Added,
     settings: &Settings<'_>,
 ) -> Result<Option<Model>, DiagnoseError> {
-    let problem = &fit.problem;
     let by_flight = !fit.model.flight_factors.is_empty();
-    let flights = by_flight.then(|| Flights::new(problem, block.flights.len()));
-    let extra = Extra { coordinates: Coordinates::new(problem), flights: flights.as_ref() };
-    let (mut tested, untested) = catalogue::candidates(block, fit, added, settings.plugins);
-    tested.retain(|(candidate, _)| {
-        let stage = candidate.term().map(|term| term.effect.descriptor().stage);
-        let bears = [Stage::Position, Stage::Exposure, Stage::Control, Stage::Frame];
-        stage.is_some_and(|stage| bears.contains(&stage))
-    });
-    let linearised = with_candidates(
-        block,
-        fit,
-        added,
-        Questions { tested, untested, extra: &extra, ..Questions::nothing() },
-        settings,
-    )?;
+    let flights = by_flight.then(|| Flights::new(&fit.problem, block.flights.len()));
+    let extra = Extra { coordinates: Coordinates::new(&fit.problem), flights: flights.as_ref() };
+    let beside = |stages: &[Stage]| -> Result<Model, DiagnoseError> {
+        let (mut tested, untested) = catalogue::candidates(block, fit, added, settings.plugins);
+        tested.retain(|(candidate, _)| {
+            candidate.physical && candidate.term().is_some_and(|term| stages.contains(&term.effect.descriptor().stage))
+        });
+        let asked = Questions { tested, untested, extra: &extra, ..Questions::nothing() };
+        let linearised = with_candidates(block, fit, added, asked, settings)?;
+        weighed(block, fit, &linearised, &extra, settings)
+    };
+    let mut next = beside(&OF_COORDINATES)?;
+    if less_precise(&fit.model, &next) {
+        let [position, exposure, control, frame] = OF_COORDINATES;
+        next = beside(&[position, exposure, control, frame, Stage::Interior])?;
+    }
+    Ok((!same(&next, &fit.model)).then_some(next))
+}
+
+/// The model with the weights that a linearisation of its fit asks for.
+fn weighed(
+    block: &Block,
+    fit: &Fit,
+    linearised: &Linearised,
+    extra: &Extra<'_>,
+    settings: &Settings<'_>,
+) -> Result<Model, DiagnoseError> {
+    let problem = &fit.problem;
     let now = fit.model.sigma_factors;
     let first = linearised.extra_columns.start;
     let of_coordinates = first + extra.dense()..linearised.extra_columns.end;
-    let groups = Coordinated { linearised: &linearised, settings, first: of_coordinates.start };
+    let groups = Coordinated { linearised, settings, first: of_coordinates.start };
     let coordinates = &extra.coordinates;
     let mut next = fit.model.clone();
     let factors = &mut next.sigma_factors;
     factors.control = groups.factor(&coordinates.control(false), now.control);
     factors.control_z = groups.factor(&coordinates.control(true), now.control_z);
-    if let Some(flights) = &flights {
-        let shares = flights.shares(&linearised, fit)?;
+    if let Some(flights) = extra.flights {
+        let shares = flights.shares(linearised, fit)?;
         for (flight, (name, share)) in block.flights.iter().zip(shares).enumerate() {
             let Some(own) = next.flight_factors.get_mut(name) else { continue };
             let of = |number: usize| flights.of_image(problem.gnss[number].index) == flight;
@@ -163,13 +179,13 @@ pub fn reweighted(
         let mut images = Share { chi_square: linearised.null.chi_square(), redundancy: problem.redundancy().2 as f64 };
         for column in of_coordinates {
             images.redundancy -= linearised.system.information[(column, column)];
-            images.chi_square -= residual(&linearised, column).powi(2);
+            images.chi_square -= residual(linearised, column).powi(2);
         }
         factors.image = images.factor(now.image);
         factors.gnss = groups.factor(&coordinates.gnss(false, |_| true), now.gnss);
         factors.gnss_z = groups.factor(&coordinates.gnss(true, |_| true), now.gnss_z);
     }
-    Ok((!same(&next, &fit.model)).then_some(next))
+    Ok(next)
 }
 
 impl Share {
@@ -194,12 +210,24 @@ fn residual(linearised: &Linearised, column: usize) -> f64 {
 
 /// Do the factors of two models differ by less than statistics see?
 fn same(a: &Model, b: &Model) -> bool {
-    let all = |model: &Model| -> Vec<f64> {
-        let SigmaFactors { image, control, control_z, gnss, gnss_z } = model.sigma_factors;
-        let flights = model.flight_factors.values().flat_map(|of| [of.image, of.gnss, of.gnss_z]);
-        [image, control, control_z, gnss, gnss_z].into_iter().chain(flights).collect()
+    let image = |model: &Model| -> Vec<f64> {
+        let flights = model.flight_factors.values().map(|of| of.image);
+        std::iter::once(model.sigma_factors.image).chain(flights).collect()
     };
-    all(a).iter().zip(all(b)).all(|(a, b)| (a / b - 1.0).abs() < CHANGE)
+    let near = |a: Vec<f64>, b: Vec<f64>| a.iter().zip(b).all(|(a, b)| (a / b - 1.0).abs() < CHANGE);
+    near(image(a), image(b)) && near(of_coordinates(a), of_coordinates(b))
+}
+
+/// Is a group of coordinates that was believed as stated less precise in the other model?
+fn less_precise(now: &Model, next: &Model) -> bool {
+    of_coordinates(now).iter().zip(of_coordinates(next)).any(|(now, next)| *now == 1.0 && next > 1.0)
+}
+
+/// Factors of the groups of coordinates.
+fn of_coordinates(model: &Model) -> Vec<f64> {
+    let SigmaFactors { control, control_z, gnss, gnss_z, .. } = model.sigma_factors;
+    let flights = model.flight_factors.values().flat_map(|of| [of.gnss, of.gnss_z]);
+    [control, control_z, gnss, gnss_z].into_iter().chain(flights).collect()
 }
 
 /// Groups of observed coordinates.
@@ -221,17 +249,24 @@ impl Coordinated<'_> {
         }
         let situation = linearised.situation(settings, &Default::default());
         let (mut fixed, random) = situation.parts_in();
-        for (s, set) in linearised.sets.iter().enumerate() {
-            if set.nature == Nature::Law && !situation.taken.iter().any(|taken| taken.set == s) {
-                fixed.push(set.columns.clone());
-            }
-        }
+        let is_in = |s: &usize| situation.taken.iter().any(|taken| taken.set == *s);
+        let (laws, chances): (Vec<usize>, Vec<usize>) =
+            (0..linearised.sets.len()).filter(|s| !is_in(s)).partition(|s| linearised.sets[*s].nature == Nature::Law);
+        fixed.extend(laws.into_iter().map(|s| linearised.sets[s].columns.clone()));
         let beside = linearised.system.beside(&fixed, &random);
         let variance = 1.0;
         let size = random::estimate(&beside, &own, variance, LEAST_SHARE - 1.0);
         let likelihood = |size: f64| random::likelihood_ratio(&beside, &own, variance, size);
         let as_stated = now.powi(-2) - 1.0;
-        let improbable = likelihood(size) - likelihood(as_stated) > chi_square_quantile(1.0 - BELIEVED, 1.0);
-        if improbable { (now * (1.0 + size).sqrt()).min(MOST) } else { 1.0 }
+        let gain = likelihood(size) - likelihood(as_stated);
+        let improbable = gain > chi_square_quantile(1.0 - BELIEVED, 1.0);
+        // Likelihoods of both are of the same weights only where the group has its stated one.
+        let by_images = || {
+            let noise = variance_factor(beside.chi_square, beside.redundancy);
+            let values = chances.iter().map(|s| &linearised.sets[*s].columns);
+            let of = |columns: &Vec<usize>| random::largest_likelihood_ratio(&beside, columns, noise);
+            size > 0.0 && now == 1.0 && values.filter_map(of).any(|by_images| by_images > gain)
+        };
+        if improbable && !by_images() { (now * (1.0 + size).sqrt()).min(MOST) } else { 1.0 }
     }
 }

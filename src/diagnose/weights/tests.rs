@@ -7,6 +7,7 @@ use crate::adjust::native::Native;
 use crate::block::Role;
 use crate::diagnose::imprecise;
 use crate::diagnose::run::base;
+use crate::inject;
 use crate::model::{Datum, FlightFactors};
 use crate::run::adjust_from;
 use crate::scenario::{Scenario, SurveyNoise, add_noise, add_survey_noise, simulate};
@@ -35,6 +36,32 @@ fn block(times: f64) -> Block {
         own.position = exact.position + times * (own.position - exact.position);
     }
     block
+}
+
+/// A block of vertical images at one height, whose focal lengths and antenna heights vary by image.
+fn vertical(focal_px: f64, times_height: f64) -> Block {
+    let parameters = [("points".into(), 800.0)].into();
+    let scenario = Scenario::preset("mapping", &parameters).expect("a preset");
+    let exact = simulate(&scenario, 1).expect("a block").block;
+    let hunting = inject::parse(&format!("focus-hunting:size={focal_px}")).expect("a cause");
+    let mut block = inject::apply(&exact, &exact, &[hunting], 1).expect("a block").block;
+    add_noise(&mut block, NOISE, 1).expect("noise");
+    add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: true }, 1);
+    for (own, exact) in block.images.iter_mut().zip(&exact.images) {
+        let (own, exact) = (own.gnss.as_mut().expect("GNSS"), exact.gnss.as_ref().expect("GNSS"));
+        own.position.z = exact.position.z + times_height * (own.position.z - exact.position.z);
+    }
+    block
+}
+
+#[test]
+fn focal_lengths_that_vary_do_not_pass_for_imprecise_heights_nor_these_for_focal_lengths() {
+    let factors = |focal_px, times| based(&vertical(focal_px, times), false).model.sigma_factors;
+    let hunting = factors(5.0, 1.0);
+    assert_eq!((hunting.gnss, hunting.gnss_z), (1.0, 1.0), "{hunting:?}");
+    let imprecise = factors(0.0, 2.0);
+    // The variance of some ninety heights is known to a sixth.
+    assert!((imprecise.gnss_z / 2.0 - 1.0).abs() < 0.3, "{imprecise:?}");
 }
 
 fn based(block: &Block, by_flight: bool) -> Fit {
