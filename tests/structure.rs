@@ -216,23 +216,42 @@ fn neighbours_that_err_together_are_found() {
 }
 
 #[test]
+fn rows_that_err_together_are_found() {
+    let mut block = block("mapping", 3000.0, 6);
+    // Four periods while the image is read, of a phase of its own in every image: nearest neighbours are too far apart to see much of them.
+    displace(&mut block, |image, [_, y]| {
+        let size = 0.1 * (TAU * 4.0 * y / 1.5 + 2.4 * image as f64).sin();
+        [size, size]
+    });
+    let structure = structure(&block);
+    println!("{:?}", structure.tests);
+    assert!(p_value(&structure, "row-autocorrelation") < 1e-6);
+    assert!(p_value(&structure, "row-autocorrelation") < 1e-3 * p_value(&structure, "autocorrelation"));
+}
+
+#[test]
 fn poses_that_gnss_holds_leave_no_correlation_behind() {
     // Few points an image and precise antennas: the fit of a pose takes much less out of neighbours than its measurements alone would let it.
     let seeds = 1..=16;
-    let statistics = seeds.map(|seed| {
-        let mut block = common::preset("dike", &[("points", 1500.0)], seed).block;
-        for antenna in block.images.iter_mut().filter_map(|image| image.gnss.as_mut()) {
-            (antenna.sigma_xy, antenna.sigma_z) = (Some(1e-3), Some(1e-3));
-        }
-        add_noise(&mut block, NOISE, seed).unwrap();
-        add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: true }, seed);
-        let run = common::solve_native(&block, &Model { datum: Datum::All, ..Model::default() }, &options());
-        structure_of(&run).test("autocorrelation").expect("tested").statistic
-    });
-    let statistics: Vec<f64> = statistics.collect();
-    let mean = statistics.iter().sum::<f64>() / statistics.len() as f64;
-    // Standard normal each, or below.
-    assert!(mean * (statistics.len() as f64).sqrt() < normal_quantile(1.0 - 1e-3), "mean {mean} of {statistics:?}");
+    let statistics: Vec<[f64; 2]> = seeds
+        .map(|seed| {
+            let mut block = common::preset("dike", &[("points", 1500.0)], seed).block;
+            for antenna in block.images.iter_mut().filter_map(|image| image.gnss.as_mut()) {
+                (antenna.sigma_xy, antenna.sigma_z) = (Some(1e-3), Some(1e-3));
+            }
+            add_noise(&mut block, NOISE, seed).unwrap();
+            add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: true }, seed);
+            let run = common::solve_native(&block, &Model { datum: Datum::All, ..Model::default() }, &options());
+            let structure = structure_of(&run);
+            ["autocorrelation", "row-autocorrelation"].map(|name| structure.test(name).expect("tested").statistic)
+        })
+        .collect();
+    for test in 0..2 {
+        let count = statistics.len() as f64;
+        let mean = statistics.iter().map(|both| both[test]).sum::<f64>() / count;
+        // Standard normal each, or below.
+        assert!(mean * count.sqrt() < normal_quantile(1.0 - 1e-3), "mean {mean} of {statistics:?}");
+    }
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Do measurements that are close to each other in an image err together?
+//! Do measurements that are close to each other in an image, or that are read one after another, err together?
 //!
 //! `I = sum v_i . v_k` over near neighbours of different points (Moran's statistic without its normalisation). Under the null the points are
 //! independent, so the products of one pair of points, summed over all images in which they are neighbours, have the expectation
@@ -18,56 +18,136 @@ const NEIGHBOURS: usize = 4;
 /// Pairs of points below which the sum is not normal.
 const LEAST: usize = 100;
 
+/// Tests in the order in which they are made.
+pub(super) const TESTS: [&str; 2] = ["autocorrelation", "row-autocorrelation"];
+
+/// Tests neighbours on the sensor, and neighbours by row: a sensor that is read row by row takes these one after another, wherever in the row they
+/// lie, so that what shakes while an image is read moves them alike.
 pub(super) fn test(context: &Context<'_>, found: &mut Found) {
-    let problem = context.problem;
-    let (n, images) = (problem.observations.len(), problem.image_contexts.len());
-    let mut owner = vec![0u32; n];
-    for j in 0..problem.point_sources.len() {
-        owner[problem.point_start[j]..problem.point_start[j + 1]].fill(j as u32);
-    }
-    // How the pose of its own image moves each measurement once the point has followed.
-    let mut normal = context.antenna_normals.clone();
-    let moved = |k: usize| -> Matrix2x6<f64> { context.measurements[k].redundancy * context.measurements[k].by_pose };
-    let image_of = |k: usize| problem.observations[k].image as usize;
-    for (k, local) in context.measurements.iter().enumerate() {
-        normal[image_of(k)] += local.by_pose.transpose() * moved(k);
-    }
-    let covariance: Vec<Matrix6<f64>> =
-        normal.iter().map(|normal| normal.try_inverse().unwrap_or_else(Matrix6::zeros)).collect();
-    let variance = context.variance();
-    let seen = Neighbours::new((0..n).map(|k| (image_of(k), context.measurements[k].predicted)), images);
-    let mut pairs: Vec<(u32, u32, f64)> = Vec::new();
-    for k in 0..n {
-        let image = image_of(k);
-        let weight = problem.observations[k].inverse_sigma;
-        let pulled = moved(k) * covariance[image];
-        for other in seen.nearest(k, NEIGHBOURS) {
-            if owner[other] == owner[k] {
-                continue;
-            }
-            let (a, b) = (context.measurements[k].residual, context.measurements[other].residual);
-            let product = (a[0] * b[0] + a[1] * b[1]) * weight * problem.observations[other].inverse_sigma;
-            let expected = -variance * (pulled * moved(other).transpose()).trace();
-            pairs.push((owner[k].min(owner[other]), owner[k].max(owner[other]), product - expected));
+    let images = context.problem.image_contexts.len();
+    let products = Products::new(context);
+    let places = (0..context.measurements.len()).map(|k| (context.image(k), context.measurements[k].predicted));
+    let on_sensor = Neighbours::new(places, images);
+    let near = products.sum(|k| on_sensor.nearest(k, NEIGHBOURS));
+    drop(on_sensor);
+    let whose = format!("each measurement and its {NEIGHBOURS} nearest neighbours in the image");
+    near.found(context, found, TESTS[0], &whose);
+    let rows = Rows::new(context);
+    let whose = format!("each measurement and the {NEIGHBOURS} that are next to it in the order of the image's rows");
+    products.sum(|k| rows.beside(k)).found(context, found, TESTS[1], &whose);
+}
+
+/// Measurements in the order of images and rows.
+struct Rows<'a> {
+    context: &'a Context<'a>,
+    order: Vec<u32>,
+    position: Vec<u32>,
+}
+
+impl<'a> Rows<'a> {
+    fn new(context: &'a Context<'a>) -> Self {
+        let row = |k: usize| context.measurements[k].predicted[1];
+        let mut order: Vec<u32> = (0..context.measurements.len() as u32).collect();
+        order.sort_unstable_by(|a, b| {
+            let (own, other) = (*a as usize, *b as usize);
+            let by_image = context.image(own).cmp(&context.image(other));
+            by_image.then(row(own).total_cmp(&row(other))).then(a.cmp(b))
+        });
+        let mut position = vec![0; order.len()];
+        for (place, k) in order.iter().enumerate() {
+            position[*k as usize] = place as u32;
         }
+        Self { context, order, position }
     }
-    pairs.sort_unstable_by_key(|pair| (pair.0, pair.1));
-    let (mut sum, mut squares, mut count) = (0.0, 0.0, 0usize);
-    for pair in pairs.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        let part: f64 = pair.iter().map(|(.., product)| product).sum();
-        sum += part;
-        squares += part * part;
-        count += 1;
+
+    /// The measurements before and behind one in its image, [`NEIGHBOURS`] together.
+    fn beside(&self, k: usize) -> impl Iterator<Item = usize> {
+        let place = self.position[k] as usize;
+        let near = place.saturating_sub(NEIGHBOURS / 2)..(place + NEIGHBOURS / 2 + 1).min(self.order.len());
+        let others = near.filter(move |other| *other != place).map(|other| self.order[other] as usize);
+        others.filter(move |other| self.context.image(*other) == self.context.image(k))
     }
-    if count < LEAST || squares == 0.0 {
-        return found.skip("autocorrelation", "too few neighbours");
+}
+
+/// Products of residuals, less what the fit of a pose leaves of them.
+struct Products<'a> {
+    context: &'a Context<'a>,
+    /// Point of each measurement.
+    owner: Vec<u32>,
+    /// Covariance of the pose of each image, known from the image alone.
+    covariance: Vec<Matrix6<f64>>,
+}
+
+impl<'a> Products<'a> {
+    fn new(context: &'a Context<'a>) -> Self {
+        let problem = context.problem;
+        let mut owner = vec![0u32; problem.observations.len()];
+        for j in 0..problem.point_sources.len() {
+            owner[problem.point_start[j]..problem.point_start[j + 1]].fill(j as u32);
+        }
+        let mut normal = context.antenna_normals.clone();
+        for (k, local) in context.measurements.iter().enumerate() {
+            normal[context.image(k)] += local.by_pose.transpose() * moved(context, k);
+        }
+        let covariance = normal.iter().map(|normal| normal.try_inverse().unwrap_or_else(Matrix6::zeros)).collect();
+        Self { context, owner, covariance }
     }
-    let z = sum / squares.sqrt();
-    let mean_square = context.noise.sum_of_squares / n as f64; // of the length of a residual
-    let correlation = sum / pairs.len() as f64 / mean_square;
-    let tested = Tested { statistic: z, dof: 1, p_value: normal_sf(z), ln_p_value: normal_ln_sf(z) };
-    let description = format!(
-        "correlation {correlation:.3} beyond that of the fit between each measurement and its {NEIGHBOURS} nearest neighbours in the image"
-    );
-    found.push("autocorrelation", Some(tested), description);
+
+    fn sum<I: Iterator<Item = usize>>(&self, neighbours: impl Fn(usize) -> I) -> Sum {
+        let Self { context, owner, covariance } = self;
+        let observations = &context.problem.observations;
+        let variance = context.variance();
+        let mut pairs: Vec<(u32, u32, f64)> = Vec::new();
+        for (k, observation) in observations.iter().enumerate() {
+            let pulled = moved(context, k) * covariance[context.image(k)];
+            for other in neighbours(k).filter(|other| owner[*other] != owner[k]) {
+                let (a, b) = (context.measurements[k].residual, context.measurements[other].residual);
+                let weight = observation.inverse_sigma * observations[other].inverse_sigma;
+                let expected = -variance * (pulled * moved(context, other).transpose()).trace();
+                let product = (a[0] * b[0] + a[1] * b[1]) * weight - expected;
+                pairs.push((owner[k].min(owner[other]), owner[k].max(owner[other]), product));
+            }
+        }
+        pairs.sort_unstable_by_key(|pair| (pair.0, pair.1));
+        let mut sum = Sum { products: pairs.len(), ..Sum::default() };
+        for pair in pairs.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let part: f64 = pair.iter().map(|(.., product)| product).sum();
+            sum.sum += part;
+            sum.squares += part * part;
+            sum.pairs += 1;
+        }
+        sum
+    }
+}
+
+/// How the pose of its own image moves a measurement once the point has followed.
+fn moved(context: &Context<'_>, k: usize) -> Matrix2x6<f64> {
+    context.measurements[k].redundancy * context.measurements[k].by_pose
+}
+
+/// Sums over pairs of points.
+#[derive(Default)]
+struct Sum {
+    sum: f64,
+    squares: f64,
+    pairs: usize,
+    products: usize,
+}
+
+impl Sum {
+    fn found(&self, context: &Context<'_>, found: &mut Found, against: &'static str, whose: &str) {
+        if self.pairs < LEAST || self.squares == 0.0 {
+            return found.skip(against, "too few neighbours");
+        }
+        let z = self.sum / self.squares.sqrt();
+        // Of the length of a residual.
+        let mean_square = context.noise.sum_of_squares / context.measurements.len() as f64;
+        let correlation = self.sum / self.products as f64 / mean_square;
+        let tested = Tested { statistic: z, dof: 1, p_value: normal_sf(z), ln_p_value: normal_ln_sf(z) };
+        found.push(
+            against,
+            Some(tested),
+            format!("correlation {correlation:.3} beyond that of the fit between {whose}"),
+        );
+    }
 }

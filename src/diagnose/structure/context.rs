@@ -28,6 +28,11 @@ pub(super) struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
+    /// Image of a measurement.
+    pub(super) fn image(&self, measurement: usize) -> usize {
+        self.problem.observations[measurement].image as usize
+    }
+
     pub(super) fn new(problem: &'a Problem, state: &'a State, measurements: &'a [Local]) -> Result<Self, AdjustError> {
         let squares = problem.observations.iter().zip(measurements).map(|(observation, local)| {
             (local.residual[0].powi(2) + local.residual[1].powi(2)) * observation.inverse_sigma.powi(2)

@@ -105,7 +105,9 @@ impl<'a> Layout<'a> {
             covariates::draw(context, &self.covariates, &mut found);
             match is_noise(context.noise.sum_of_squares, context.noise.degrees) {
                 true => autocorrelation::test(context, &mut found),
-                false => found.skip("autocorrelation", "the residuals are much smaller than stated"),
+                false => autocorrelation::TESTS
+                    .iter()
+                    .for_each(|name| found.skip(name, "the residuals are much smaller than stated")),
             }
             for (name, _) in gnss::DIRECTIONS {
                 match asked(name) {

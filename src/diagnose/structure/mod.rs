@@ -8,8 +8,9 @@
 //! the null model: under independent normal noise its F statistic is F distributed, however small the block. One thing that the weights do not
 //! know is guarded against by the object points as independent units: the variance of each score is also taken from its parts point by point,
 //! and where that is larger than the information says (measurements of one point that err together), the statistic is divided by the ratio (the
-//! first-order correction of Rao and Scott 1984). Errors that *different* points share, as neighbours in one image do, show in the test
-//! `autocorrelation`; its sums are normalised by pairs of points, the sign flip of whole points being the null.
+//! first-order correction of Rao and Scott 1984). Errors that *different* points share, as neighbours in one image do or rows that
+//! are read one after another, show in the tests `autocorrelation` and `row-autocorrelation`; their sums are normalised by pairs of points, the sign
+//! flip of whole points being the null.
 //!
 //! Check points decide nothing: their tests are marked as descriptive.
 
@@ -44,7 +45,7 @@ use crate::problem::{Problem, State};
 pub struct StructureTest {
     /// `sensor`, `spectrum`, `image`, ...: the key `against` of `diagnosis.json`.
     pub against: &'static str,
-    /// F, or a standard normal for `autocorrelation`.
+    /// F, or a standard normal for `autocorrelation` and `row-autocorrelation`.
     pub statistic: f64,
     /// Degrees of freedom: columns that the base model leaves.
     pub dof: usize,
