@@ -12,6 +12,9 @@ use crate::problem::ProblemError;
 use crate::run::RunError;
 use std::collections::HashSet;
 
+/// Difference of `v'Pv` that two fits of one minimum may have: some times what either leaves.
+const SAME_MINIMUM: f64 = 1e-2;
+
 /// Fits and sets outliers aside until nothing changes. `near`: an earlier fit of the same images, to start from.
 ///
 /// # Errors
@@ -46,10 +49,14 @@ pub fn settle(
         }
         // Not from where a blunder had bent it: that may be another minimum.
         let bent = round.bent || round.held_back > 0;
-        let from = robust.as_ref().or(if bent { near } else { Some(&fitted) });
-        fitted = match settling.fit(from) {
+        let from = if bent { near } else { Some(&fitted) };
+        let again = |settling: &mut Settling<'_>| match &robust {
+            Some(robust) => settling.fit_after(robust, near),
+            None => settling.fit(from),
+        };
+        fitted = match again(&mut settling) {
             // Two rays of which one is wrong may agree by chance, at a point that no adjustment finds.
-            Err(_) if settling.search.refuse_returned(&before) => return settling.fit(from),
+            Err(_) if settling.search.refuse_returned(&before) => return again(&mut settling),
             fitted => fitted?,
         };
     }
@@ -88,7 +95,7 @@ impl Settling<'_> {
                 tell(&format!("{error}: searching blunders by a robust fit"));
                 // Nothing stands alone: it is not for a blunder that the fit failed.
                 let robust = self.search_robustly(None, Strictness::Loose)?.ok_or(error)?;
-                self.fit(Some(&robust))
+                self.fit_after(&robust, None)
             }
             Ok(fitted) if *snoop && fitted.solution.iterations > FEW_ITERATIONS => {
                 tell("the adjustment came a long way: searching what may have bent it by a robust fit");
@@ -104,7 +111,7 @@ impl Settling<'_> {
         let before = self.search.clone();
         let robust = self.search_robustly(near, strictness)?;
         match robust.filter(|_| self.search.found_bent_since(&before)) {
-            Some(robust) => self.fit(Some(&robust)).map(Some),
+            Some(robust) => self.fit_after(&robust, near).map(Some),
             None => {
                 *self.search = before;
                 Ok(None)
@@ -129,6 +136,24 @@ impl Settling<'_> {
             changed = true;
         }
         Ok(last.filter(|_| changed))
+    }
+
+    /// The fit of what a robust one has left: from there, since an image that wrong measurements had oriented is a long way from where the block
+    /// puts it, and from where that one had started, since blunders may have bent it into another minimum. The lower one.
+    fn fit_after(&mut self, robust: &Fit, near: Option<&Fit>) -> Result<Fit, DiagnoseError> {
+        let there = self.fit(Some(robust));
+        let search = self.search.clone();
+        let lower = self.fit(near).ok().filter(|here| match &there {
+            Ok(there) => {
+                let same_measurements = self.search.left_out() == search.left_out();
+                same_measurements && here.chi_square() < there.chi_square() - SAME_MINIMUM
+            }
+            Err(_) => true,
+        });
+        if lower.is_none() {
+            *self.search = search;
+        }
+        lower.map_or(there, Ok)
     }
 
     fn fit(&mut self, near: Option<&Fit>) -> Result<Fit, DiagnoseError> {
