@@ -3,6 +3,7 @@
 mod ledger;
 mod refit;
 mod removal;
+mod rivals;
 mod single;
 
 pub use ledger::{Change, Confirmation, Step};
@@ -178,9 +179,23 @@ impl Improvement {
         asked_for: bool,
         settings: &Settings<'_>,
     ) -> Result<(), DiagnoseError> {
-        let id = linearised.sets[set].id.clone();
-        (settings.tell)(&format!("adding {id} and adjusting again"));
+        (settings.tell)(&format!("adding {} and adjusting again", linearised.sets[set].id));
         let beside = situation.beside();
+        let mut rivals = situation.rivals(set, &beside);
+        if !asked_for {
+            rivals.extend(rivals::laws_of_the_lens(linearised, situation, set, &beside));
+        }
+        let (mut set, mut refitted) = (set, self.refit(block, linearised, situation, set, settings));
+        let left = |refitted: &Result<(Fit, Added), DiagnoseError>| {
+            refitted.as_ref().map_or(f64::INFINITY, |(fit, _)| fit.chi_square())
+        };
+        for rival in rivals {
+            let other = self.refit(block, linearised, situation, rival, settings);
+            if left(&other) < left(&refitted) {
+                (set, refitted) = (rival, other);
+            }
+        }
+        let id = linearised.sets[set].id.clone();
         let judged = situation.judge(set, &beside);
         let (predicted, ln_p) =
             judged.as_ref().map_or((0.0, 0.0), |judged| (predicted_drop(linearised, &beside, judged), judged.ln_p));
@@ -193,16 +208,6 @@ impl Improvement {
             kept: false,
             reason: String::new(),
         };
-        let mut refitted = self.refit(block, linearised, situation, set, settings);
-        for rival in situation.rivals(set, &beside) {
-            let other = self.refit(block, linearised, situation, rival, settings);
-            let left = |refitted: &Result<(Fit, Added), _>| {
-                refitted.as_ref().map_or(f64::INFINITY, |(fit, _): &(Fit, Added)| fit.chi_square())
-            };
-            if left(&other) < left(&refitted) {
-                refitted = other;
-            }
-        }
         match refitted.and_then(|(fit, parts)| Ok((held_out_px(&fit, settings.options.threads)?, fit, parts))) {
             Ok((heldout_px, fit, parts)) => {
                 confirmation.drop = self.fit.chi_square() - fit.chi_square();
