@@ -4,9 +4,9 @@ use super::super::linearised::Linearised;
 use super::super::select::{Beside, Situation};
 use crate::effects::Stage;
 
-/// Laws of the whole image that may enter, too, where a shape with a place on the sensor is to: a distortion that is missing drives the camera far
-/// away, where its own first order says little of it, and a shape of the best of many places takes a part of it. Which of them it is, only
-/// their refits tell.
+/// Laws of the whole image, where a shape with a place on the sensor is to enter, significant or not: a distortion that is missing drives the
+/// camera far away, where its own first order says little of it, and a shape of the best of many places takes a part of it. Which of them it
+/// is, only their refits tell.
 pub(super) fn laws_of_the_lens(
     linearised: &Linearised,
     situation: &Situation<'_>,
@@ -20,6 +20,10 @@ pub(super) fn laws_of_the_lens(
         let term = linearised.candidates[set].as_ref().and_then(|candidate| candidate.term());
         term.is_some_and(|term| term.effect.descriptor().stage == Stage::Image)
     };
-    let may_be = situation.judge_all(beside).into_iter().filter(|judged| situation.may_enter(judged));
-    may_be.map(|judged| judged.set).filter(|other| !linearised.is_placed(*other) && of_image(*other)).collect()
+    let laws = situation.judge_all(beside).into_iter().filter(|judged| !judged.implausible).map(|judged| judged.set);
+    let may_be = laws.filter(|other| {
+        let own = &situation.sets[*other];
+        own.physical && !situation.refused.contains(&own.id) && !linearised.is_placed(*other) && of_image(*other)
+    });
+    may_be.collect()
 }
