@@ -31,7 +31,7 @@ pub struct ImageContext {
     pub width_px: f64,
     /// Sensor size, px.
     pub height_px: f64,
-    /// Exposure time, s.
+    /// When it was exposed, s.
     pub time_s: f64,
     /// `(t - mean t) / (max t - min t)` over the block's images.
     pub tau: f64,
@@ -47,7 +47,7 @@ pub struct ImageContext {
     pub velocity: Vector3<f64>,
     /// Angular velocity, rad/s, camera axes; zero where it is not measured.
     pub angular_velocity: Vector3<f64>,
-    /// Exposure time, s.
+    /// For how long, s.
     pub exposure_s: f64,
     /// Focus distance, m.
     pub focus_m: f64,
