@@ -227,6 +227,8 @@ fn rows_that_err_together_are_found() {
     println!("{:?}", structure.tests);
     assert!(p_value(&structure, "row-autocorrelation") < 1e-6);
     assert!(p_value(&structure, "row-autocorrelation") < 1e-3 * p_value(&structure, "autocorrelation"));
+    let spectrum = structure.test("row-spectrum").expect("tested");
+    assert!(spectrum.ln_p_value < -50.0 && spectrum.description.contains("strongest: 4 periods"), "{spectrum:?}");
 }
 
 #[test]
@@ -243,6 +245,8 @@ fn poses_that_gnss_holds_leave_no_correlation_behind() {
             add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: true }, seed);
             let run = common::solve_native(&block, &Model { datum: Datum::All, ..Model::default() }, &options());
             let structure = structure_of(&run);
+            let spectrum = structure.test("row-spectrum").expect("tested").p_value;
+            assert!(spectrum > 1e-3 / 16.0, "{spectrum}");
             ["autocorrelation", "row-autocorrelation"].map(|name| structure.test(name).expect("tested").statistic)
         })
         .collect();

@@ -36,7 +36,7 @@ pub struct Field {
 }
 
 /// Tests that tell properties of the noise: they take no effect out.
-const NOISE: [&str; 2] = ["autocorrelation", "row-autocorrelation"];
+const NOISE: [&str; 3] = ["autocorrelation", "row-autocorrelation", "row-spectrum"];
 /// Structures that are held against an effect at most.
 const MOST_SHAPES: usize = 4;
 

@@ -6,7 +6,9 @@ use super::context::Context;
 use super::covariates::Covariate;
 use super::found::Found;
 use super::place::Place;
-use super::{Structure, StructureTest, autocorrelation, check, covariates, gnss, image, sensor, spectrum};
+use super::{
+    Structure, StructureTest, autocorrelation, check, covariates, gnss, image, row_spectrum, sensor, spectrum,
+};
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{Columns, Coordinate, Local};
 use crate::diagnose::test::{System, is_noise};
@@ -103,11 +105,12 @@ impl<'a> Layout<'a> {
                 found.push(name, asked.test(&all), covariate.description.clone());
             }
             covariates::draw(context, &self.covariates, &mut found);
-            match is_noise(context.noise.sum_of_squares, context.noise.degrees) {
-                true => autocorrelation::test(context, &mut found),
-                false => autocorrelation::TESTS
-                    .iter()
-                    .for_each(|name| found.skip(name, "the residuals are much smaller than stated")),
+            if is_noise(context.noise.sum_of_squares, context.noise.degrees) {
+                autocorrelation::test(context, &mut found);
+                row_spectrum::test(context, &mut found);
+            } else {
+                let tests = autocorrelation::TESTS.iter().chain(&[row_spectrum::TEST]);
+                tests.for_each(|name| found.skip(name, "the residuals are much smaller than stated"));
             }
             for (name, _) in gnss::DIRECTIONS {
                 match asked(name) {

@@ -9,8 +9,8 @@
 //! know is guarded against by the object points as independent units: the variance of each score is also taken from its parts point by point,
 //! and where that is larger than the information says (measurements of one point that err together), the statistic is divided by the ratio (the
 //! first-order correction of Rao and Scott 1984). Errors that *different* points share, as neighbours in one image do or rows that
-//! are read one after another, show in the tests `autocorrelation` and `row-autocorrelation`; their sums are normalised by pairs of points, the sign
-//! flip of whole points being the null.
+//! are read one after another, show in the tests `autocorrelation`, `row-autocorrelation` and `row-spectrum`, the sign flip of whole points being the
+//! null.
 //!
 //! Check points decide nothing: their tests are marked as descriptive.
 
@@ -27,6 +27,7 @@ mod image;
 mod layout;
 mod pictures;
 mod place;
+mod row_spectrum;
 mod sensor;
 mod spectrum;
 
@@ -45,7 +46,7 @@ use crate::problem::{Problem, State};
 pub struct StructureTest {
     /// `sensor`, `spectrum`, `image`, ...: the key `against` of `diagnosis.json`.
     pub against: &'static str,
-    /// F, or a standard normal for `autocorrelation` and `row-autocorrelation`.
+    /// F, a standard normal for `autocorrelation` and `row-autocorrelation`, a ratio of powers for `row-spectrum`.
     pub statistic: f64,
     /// Degrees of freedom: columns that the base model leaves.
     pub dof: usize,

@@ -1,0 +1,117 @@
+//! Do measurements swing along the rows of each image, as where a camera shakes while its rows are read?
+//!
+//! A shaking mount has one frequency, but a phase of its own in every image, so that nothing of it is left on the sensor of all images together.
+//! The power at a frequency is summed over images and both components: `sum |sum v exp(i 2 pi f row)|^2 / sum v^2`, one for each where the points are
+//! independent. Flipping the signs of whole points changes nothing under that null and leaves what images share by their points: the variance
+//! of the sum comes from such flips. What the fit absorbs makes the power smaller: a one-sided test is on the safe side.
+
+use super::asked::Tested;
+use super::context::Context;
+use super::found::Found;
+use crate::math::statistics::chi_square_ln_sf;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use rayon::prelude::*;
+use rustfft::num_complex::Complex64;
+use std::f64::consts::PI;
+use std::ops::RangeInclusive;
+
+/// Name of the test.
+pub(super) const TEST: &str = "row-spectrum";
+
+/// Half periods from the first row of an image to the last. Below a period the pose of an image takes them; rotors and engines shake below 300 Hz,
+/// and rows are read within 50 ms.
+const HALF_PERIODS: RangeInclusive<u32> = 2..=30;
+/// Of these the variance is taken: it is the same for all.
+const OF_VARIANCE: [u32; 4] = [5, 12, 19, 26];
+/// Flips: with [`OF_VARIANCE`] they give the variance to an eighth.
+const FLIPS: u32 = 32;
+/// Seed of the flips.
+const SEED: u64 = 1;
+/// Images that a sum of powers needs.
+const LEAST: usize = 10;
+
+pub(super) fn test(context: &Context<'_>, found: &mut Found) {
+    let rows = Rows::new(context);
+    let count = rows.squares.iter().flatten().filter(|sum| **sum > 0.0).count() as f64;
+    if count < (2 * LEAST) as f64 {
+        return found.skip(TEST, "too few images");
+    }
+    let half_periods: Vec<u32> = HALF_PERIODS.collect();
+    let powers = rows.powers(&half_periods, |_| 1.0);
+    let Some((half, power)) = half_periods.iter().zip(powers).max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+    // A sum of exponential values is a chi-square, of fewer degrees where they hang together.
+    let dof = 2.0 * count * count / rows.variance(count);
+    let ln_p_value = chi_square_ln_sf(dof * power / count, dof).min(0.0);
+    let tested = Tested { statistic: power / count, dof: dof.round() as usize, p_value: ln_p_value.exp(), ln_p_value };
+    let squares: f64 = context.measurements.iter().map(|local| local.residual.map(|v| v * v).iter().sum::<f64>()).sum();
+    let of_image = context.measurements.len() as f64 / (0.5 * count);
+    let mean_square = squares / (2.0 * context.measurements.len() as f64);
+    let amplitude = (4.0 * mean_square * (power / count - 1.0).max(0.0) / of_image).sqrt();
+    let description = format!(
+        "{} frequencies; strongest: {} periods while the rows of an image are read, amplitude {amplitude:.3} px",
+        half_periods.len(),
+        0.5 * f64::from(*half)
+    );
+    found.push(TEST, Some(tested.of_many(half_periods.len())), description);
+}
+
+/// Residuals by image and row.
+struct Rows<'a> {
+    context: &'a Context<'a>,
+    /// Sum of squares of each image and component.
+    squares: Vec<[f64; 2]>,
+}
+
+impl<'a> Rows<'a> {
+    fn new(context: &'a Context<'a>) -> Self {
+        let mut squares = vec![[0.0; 2]; context.problem.image_contexts.len()];
+        for (k, observation) in context.problem.observations.iter().enumerate() {
+            let residual = context.measurements[k].residual.map(|v| v * observation.inverse_sigma);
+            (0..2).for_each(|axis| squares[context.image(k)][axis] += residual[axis].powi(2));
+        }
+        Self { context, squares }
+    }
+
+    /// Power at each frequency, residuals of point `j` times `sign(j)`.
+    fn powers(&self, half_periods: &[u32], sign: impl Fn(usize) -> f64) -> Vec<f64> {
+        let Self { context, squares } = self;
+        let problem = context.problem;
+        let count = half_periods.len();
+        let mut sums = vec![[Complex64::ZERO; 2]; squares.len() * count];
+        for j in 0..problem.point_sources.len() {
+            let sign = sign(j);
+            for k in problem.point_start[j]..problem.point_start[j + 1] {
+                let image = context.image(k);
+                let row = context.measurements[k].predicted[1] / problem.image_contexts[image].height_px;
+                let half_period = Complex64::cis(PI * row);
+                let residual =
+                    context.measurements[k].residual.map(|v| sign * v * problem.observations[k].inverse_sigma);
+                for (sum, half) in sums[image * count..(image + 1) * count].iter_mut().zip(half_periods) {
+                    let wave = half_period.powu(*half);
+                    (0..2).for_each(|axis| sum[axis] += wave * residual[axis]);
+                }
+            }
+        }
+        let power = |f: usize| {
+            let of_image = |(image, squares): (usize, &[f64; 2])| -> f64 {
+                let sum = sums[image * count + f];
+                (0..2).filter(|axis| squares[*axis] > 0.0).map(|axis| sum[axis].norm_sqr() / squares[axis]).sum()
+            };
+            squares.iter().enumerate().map(of_image).sum()
+        };
+        (0..count).map(power).collect()
+    }
+
+    /// Variance of a power whose expectation is `mean`.
+    fn variance(&self, mean: f64) -> f64 {
+        let mut random = ChaCha8Rng::seed_from_u64(SEED);
+        let signs: Vec<u32> = (0..self.context.problem.point_sources.len()).map(|_| random.next_u32()).collect();
+        let flipped = |flip: u32| {
+            let sign = |j: usize| if signs[j] >> flip & 1 == 0 { 1.0 } else { -1.0 };
+            self.powers(&OF_VARIANCE, sign).iter().map(|power| (power - mean).powi(2)).sum::<f64>()
+        };
+        let sums: Vec<f64> = (0..FLIPS).into_par_iter().map(flipped).collect();
+        sums.iter().sum::<f64>() / (f64::from(FLIPS) * OF_VARIANCE.len() as f64)
+    }
+}
