@@ -2,6 +2,7 @@
 
 use super::Scan;
 use super::cells::{Cells, Residual};
+use super::elsewhere;
 use super::shape::{Moves, Shape, Sums};
 use crate::adjust::native::null_model::{Local, NullModel};
 use crate::problem::ImageObservation;
@@ -20,6 +21,13 @@ const PEAKS: usize = 3;
 pub(super) struct Grid<'a> {
     search: &'a Scan<'a>,
     levels: Vec<Level>,
+}
+
+/// A shape at its best place among those about it.
+pub(super) struct Peak {
+    pub shape: Shape,
+    /// [`elsewhere::factor`] of the places that it does not reach.
+    pub elsewhere: f64,
 }
 
 /// A width, px, and its cells.
@@ -41,17 +49,17 @@ impl<'a> Grid<'a> {
     }
 
     /// Number of places that measurements reach, and the highest peaks of `s^2 / B'PB` of every variant and width.
-    pub fn promising(&self, null: &NullModel) -> (f64, Vec<Shape>) {
+    pub fn promising(&self, null: &NullModel) -> (f64, Vec<Peak>) {
         let of_variant = |variant: usize| self.levels.iter().map(move |level| (variant, level));
         let each: Vec<(usize, &Level)> = (0..self.search.variants.len()).flat_map(of_variant).collect();
-        let peaks: Vec<(usize, Vec<Shape>)> =
+        let peaks: Vec<(usize, Vec<Peak>)> =
             null.pool().install(|| each.par_iter().map(|(variant, level)| self.peaks(*variant, level)).collect());
         let places = peaks.iter().map(|(places, _)| *places as f64).sum();
         (places, peaks.into_iter().flat_map(|(_, peaks)| peaks).collect())
     }
 
     /// Number of places of one width that measurements reach, and its highest peaks.
-    fn peaks(&self, variant: usize, level: &Level) -> (usize, Vec<Shape>) {
+    fn peaks(&self, variant: usize, level: &Level) -> (usize, Vec<Peak>) {
         let width = level.width;
         let sensor = self.search.sensor;
         let [columns, rows] = sensor.map(|length| (length / (PLACE_STEP * width)).ceil().max(1.0) as usize);
@@ -85,8 +93,17 @@ impl<'a> Grid<'a> {
         let places = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
         let mut peaks: Vec<(usize, usize)> = places.filter(|(i, j)| is_peak(*i, *j)).collect();
         peaks.sort_by(|a, b| ratios[b.1 * columns + b.0].total_cmp(&ratios[a.1 * columns + a.0]));
-        let reached = sums.iter().filter(|sums| sums.length > 0.0).count();
-        (reached, peaks.into_iter().take(PEAKS).map(|(i, j)| shape(i, j)).collect())
+        let reached: Vec<(Shape, f64)> = (0..rows)
+            .flat_map(|j| (0..columns).map(move |i| (i, j)))
+            .filter(|(i, j)| sums[j * columns + i].length > 0.0)
+            .map(|(i, j)| (shape(i, j), ratios[j * columns + i]))
+            .collect();
+        let peak = |(i, j): (usize, usize)| {
+            let shape = shape(i, j);
+            let others = reached.iter().filter(|(other, _)| !shape.reaches(other));
+            Peak { shape, elsewhere: elsewhere::factor(others.map(|(_, ratio)| *ratio).collect()) }
+        };
+        (reached.len(), peaks.into_iter().take(PEAKS).map(peak).collect())
     }
 
     /// Of finer places and widths about a shape, the place of each width with the highest `s^2 / B'PB`.

@@ -6,6 +6,7 @@
 //! for the best places of each width alone.
 
 mod cells;
+mod elsewhere;
 mod grid;
 mod shape;
 
@@ -89,18 +90,20 @@ pub fn place(
 /// The candidate at the best place of each of its variants.
 fn best_places(search: &Scan<'_>, null: &NullModel) -> Result<Vec<(Candidate, Searched)>, DiagnoseError> {
     let grid = Grid::new(search, null);
-    let (places, shapes) = grid.promising(null);
+    let (count, peaks) = grid.promising(null);
+    let shapes = peaks.iter().map(|peak| peak.shape).collect();
     let mut best = search.test(null, shapes, vec![None; search.variants.len()])?;
-    let on_grid: Vec<Option<f64>> = best.iter().map(|found| found.map(|(statistic, _)| statistic)).collect();
-    let worth_refining =
-        |(statistic, _): &&Found| chi_square_ln_sf(*statistic, 1.0) + places.ln() < WORTH_REFINING.ln();
+    let elsewhere = |shape: &Shape| peaks.iter().find(|peak| peak.shape == *shape).map_or(1.0, |peak| peak.elsewhere);
+    let on_grid = |(drop, shape): &Found| Searched::Places { count, drop: *drop, elsewhere: elsewhere(shape) };
+    let on_grid: Vec<Option<Searched>> = best.iter().map(|found| found.as_ref().map(on_grid)).collect();
+    let worth_refining = |(statistic, _): &&Found| chi_square_ln_sf(*statistic, 1.0) + count.ln() < WORTH_REFINING.ln();
     for refinement in REFINEMENTS {
         let refined = best.iter().flatten().filter(worth_refining);
         let shapes = refined.flat_map(|(_, shape)| grid.finer(*shape, refinement)).collect();
         best = search.test(null, shapes, best)?;
     }
     let found = best.into_iter().zip(on_grid).filter_map(|(found, on_grid)| Some((found?.1, on_grid?)));
-    Ok(found.map(|(shape, drop)| (search.candidate(shape), Searched::Places { count: places, drop })).collect())
+    Ok(found.map(|(shape, searched)| (search.candidate(shape), searched)).collect())
 }
 
 impl<'a> Scan<'a> {

@@ -14,7 +14,7 @@ const FINE_STEPS: i32 = 1;
 const REACH: f64 = 2.0;
 
 /// A variant at a place and a width, px.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Shape {
     pub variant: usize,
     pub place: [f64; 2],
@@ -25,6 +25,11 @@ impl Shape {
     /// How far one of a width reaches, px.
     pub fn reach(width: f64) -> f64 {
         REACH * width
+    }
+
+    /// Is the place of another one within the reach of this?
+    pub fn reaches(&self, other: &Shape) -> bool {
+        (0..2).all(|k| (other.place[k] - self.place[k]).abs() <= Self::reach(self.width))
     }
 
     /// Shapes of a width at places about this one, so many of its own widths from each other.
@@ -53,7 +58,7 @@ impl Sums {
     }
 }
 
-/// Moves that shapes of a search make; its buffers are reused, and need no allocation: a provider of columns makes them at every measurement.
+/// Moves that shapes of a search make. Its buffers are reused and allocate nothing: it is asked at every measurement.
 pub(super) struct Moves<'a> {
     search: &'a Scan<'a>,
     values: SmallVec<[f64; FEW_PARAMETERS]>,

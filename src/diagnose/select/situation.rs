@@ -29,6 +29,8 @@ pub enum Searched {
         count: f64,
         /// Drop of `v'Pv` at the best of them.
         drop: f64,
+        /// Drop at places that it does not reach, as a multiple of what chance gives; one where that tells nothing.
+        elsewhere: f64,
     },
     /// In the model at the best of so many places, its place estimated since.
     Placed {
@@ -45,7 +47,10 @@ impl Searched {
     /// Natural logarithm of the p-value of a drop of `v'Pv`, corrected for the places that were searched; `rest` is the redundancy beside it.
     fn ln_p(self, drop: f64, dof: f64, inflation: f64, rest: f64) -> f64 {
         let (statistic, dof, count) = match self {
-            Searched::Places { count, drop: on_grid } => (drop.min(on_grid.max(0.0)) / (dof * inflation), dof, count),
+            // What places elsewhere take away shares the variance factor and the design effect: it takes their place where it is larger.
+            Searched::Places { count, drop: on_grid, elsewhere } => {
+                (drop.min(on_grid.max(0.0)) / (dof * inflation.max(elsewhere)), dof, count)
+            }
             // By the rule that let it in: of its size alone, less what chance gives to the estimate of a place.
             Searched::Placed { count } => ((drop / inflation - (dof - 1.0)).max(0.0), 1.0, count),
             _ => (drop / (dof * inflation), dof, 1.0),
@@ -56,7 +61,7 @@ impl Searched {
     /// The same search where all that was found is smaller.
     fn scaled(self, share: f64) -> Self {
         match self {
-            Searched::Places { count, drop } => Searched::Places { count, drop: share * drop },
+            Searched::Places { count, drop, elsewhere } => Searched::Places { count, drop: share * drop, elsewhere },
             search => search,
         }
     }

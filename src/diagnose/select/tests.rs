@@ -221,8 +221,8 @@ fn of_places_the_refined_one_says_which_variant_it_is() {
         .set("flaw", Nature::Law, vec![wave(1)])
         .set("flaw", Nature::Law, vec![other])
         .truth(&wave(1), 0.5);
-    placed.sets[0].search = Searched::Places { count: 100.0, drop: 90.0 };
-    placed.sets[1].search = Searched::Places { count: 100.0, drop: 110.0 };
+    placed.sets[0].search = Searched::Places { count: 100.0, drop: 90.0, elsewhere: 1.0 };
+    placed.sets[1].search = Searched::Places { count: 100.0, drop: 110.0, elsewhere: 1.0 };
     let (judged, rivals) = placed.ask(|situation| {
         let beside = situation.beside();
         (situation.judge_all(&beside), situation.rivals(0, &beside))
@@ -234,9 +234,21 @@ fn of_places_the_refined_one_says_which_variant_it_is() {
 }
 
 #[test]
+fn the_best_of_many_places_is_no_spot_where_all_of_them_take_something() {
+    let mut placed = Regression::new(10).set("flaw", Nature::Law, vec![wave(1)]).truth(&wave(1), 0.5);
+    let mut where_others_take = |elsewhere| {
+        placed.sets[0].search = Searched::Places { count: 100.0, drop: 90.0, elsewhere };
+        placed.ask(|situation| situation.judge(0, &situation.beside()).expect("a set").ln_p)
+    };
+    let [nothing, as_much_as_noise, a_tenth] = [0.0, 1.0, 9.0].map(&mut where_others_take);
+    assert!(nothing < -30.0 && (as_much_as_noise - nothing).abs() < 3.0, "{nothing} {as_much_as_noise}");
+    assert!(a_tenth > -5.0, "a hundred places of which one takes ten times as much as another: {a_tenth}");
+}
+
+#[test]
 fn a_share_of_a_drop_is_judged_as_the_whole() {
     let mut placed = Regression::new(10).set("flaw", Nature::Law, vec![wave(1)]).truth(&wave(1), 0.5);
-    for search in [Searched::None, Searched::Places { count: 100.0, drop: 90.0 }] {
+    for search in [Searched::None, Searched::Places { count: 100.0, drop: 90.0, elsewhere: 1.0 }] {
         placed.sets[0].search = search;
         let (whole, same, none) = placed.ask(|situation| {
             let beside = situation.beside();
