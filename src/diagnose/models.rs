@@ -152,6 +152,14 @@ pub fn at_solution(fitted: &Fit) -> Model {
     model
 }
 
+/// The model with the start values of free camera parameters where the block has them: a fit of another model may have driven them far away.
+pub fn at_approximations(model: &Model) -> Model {
+    let mut model = model.clone();
+    let is_free = |name: &String| camera::PARAMETERS.iter().zip(model.free).any(|(own, free)| free && own == name);
+    model.camera_values.values_mut().for_each(|values| values.retain(|name, _| !is_free(name)));
+    model
+}
+
 /// The model with every place, width and lag held at its start value; `None` where none is free.
 pub fn with_search_held(model: &Model) -> Option<Model> {
     let (mut held, mut any) = (model.clone(), false);

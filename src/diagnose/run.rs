@@ -20,6 +20,9 @@ const WEIGHT_ROUNDS: usize = 3;
 /// Times that the loop begins anew because an outlier was found or came back, an effect was challenged, or a place has to be looked for again.
 const MOST_ROUNDS: usize = 24;
 
+const CENTRE_TIED: &str =
+    "the block does not determine the centre of distortion: tied to the principal point (as --tie dc=pp)";
+
 /// What a diagnosis found, and the block that it was made on.
 pub struct Diagnosed {
     /// The block without outliers.
@@ -36,8 +39,22 @@ pub struct Diagnosed {
     pub diagnosis: Diagnosis,
 }
 
-/// Diagnoses `block` under `model`.
+/// Diagnoses `block` under `model`. Where the centre of distortion is not determined, in the base or beside what was found, it is tied to the
+/// principal point.
+///
+/// # Errors
+/// A fit that fails.
 pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
+    match diagnose_as_it_is(whole, model, settings) {
+        Err(error) if undetermined_centre(&error, model) => {
+            (settings.tell)(CENTRE_TIED);
+            diagnose_as_it_is(whole, &tied(model), settings)
+        }
+        diagnosed => diagnosed,
+    }
+}
+
+fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
     let tell = settings.tell;
     let (mut search, base) = base(whole, model, settings)?;
     let mut block = search.block(whole).into_owned();
@@ -98,8 +115,8 @@ pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<(Sn
     let mut search = Snooping::new(whole, model);
     let fitted = match settle(whole, &mut search, model, None, Strictness::Loose, settings) {
         Err(error) if undetermined_centre(&error, model) => {
-            tell("the block does not determine the centre of distortion: tied to the principal point (as --tie dc=pp)");
-            let tied = Model { tie_dc_to_pp: true, ..model.clone() };
+            tell(CENTRE_TIED);
+            let tied = tied(model);
             search = Snooping::new(whole, &tied);
             settle(whole, &mut search, &tied, None, Strictness::Loose, settings)?
         }
@@ -159,6 +176,10 @@ fn undetermined_centre(error: &DiagnoseError, model: &Model) -> bool {
     let DiagnoseError::Run(RunError::Adjust(error)) = error else { return false };
     let failed = matches!(error, AdjustError::NotConverged { .. } | AdjustError::Singular { .. });
     failed && !model.tie_dc_to_pp && model.free[3] && model.free[4]
+}
+
+fn tied(model: &Model) -> Model {
+    Model { tie_dc_to_pp: true, ..model.clone() }
 }
 
 fn structure_of(block: &Block, fitted: &Fit, settings: &Settings<'_>) -> Result<Structure, DiagnoseError> {

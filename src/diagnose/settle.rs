@@ -13,7 +13,7 @@ use crate::run::RunError;
 use std::collections::HashSet;
 
 /// Difference of `v'Pv` that two fits of one minimum may have: some times what either leaves.
-const SAME_MINIMUM: f64 = 1e-2;
+pub(super) const SAME_MINIMUM: f64 = 1e-2;
 
 /// Fits and sets outliers aside until nothing changes. `near`: an earlier fit of the same images, to start from.
 ///

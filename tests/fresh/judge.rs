@@ -70,6 +70,17 @@ fn judge(seed: u64) -> Judged {
     judged(&name, &truth, found)
 }
 
+/// Seeds that were judged wrongly: 95 and 98 a window left the model as it had entered, 129 focal lengths by image passed for imprecise heights,
+/// 131 and 243 nobody saw a vibration, 150 a robust fit had left the camera in another minimum, 158 a spot stood for a pattern all over the sensor,
+/// 167 and 202 for a radial term, 226 a centre of distortion was not determined beside what was found, 232 a radial term ended in another minimum.
+const WRONG_ONCE: [u64; 11] = [95, 98, 129, 131, 150, 158, 167, 202, 226, 232, 243];
+
+#[test]
+fn what_was_judged_wrongly_once_is_right() {
+    let all = in_turn(&WRONG_ONCE, |seed| judge(*seed));
+    assert!(all.iter().all(Judged::right), "{}", score(&all));
+}
+
 #[test]
 fn a_seed_is_a_block() {
     let block = |seed| Measured::new(Fresh::draw(seed)).block();

@@ -19,8 +19,9 @@ use super::select::{Event, Nature, Situation, next};
 use super::settings::Settings;
 use super::weights;
 use crate::adjust::native::Native;
-use crate::adjust::{CovarianceOf, Options, Solver};
+use crate::adjust::{AdjustError, CovarianceOf, Options};
 use crate::block::Block;
+use crate::run::{self, RunError};
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
@@ -185,13 +186,18 @@ impl Improvement {
         if !asked_for {
             rivals.extend(rivals::laws_of_the_lens(linearised, situation, set, &beside));
         }
-        let (mut set, mut refitted) = (set, self.refit(block, linearised, situation, set, settings));
-        let left = |refitted: &Result<(Fit, Added), DiagnoseError>| {
-            refitted.as_ref().map_or(f64::INFINITY, |(fit, _)| fit.chi_square())
+        let (mut set, mut refitted) = (set, self.refit(block, linearised, situation, &beside, set, settings));
+        // By what the refits take away, and with how many parameters, after how many places.
+        let ln_p = |set: usize, refitted: &Result<(Fit, Added), DiagnoseError>| {
+            let (fit, _) = refitted.as_ref().ok()?;
+            let judged = situation.judge(set, &beside)?;
+            let share = (self.fit.chi_square() - fit.chi_square()) / judged.drop;
+            Some(situation.ln_p_of_share(&judged, &beside, share.max(0.0)))
         };
         for rival in rivals {
-            let other = self.refit(block, linearised, situation, rival, settings);
-            if left(&other) < left(&refitted) {
+            let other = self.refit(block, linearised, situation, &beside, rival, settings);
+            if ln_p(rival, &other).unwrap_or(0.0) < ln_p(set, &refitted).unwrap_or(0.0) {
+                (settings.tell)(&format!("{} explains it better", linearised.sets[rival].id));
                 (set, refitted) = (rival, other);
             }
         }
@@ -290,11 +296,18 @@ impl Improvement {
     }
 
     /// Solves the model as it stands to the last digit, and its row of the ledger with it. Where it does not come that far, the row stays.
+    ///
+    /// # Errors
+    /// A centre of distortion, say, that the block does not determine beside what is in.
     pub fn finish(&mut self, block: &Block, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
         let mut problem = self.fit.problem.clone();
         problem.start = self.fit.solution.state.clone();
-        let options = Options { covariance: CovarianceOf::Nothing, ..settings.options.clone() };
-        let Ok(solution) = Native.solve(&problem, &options, &mut |_| ControlFlow::Continue(())) else { return Ok(()) };
+        let options = Options { covariance: CovarianceOf::Shared, ..settings.options.clone() };
+        let solved = match run::solve(block, problem, &[&Native], &options, &mut |_, _| ControlFlow::Continue(())) {
+            Err(singular @ RunError::Adjust(AdjustError::Singular { .. })) => return Err(singular.into()),
+            solved => solved.ok().and_then(|mut run| run.solutions.pop()),
+        };
+        let Some((_, solution)) = solved else { return Ok(()) };
         self.fit.solution = solution;
         self.fit.model = at_solution(&self.fit);
         let Some(Step { change, why, drop, predicted, ln_p, iterations, .. }) = self.steps.pop() else { return Ok(()) };

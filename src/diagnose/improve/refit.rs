@@ -3,9 +3,10 @@
 use super::super::added::Added;
 use super::super::fit::{DiagnoseError, Fit, fit, solve};
 use super::super::linearised::{Linearised, without_candidates};
-use super::super::models::{at_solution, with_set};
-use super::super::select::{Nature, Situation, Taken};
+use super::super::models::{at_approximations, at_solution, predicted_drop, with_set};
+use super::super::select::{Beside, Nature, Situation, Taken};
 use super::super::settings::Settings;
+use super::super::settle::SAME_MINIMUM;
 use super::Improvement;
 use crate::adjust::Options;
 use crate::block::Block;
@@ -19,6 +20,10 @@ const VARIANCE_CHANGE: f64 = 0.1;
 /// Iterations of a refit at most: five times what one takes that starts where nearly the same model ended.
 const REFIT_ITERATIONS: usize = 50;
 
+/// A refit that takes more than this many times what its first order says away: the second order is as large as the first, and the start says
+/// nothing of which minimum is the lower.
+const NONLINEAR: f64 = 2.0;
+
 /// Standard deviation (typical sizes) below which random values are none.
 const SMALLEST_DEVIATION: f64 = 1e-4;
 
@@ -29,6 +34,7 @@ impl Improvement {
         block: &Block,
         linearised: &Linearised,
         situation: &Situation<'_>,
+        beside: &Beside,
         set: usize,
         settings: &Settings<'_>,
     ) -> Result<(Fit, Added), DiagnoseError> {
@@ -46,12 +52,31 @@ impl Improvement {
             max_iterations: REFIT_ITERATIONS.min(settings.options.max_iterations),
             ..settings.options.clone()
         };
+        // A distortion that is missing may have driven the base far away: the block's approximations are the second choice.
+        let anew = || fit(block, &at_approximations(&model), None, &settings.options);
         let refitted = match solve(&model, problem, &few) {
-            // A distortion that is missing may have driven the base far away: the block's approximations are the second choice.
-            Err(_) if !chance => fit(block, &model, None, &settings.options).map_err(DiagnoseError::from),
+            Err(_) if !chance => anew().map_err(DiagnoseError::from),
+            Ok(near) if !chance && self.is_far(&near, linearised, situation, beside, set) => {
+                Ok(anew().ok().filter(|anew| anew.chi_square() < near.chi_square() - SAME_MINIMUM).unwrap_or(near))
+            }
             refitted => refitted.map_err(DiagnoseError::from),
         };
         Ok((self.settle(block, refitted?, &parts, settings)?, parts))
+    }
+
+    /// Did a refit with a law come so far that its first order said nothing of it?
+    fn is_far(
+        &self,
+        refitted: &Fit,
+        linearised: &Linearised,
+        situation: &Situation<'_>,
+        beside: &Beside,
+        set: usize,
+    ) -> bool {
+        let Some(judged) = situation.judge(set, beside) else { return true };
+        let by_chance = judged.dof * judged.inflation;
+        let first_order = predicted_drop(linearised, beside, &judged) + by_chance;
+        self.fit.chi_square() - refitted.chi_square() > NONLINEAR * first_order
     }
 
     /// Fits again with the standard deviations of random values that the fit asks for.
