@@ -246,7 +246,8 @@ fn poses_that_gnss_holds_leave_no_correlation_behind() {
             let run = common::solve_native(&block, &Model { datum: Datum::All, ..Model::default() }, &options());
             let structure = structure_of(&run);
             let spectrum = structure.test("row-spectrum").expect("tested").p_value;
-            assert!(spectrum > 1e-3 / 16.0, "{spectrum}");
+            // Sixteen seeds, of which none may be called unlikely together.
+            assert!(spectrum > SIGNIFICANCE / 16.0, "{spectrum}");
             ["autocorrelation", "row-autocorrelation"].map(|name| structure.test(name).expect("tested").statistic)
         })
         .collect();

@@ -7,7 +7,8 @@ const MEDIAN: f64 = 0.454_936;
 const MEDIAN_DEVIATION: f64 = 2.33;
 /// Fewer places tell nothing of a median.
 const LEAST_PLACES: usize = 10;
-/// One null case in 700 is told that there is a pattern.
+/// Standard deviations above one that say that there is a pattern: one null case in 700, if places were independent. Neighbours are not, which makes
+/// the median vary more; what the fit takes out of every place makes it smaller.
 const SIGMAS: f64 = 3.0;
 
 /// Factor by which `statistics` of places exceed a chi-square of one degree of freedom, by their median; one where that is not above one by more

@@ -48,7 +48,7 @@ pub struct StructureTest {
     pub against: &'static str,
     /// F, a standard normal for `autocorrelation` and `row-autocorrelation`, a ratio of powers for `row-spectrum`.
     pub statistic: f64,
-    /// Degrees of freedom: columns that the base model leaves.
+    /// Degrees of freedom: columns that the base model leaves; for `row-spectrum` those of the sum of powers.
     pub dof: usize,
     /// p-value of this test alone.
     pub p_value: f64,

@@ -11,7 +11,6 @@ use super::found::Found;
 use crate::math::statistics::chi_square_ln_sf;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
@@ -22,10 +21,8 @@ pub(super) const TEST: &str = "row-spectrum";
 /// Half periods from the first row of an image to the last. Below a period the pose of an image takes them; rotors and engines shake below 300 Hz,
 /// and rows are read within 50 ms.
 const HALF_PERIODS: RangeInclusive<u32> = 2..=30;
-/// Of these the variance is taken: it is the same for all.
+/// Of these the variance is taken, which is the same for all; with a flip for each bit of a number it is known to an eighth.
 const OF_VARIANCE: [u32; 4] = [5, 12, 19, 26];
-/// Flips: with [`OF_VARIANCE`] they give the variance to an eighth.
-const FLIPS: u32 = 32;
 /// Seed of the flips.
 const SEED: u64 = 1;
 /// Images that a sum of powers needs.
@@ -38,9 +35,9 @@ pub(super) fn test(context: &Context<'_>, found: &mut Found) {
         return found.skip(TEST, "too few images");
     }
     let half_periods: Vec<u32> = HALF_PERIODS.collect();
-    let powers = rows.powers(&half_periods, |_| 1.0);
+    let powers = rows.powers(&half_periods, 1, |_| 0);
     let Some((half, power)) = half_periods.iter().zip(powers).max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
-    // A sum of exponential values is a chi-square, of fewer degrees where they hang together.
+    // Twice a sum of exponential values is a chi-square, of fewer degrees where they hang together.
     let dof = 2.0 * count * count / rows.variance(count);
     let ln_p_value = chi_square_ln_sf(dof * power / count, dof).min(0.0);
     let tested = Tested { statistic: power / count, dof: dof.round() as usize, p_value: ln_p_value.exp(), ln_p_value };
@@ -73,29 +70,33 @@ impl<'a> Rows<'a> {
         Self { context, squares }
     }
 
-    /// Power at each frequency, residuals of point `j` times `sign(j)`.
-    fn powers(&self, half_periods: &[u32], sign: impl Fn(usize) -> f64) -> Vec<f64> {
+    /// Power at each frequency for each of `flips`: where bit `flip` of `signs(j)` is set, the residuals of point `j` have the other sign.
+    fn powers(&self, half_periods: &[u32], flips: usize, signs: impl Fn(usize) -> u32) -> Vec<f64> {
         let Self { context, squares } = self;
         let problem = context.problem;
-        let count = half_periods.len();
+        let count = half_periods.len() * flips;
         let mut sums = vec![[Complex64::ZERO; 2]; squares.len() * count];
         for j in 0..problem.point_sources.len() {
-            let sign = sign(j);
+            let signs = signs(j);
             for k in problem.point_start[j]..problem.point_start[j + 1] {
                 let image = context.image(k);
                 let row = context.measurements[k].predicted[1] / problem.image_contexts[image].height_px;
                 let half_period = Complex64::cis(PI * row);
-                let residual =
-                    context.measurements[k].residual.map(|v| sign * v * problem.observations[k].inverse_sigma);
-                for (sum, half) in sums[image * count..(image + 1) * count].iter_mut().zip(half_periods) {
+                let residual = context.measurements[k].residual.map(|v| v * problem.observations[k].inverse_sigma);
+                let of_image = &mut sums[image * count..(image + 1) * count];
+                for (sums, half) in of_image.chunks_mut(flips).zip(half_periods) {
                     let wave = half_period.powu(*half);
-                    (0..2).for_each(|axis| sum[axis] += wave * residual[axis]);
+                    let moved = residual.map(|residual| wave * residual);
+                    for (flip, sum) in sums.iter_mut().enumerate() {
+                        let is_flipped = signs >> flip & 1 == 1;
+                        (0..2).for_each(|axis| sum[axis] += if is_flipped { -moved[axis] } else { moved[axis] });
+                    }
                 }
             }
         }
-        let power = |f: usize| {
+        let power = |c: usize| {
             let of_image = |(image, squares): (usize, &[f64; 2])| -> f64 {
-                let sum = sums[image * count + f];
+                let sum = sums[image * count + c];
                 (0..2).filter(|axis| squares[*axis] > 0.0).map(|axis| sum[axis].norm_sqr() / squares[axis]).sum()
             };
             squares.iter().enumerate().map(of_image).sum()
@@ -107,11 +108,7 @@ impl<'a> Rows<'a> {
     fn variance(&self, mean: f64) -> f64 {
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let signs: Vec<u32> = (0..self.context.problem.point_sources.len()).map(|_| random.next_u32()).collect();
-        let flipped = |flip: u32| {
-            let sign = |j: usize| if signs[j] >> flip & 1 == 0 { 1.0 } else { -1.0 };
-            self.powers(&OF_VARIANCE, sign).iter().map(|power| (power - mean).powi(2)).sum::<f64>()
-        };
-        let sums: Vec<f64> = (0..FLIPS).into_par_iter().map(flipped).collect();
-        sums.iter().sum::<f64>() / (f64::from(FLIPS) * OF_VARIANCE.len() as f64)
+        let powers = self.powers(&OF_VARIANCE, u32::BITS as usize, |j| signs[j]);
+        powers.iter().map(|power| (power - mean).powi(2)).sum::<f64>() / powers.len() as f64
     }
 }
