@@ -5,11 +5,12 @@
 //! jointly, at the estimated centre: where they are not significant the centre is not determined either.
 
 use super::Progress;
-use crate::adjust::{AdjustError, CovarianceOf, NullDirection, Options, Solution, Solver};
+use crate::adjust::{AdjustError, CovarianceOf, Iteration, NullDirection, Options, Solution, Solver};
 use crate::camera::{DCX, K1, PARAMETER_COUNT};
 use crate::math::statistics::chi_square_ln_sf;
 use crate::problem::Problem;
 use nalgebra::DMatrix;
+use std::ops::ControlFlow;
 
 /// Positions of `dcx, dcy` and of the distortion's coefficients among the parameters of a camera.
 const CENTRE: std::ops::Range<usize> = DCX..K1;
@@ -37,11 +38,7 @@ pub fn explain(
     progress: &mut Progress<'_>,
 ) -> AdjustError {
     let AdjustError::NotConverged { .. } = failure else { return failure };
-    if !problem.camera_free.iter().any(|free| free[CENTRE].contains(&true)) {
-        return failure;
-    }
-    let mut held = problem.clone();
-    held.camera_free.iter_mut().for_each(|free| free[CENTRE].fill(false));
+    let Some(held) = with_centres_held(problem) else { return failure };
     let options = Options { covariance: CovarianceOf::Shared, ..options.clone() };
     let name = solver.name();
     match solver.solve(&held, &options, &mut |iteration| progress(name, iteration)) {
@@ -49,6 +46,22 @@ pub fn explain(
         Err(cancelled @ AdjustError::Cancelled { .. }) => cancelled,
         Err(_) => failure,
     }
+}
+
+/// Is it a centre of distortion that makes `problem` singular: is the problem regular where the centres are held?
+pub fn makes_singular(problem: &Problem, solver: &dyn Solver, options: &Options) -> bool {
+    let go_on = &mut |_: &Iteration| ControlFlow::Continue(());
+    with_centres_held(problem).is_some_and(|held| solver.solve(&held, options, go_on).is_ok())
+}
+
+/// `None` where no centre is free.
+fn with_centres_held(problem: &Problem) -> Option<Problem> {
+    let is_free = problem.camera_free.iter().any(|free| free[CENTRE].contains(&true));
+    is_free.then(|| {
+        let mut held = problem.clone();
+        held.camera_free.iter_mut().for_each(|free| free[CENTRE].fill(false));
+        held
+    })
 }
 
 /// The free centres of `problem` whose distortion is not significant in a solution of `solved`.

@@ -1,7 +1,7 @@
 //! One run: adjust a block under a model with the chosen solvers, hold them against each other, take the result into the survey's
 //! system and compare it with control and check points.
 
-mod distortion_centre;
+pub(crate) mod distortion_centre;
 mod fitted;
 pub mod folder;
 mod gnss;

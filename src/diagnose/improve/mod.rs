@@ -19,9 +19,9 @@ use super::select::{Event, Nature, Situation, next};
 use super::settings::Settings;
 use super::weights;
 use crate::adjust::native::Native;
-use crate::adjust::{AdjustError, CovarianceOf, Options};
+use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Solver};
 use crate::block::Block;
-use crate::run::{self, RunError};
+use crate::run::distortion_centre;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
@@ -187,16 +187,23 @@ impl Improvement {
             rivals.extend(rivals::laws_of_the_lens(linearised, situation, set, &beside));
         }
         let (mut set, mut refitted) = (set, self.refit(block, linearised, situation, &beside, set, settings));
-        // By what the refits take away, and with how many parameters, after how many places.
+        let left = |refitted: &Result<(Fit, Added), DiagnoseError>| {
+            refitted.as_ref().map_or(f64::INFINITY, |(fit, _)| fit.chi_square())
+        };
         let ln_p = |set: usize, refitted: &Result<(Fit, Added), DiagnoseError>| {
-            let (fit, _) = refitted.as_ref().ok()?;
-            let judged = situation.judge(set, &beside)?;
-            let share = (self.fit.chi_square() - fit.chi_square()) / judged.drop;
-            Some(situation.ln_p_of_share(&judged, &beside, share.max(0.0)))
+            let Some(judged) = refitted.is_ok().then(|| situation.judge(set, &beside)).flatten() else { return 0.0 };
+            let share = (self.fit.chi_square() - left(refitted)) / judged.drop;
+            situation.ln_p_of_share(&judged, &beside, share.max(0.0))
         };
         for rival in rivals {
             let other = self.refit(block, linearised, situation, &beside, rival, settings);
-            if ln_p(rival, &other).unwrap_or(0.0) < ln_p(set, &refitted).unwrap_or(0.0) {
+            // Variants have as many parameters as each other; another law is judged with its own, and after as many places.
+            let is_variant = linearised.sets[rival].id == linearised.sets[set].id;
+            let better = match is_variant {
+                true => left(&other) < left(&refitted),
+                false => ln_p(rival, &other) < ln_p(set, &refitted),
+            };
+            if better {
                 (settings.tell)(&format!("{} explains it better", linearised.sets[rival].id));
                 (set, refitted) = (rival, other);
             }
@@ -298,16 +305,28 @@ impl Improvement {
     /// Solves the model as it stands to the last digit, and its row of the ledger with it. Where it does not come that far, the row stays.
     ///
     /// # Errors
-    /// A centre of distortion, say, that the block does not determine beside what is in.
+    /// A centre of distortion that the block does not determine beside what is in.
     pub fn finish(&mut self, block: &Block, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
         let mut problem = self.fit.problem.clone();
         problem.start = self.fit.solution.state.clone();
         let options = Options { covariance: CovarianceOf::Shared, ..settings.options.clone() };
-        let solved = match run::solve(block, problem, &[&Native], &options, &mut |_, _| ControlFlow::Continue(())) {
-            Err(singular @ RunError::Adjust(AdjustError::Singular { .. })) => return Err(singular.into()),
-            solved => solved.ok().and_then(|mut run| run.solutions.pop()),
+        let solution = match Native.solve(&problem, &options, &mut |_| ControlFlow::Continue(())) {
+            Ok(solution) => solution,
+            Err(failure @ AdjustError::NotConverged { .. }) => {
+                let go_on = &mut |_: &'static str, _: &Iteration| ControlFlow::Continue(());
+                return match distortion_centre::explain(failure, &problem, &Native, &options, go_on) {
+                    undetermined @ AdjustError::Singular { .. } => Err(undetermined.into()),
+                    _ => Ok(()),
+                };
+            }
+            Err(singular @ AdjustError::Singular { .. })
+                if distortion_centre::makes_singular(&problem, &Native, &options) =>
+            {
+                return Err(singular.into());
+            }
+            Err(_) => return Ok(()),
         };
-        let Some((_, solution)) = solved else { return Ok(()) };
+        distortion_centre::check(&problem, Native.name(), &solution)?;
         self.fit.solution = solution;
         self.fit.model = at_solution(&self.fit);
         let Some(Step { change, why, drop, predicted, ln_p, iterations, .. }) = self.steps.pop() else { return Ok(()) };
