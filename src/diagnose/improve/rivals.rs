@@ -1,29 +1,33 @@
-//! What a shape with a place on the sensor may be instead.
+//! What a shape on the sensor may be instead.
 
 use super::super::linearised::Linearised;
 use super::super::select::{Beside, Situation};
+use super::super::test::separability::{INSEPARABLE, seen_by};
 use crate::effects::Stage;
 
-/// Laws of the whole image, where a shape with a place on the sensor is to enter, significant or not: a distortion that is missing drives the
-/// camera far away, where its own first order says little of it, and a shape of the best of many places takes a part of it. Which of them it
-/// is, only their refits tell.
+/// Laws of the whole image that are to be refitted beside `set`, significant or not: a distortion that is missing drives the camera far away, where
+/// its own first order says little of it, and another shape takes a part of it. All of them where `set` is the best of many places on the sensor;
+/// those that a law of the image could take for its own where it is such a law. Which of them it is, only their refits tell.
 pub(super) fn laws_of_the_lens(
     linearised: &Linearised,
     situation: &Situation<'_>,
     set: usize,
     beside: &Beside,
 ) -> Vec<usize> {
-    if !linearised.is_placed(set) {
-        return Vec::new();
-    }
+    let is_placed = linearised.is_placed(set);
     let of_image = |set: usize| {
         let term = linearised.candidates[set].as_ref().and_then(|candidate| candidate.term());
         term.is_some_and(|term| term.effect.descriptor().stage == Stage::Image)
     };
-    let laws = situation.judge_all(beside).into_iter().filter(|judged| !judged.implausible).map(|judged| judged.set);
-    let may_be = laws.filter(|other| {
-        let own = &situation.sets[*other];
-        own.physical && !situation.refused.contains(&own.id) && !linearised.is_placed(*other) && of_image(*other)
+    if !is_placed && !of_image(set) {
+        return Vec::new();
+    }
+    let Some(own) = situation.judge(set, beside) else { return Vec::new() };
+    let laws = situation.judge_all(beside).into_iter().filter(|judged| {
+        let other = &situation.sets[judged.set];
+        let may_be = other.physical && !judged.implausible && !situation.refused.contains(&other.id);
+        may_be && !linearised.is_placed(judged.set) && of_image(judged.set) && other.id != situation.sets[set].id
     });
-    may_be.collect()
+    let taken = laws.filter(|judged| is_placed || seen_by(beside, &judged.pivoted, &own.pivoted) > INSEPARABLE);
+    taken.map(|judged| judged.set).collect()
 }
