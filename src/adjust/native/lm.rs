@@ -5,7 +5,7 @@
 //! NIST, on which it is validated, are the other (`src/validate/nist`).
 
 use super::loss::Curvature;
-use super::second_look::{GOOD_PREDICTION, looked_at_again};
+use super::second_look::{GOOD_PREDICTION, is_poor, looked_at_again};
 use crate::adjust::{AdjustError, CHI_SQUARE_CHANGE, Iteration, Options, Progress};
 use std::time::Instant;
 
@@ -17,6 +17,9 @@ const START_DAMPING: f64 = 1e-7;
 const RELAX: f64 = 0.1;
 /// Factor of the damping after a bad step, doubled with every further one.
 const TIGHTEN: f64 = 2.0;
+/// The least damping after a step to where measurements cannot be predicted (behind a camera): it was not a little too long, but let go a
+/// direction that hardly anything determines, and each refusal costs a whole pass. It is what Ceres begins with (a trust region of 1e4).
+const CAUTIOUS_DAMPING: f64 = 1e-4;
 /// The least factor after accepted ones of the steps that follow a refused one: the damping matters there, and a faster fall would be refused again.
 const CAREFUL_RELAX: f64 = 1.0 / 3.0;
 /// How many these are.
@@ -110,13 +113,11 @@ pub fn minimise<P: Iterated>(
         iterations += 1;
         let curvature = if full { Curvature::Newton } else { search.curvature };
         let mut step = increments.as_ref().and_then(|x| problem.attempt(&state, &system, x, damping, curvature));
-        let is_poor = step.as_ref().is_some_and(|step| {
-            step.predicted_drop > small && chi_square - step.chi_square < GOOD_PREDICTION * step.predicted_drop
-        });
-        if let (Some(straight), Some(x)) = (step.take_if(|_| is_poor && !robust), &increments) {
+        let was_poor = step.as_ref().is_some_and(|step| step.predicted_drop > small && is_poor(step, chi_square));
+        if let (Some(straight), Some(x)) = (step.take_if(|_| was_poor && !robust), &increments) {
             step = Some(looked_at_again(problem, &state, &system, x, straight, (damping, curvature), poor));
         }
-        poor = is_poor;
+        poor = was_poor;
         let drop = step.as_ref().map_or(f64::NEG_INFINITY, |step| chi_square - step.chi_square);
         let predicted = step.as_ref().map_or(f64::INFINITY, |step| step.predicted_drop);
         idle = if drop < small && predicted < IDLE_PROMISE * small { idle + 1 } else { 0 };
@@ -133,7 +134,8 @@ pub fn minimise<P: Iterated>(
             _ if predicted.abs() < small && drop.abs() < small => search.damping *= RELAX,
             // Measurements went beyond the corner of the loss, or came back; the weights alone are safe from that.
             _ if search.curvature == Curvature::Newton => search.curvature = Curvature::Weights,
-            _ => search.refused(),
+            Some(_) => search.refused(),
+            None => search.lost(),
         }
         if search.damping > MOST_DAMPING {
             return Err(problem.stuck(&state, iterations, 0.5 * chi_square));
@@ -195,6 +197,12 @@ impl StepControl {
         self.damping *= self.tighten;
         self.tighten *= 2.0;
         self.careful = CAREFUL_STEPS;
+    }
+
+    /// After a step to where measurements cannot be predicted, or where there was none.
+    fn lost(&mut self) {
+        self.refused();
+        self.damping = self.damping.max(CAUTIOUS_DAMPING);
     }
 }
 

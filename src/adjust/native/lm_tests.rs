@@ -139,3 +139,19 @@ fn what_does_not_converge_is_given_only_where_that_is_asked_for() {
     let found = solve(Options { may_stay_unconverged: true, ..few }).expect("a state");
     assert!(found.iterations == 4 && found.system.2 < begun, "{} steps, {}", found.iterations, found.system.2);
 }
+
+#[test]
+fn a_step_to_nowhere_makes_the_next_one_cautious_at_once() {
+    let mut search =
+        StepControl { damping: START_DAMPING, tighten: TIGHTEN, careful: 0, curvature: Curvature::Weights };
+    search.lost();
+    assert_eq!((search.damping, search.careful), (CAUTIOUS_DAMPING, CAREFUL_STEPS));
+    search.lost();
+    assert!(search.damping > CAUTIOUS_DAMPING, "and more so where that did not help: {:e}", search.damping);
+}
+
+#[test]
+fn a_step_is_looked_at_again_where_it_brought_much_less_than_predicted() {
+    let brings = |chi_square| is_poor(&Attempt { state: (), chi_square, predicted_drop: 8.0 }, 10.0);
+    assert_eq!([9.0, 4.5, 3.5, 2.0].map(brings), [true, true, false, false]);
+}

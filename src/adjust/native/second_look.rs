@@ -5,6 +5,9 @@ use super::loss::Curvature;
 
 /// A drop of this share of the predicted one: the problem is as good as linear over the step.
 pub const GOOD_PREDICTION: f64 = 0.9;
+/// Below this share a step is poor: a second look costs as much as the step that comes next, which leaves of a step with this quality or a better
+/// one what the look would leave, too. Source: three quarters, the good step of trust regions since Fletcher (1971).
+const POOR_PREDICTION: f64 = 0.75;
 /// The least of a parabola that lies nearer to its start than this share of the step says only that the step was far too long, which the damping
 /// says, too.
 const LEAST_SHARE: f64 = 0.05;
@@ -29,17 +32,22 @@ pub fn looked_at_again<P: Iterated>(
 ) -> Attempt<P::State> {
     let before = problem.chi_square(system);
     let predicted_drop = straight.predicted_drop;
-    let is_poor = |attempt: &Attempt<P::State>| before - attempt.chi_square < GOOD_PREDICTION * predicted_drop;
+    let brings_little = |attempt: &Attempt<P::State>| before - attempt.chi_square < POOR_PREDICTION * predicted_drop;
     let (slope, brought) = (problem.decrement(system, x), before - straight.chi_square);
     let share = slope / (2.0 * slope - brought);
     let followed = problem.followed(&straight.state, damping);
-    let asks_for_bend = poor_before && followed.as_ref().is_none_or(is_poor);
+    let asks_for_bend = poor_before && followed.as_ref().is_none_or(brings_little);
     let bent = if asks_for_bend { problem.bent(state, &straight.state, x, damping) } else { None };
     let mut best = lower(lower(straight, followed), bent);
-    if is_poor(&best) && share > LEAST_SHARE {
+    if brings_little(&best) && share > LEAST_SHARE {
         best = lower(best, problem.attempt(state, system, &problem.part(x, share), damping, curvature));
     }
     Attempt { predicted_drop, ..best }
+}
+
+/// Whether an attempt from where chi-square was `before` brought less than was predicted.
+pub fn is_poor<S>(attempt: &Attempt<S>, before: f64) -> bool {
+    before - attempt.chi_square < POOR_PREDICTION * attempt.predicted_drop
 }
 
 /// The one with the lower chi-square.
