@@ -1,5 +1,7 @@
 //! Builds the C++ side: the solver library with CMake, the bridge with cxx.
 
+use std::path::PathBuf;
+
 fn main() {
     for path in ["cpp", "src/adjust/ceres/bridge.rs"] {
         println!("cargo::rerun-if-changed={path}");
@@ -8,7 +10,11 @@ fn main() {
         println!("cargo::error={missing}");
         return;
     }
+    // Lints and builds run this script each for itself, with a folder each; the library takes minutes and is made in one for both.
+    let own_folder = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets it"));
+    let of_profile = own_folder.ancestors().nth(3).expect("target/PROFILE/build/PACKAGE/out");
     let solver = cmake::Config::new("cpp")
+        .out_dir(of_profile.join("misclosure-solver"))
         .profile("Release")
         .define("BUILD_TESTING", "OFF")
         .build_target("misclosure_solver")
@@ -37,8 +43,7 @@ fn find_packages() -> Result<(), String> {
         ("eigen3/Eigen/Core", "libeigen3-dev"),
     ];
     for (header, package) in needed {
-        let found =
-            ["/usr/include", "/usr/local/include"].iter().any(|root| std::path::Path::new(root).join(header).exists());
+        let found = ["/usr/include", "/usr/local/include"].iter().any(|root| PathBuf::from(root).join(header).exists());
         if !found {
             return Err(format!("`{header}` not found: install {package} (`make setup` does)"));
         }
