@@ -1,6 +1,7 @@
 //! Cholesky factorisation of the reduced system: the image blocks dense when few or sparse when many, then the border by its
 //! Schur complement.
 
+use super::dense::Dense;
 use super::structure::Structure;
 use super::system::System;
 use crate::adjust::LinearSolver;
@@ -60,7 +61,7 @@ impl Pattern {
 }
 
 enum Images {
-    Dense(faer::linalg::solvers::Llt<f64>),
+    Dense(Dense),
     Sparse(SparseLlt<usize, f64>),
 }
 
@@ -68,7 +69,7 @@ impl Images {
     /// Replaces `right` by `A^-1 right`.
     fn solve(&self, right: MatMut<'_, f64>) {
         match self {
-            Images::Dense(factor) => factor.solve_in_place(right),
+            Images::Dense(factor) => factor.solve(right),
             Images::Sparse(factor) => factor.solve_in_place(right),
         }
     }
@@ -121,12 +122,8 @@ fn factorise_images(
                     }
                 }
             }
-            let factor = matrix.llt(Side::Lower).map_err(|error| match error {
-                faer::linalg::cholesky::llt::factor::LltError::NonPositivePivot { index } => {
-                    Breakdown::Images(index.saturating_sub(1))
-                }
-            })?;
-            let lower = factor.L();
+            let factor = Dense::new(matrix).map_err(Breakdown::Images)?;
+            let lower = factor.lower();
             if let Some(pivot) = (0..n).find(|i| lower[(*i, *i)].powi(2) < SMALLEST_PIVOT) {
                 return Err(Breakdown::Images(pivot));
             }

@@ -3,6 +3,7 @@
 use super::MAX_DIM;
 use super::columns::Columns;
 use super::eliminate::{BorderSums, Eliminate};
+use super::in_order::add_in_order;
 use super::loss::Curvature;
 use super::point::{ControlRows, PointRows, Prepared, inverse_of_damped};
 use super::rows::{Rows, batches};
@@ -15,7 +16,6 @@ use crate::measure::{self, MeasureError};
 use crate::problem::Problem;
 use nalgebra::Matrix3;
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Reduced system at a prepared state, the points damped by `damping` times their own diagonal. Errors: an observation
@@ -29,18 +29,13 @@ pub fn linearise(at: &Prepared<'_>, damping: f64, curvature: Curvature) -> Resul
         _ => add_chunk::<MAX_DIM>(at, points, damping, curvature, part),
     };
     let mut total = System::zeros(structure, 0..structure.images);
-    // Waves of as many chunks as there are threads: a private system each, added in the order of the chunks, so that the sum is the
-    // same for every number of threads.
-    let threads = rayon::current_num_threads().max(1);
-    let mut parts = vec![System::zeros(structure, 0..0); threads.min(structure.chunks.len())];
-    for wave in structure.chunks.chunks(threads) {
-        let fill = |(points, part): (&Range<usize>, &mut System)| chunk(points.clone(), part);
-        let filled: Vec<Result<(), AdjustError>> = wave.par_iter().zip(&mut parts).map(fill).collect();
-        for (part, filled) in parts.iter().zip(filled) {
-            filled?;
-            total.add(structure, part);
-        }
-    }
+    // A private system each, added in the order of the chunks, so that the sum is the same for every number of threads.
+    add_in_order(
+        structure.chunks.len(),
+        || System::zeros(structure, 0..0),
+        |number, part| chunk(structure.chunks[number].clone(), part),
+        |part| total.add(structure, part),
+    )?;
     for row in position_rows(at)? {
         let image = row.image.as_ref().map(|(rank, row)| (*rank, row.as_slice()));
         total.add_row(structure, image, &row.shared, row.v);

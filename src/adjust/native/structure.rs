@@ -14,7 +14,7 @@ pub const NONE: u32 = u32::MAX;
 
 /// Measurements per chunk: below this the overhead of a private system shows.
 const CHUNK_MEASUREMENTS: usize = 16_384;
-/// Several chunks are so many or a multiple: two threads, or four, then end a wave of them together.
+/// Several chunks are so many or a multiple: two threads, or four, then end together.
 const WAVE_CHUNKS: usize = 4;
 /// Chunks at most: each costs one pass over the touched part of the reduced system.
 const MAX_CHUNKS: usize = 64;

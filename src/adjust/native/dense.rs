@@ -1,0 +1,137 @@
+//! Cholesky factorisation of a dense matrix in panels: what is right of a panel is split among the threads of the current pool, in pieces that
+//! do not depend on their number, so that neither does the result.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization, cholesky_in_place, cholesky_in_place_scratch};
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+use rayon::prelude::*;
+
+/// Columns of a panel: products of this depth run at the speed of large ones, and what a panel itself takes, on one thread, is little.
+const PANEL: usize = 96;
+/// Right-hand sides that are solved for at a time.
+const SOLVED: usize = 16;
+
+/// `L` of `A = L L'`.
+pub struct Dense {
+    lower: Mat<f64>,
+}
+
+impl Dense {
+    /// Factorises the lower triangle of `matrix` (n x n).
+    ///
+    /// # Errors
+    /// The row of the first pivot that is not positive.
+    pub fn new(mut matrix: Mat<f64>) -> Result<Self, usize> {
+        let n = matrix.nrows();
+        let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(PANEL, Par::Seq, Default::default()));
+        for first in (0..n).step_by(PANEL) {
+            let size = PANEL.min(n - first);
+            let (_, right) = matrix.as_mut().split_at_col_mut(first);
+            let (panel, right) = right.subrows_mut(first, n - first).split_at_col_mut(size);
+            let (mut diagonal, below) = panel.split_at_row_mut(size);
+            let stack = MemStack::new(&mut memory);
+            let regularisation = LltRegularization::default();
+            cholesky_in_place(diagonal.as_mut(), regularisation, Par::Seq, stack, Default::default())
+                .map_err(|LltError::NonPositivePivot { index }| first + index)?;
+            let diagonal = diagonal.as_ref();
+            let right = right.subrows_mut(size, n - first - size);
+            take_panel(diagonal, below, right);
+        }
+        Ok(Self { lower: matrix })
+    }
+
+    /// `L`; what stands above its diagonal means nothing.
+    pub fn lower(&self) -> MatRef<'_, f64> {
+        self.lower.as_ref()
+    }
+
+    /// Replaces `right` (n x any) by `A^-1 right`.
+    pub fn solve(&self, right: MatMut<'_, f64>) {
+        let lower = self.lower();
+        pieces(right, SOLVED, MatMut::split_at_col_mut, |right| right.ncols()).into_par_iter().for_each(|mut right| {
+            solve_lower_triangular_in_place(lower, right.as_mut(), Par::Seq);
+            solve_upper_triangular_in_place(lower.transpose(), right, Par::Seq);
+        });
+    }
+}
+
+/// Finishes the rows below a panel's diagonal block, and takes their products from the lower triangle of what is to the right of them.
+fn take_panel(diagonal: MatRef<'_, f64>, mut below: MatMut<'_, f64>, right: MatMut<'_, f64>) {
+    pieces(below.as_mut(), PANEL, MatMut::split_at_row_mut, |rows| rows.nrows())
+        .into_par_iter()
+        .for_each(|rows| solve_lower_triangular_in_place(diagonal, rows.transpose_mut(), Par::Seq));
+    let below = below.as_ref();
+    pieces(right, PANEL, MatMut::split_at_col_mut, |columns| columns.ncols()).into_par_iter().enumerate().for_each(
+        |(number, columns)| {
+            let (first, count) = (number * PANEL, columns.ncols());
+            let left = below.subrows(first, below.nrows() - first);
+            let columns = columns.subrows_mut(first, left.nrows());
+            matmul(columns, Accum::Add, left, left.subrows(0, count).transpose(), -1.0, Par::Seq);
+        },
+    );
+}
+
+/// A matrix split into pieces of `size` rows or columns; the last one may have fewer.
+fn pieces<'a>(
+    matrix: MatMut<'a, f64>,
+    size: usize,
+    split: impl Fn(MatMut<'a, f64>, usize) -> (MatMut<'a, f64>, MatMut<'a, f64>),
+    count: impl Fn(&MatMut<'a, f64>) -> usize,
+) -> Vec<MatMut<'a, f64>> {
+    let (mut pieces, mut rest) = (Vec::new(), matrix);
+    while count(&rest) > size {
+        let (piece, others) = split(rest, size);
+        pieces.push(piece);
+        rest = others;
+    }
+    pieces.push(rest);
+    pieces
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Side;
+
+    /// A positive definite matrix of moderate condition.
+    fn matrix(n: usize) -> Mat<f64> {
+        let wave = |i: usize, j: usize| ((1 + i * 7 + j * 13) as f64).sin();
+        let root = Mat::<f64>::from_fn(n, n, wave);
+        &root * root.transpose() + Mat::<f64>::identity(n, n)
+    }
+
+    fn solved(n: usize, threads: usize) -> Mat<f64> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        let mut right = Mat::<f64>::from_fn(n, 2 * SOLVED + 1, |i, j| (i + j) as f64);
+        pool.install(|| Dense::new(matrix(n)).expect("positive definite").solve(right.as_mut()));
+        right
+    }
+
+    #[test]
+    fn products_of_the_solution_are_the_right_hand_side() {
+        for n in [1, 5, PANEL - 1, PANEL, PANEL + 1, 3 * PANEL + 7] {
+            let right = matrix(n) * solved(n, 1);
+            let wanted = Mat::<f64>::from_fn(n, 2 * SOLVED + 1, |i, j| (i + j) as f64);
+            // A condition of some n^2 and sums of n numbers.
+            assert!((&right - &wanted).norm_max() < 1e-8 * (1 + n) as f64, "{n}: {:e}", (&right - &wanted).norm_max());
+        }
+    }
+
+    #[test]
+    fn the_same_bytes_on_any_number_of_threads() {
+        let [one, two, four] = [1, 2, 4].map(|threads| solved(3 * PANEL + 7, threads));
+        assert!(one == two && one == four);
+    }
+
+    #[test]
+    fn the_first_pivot_that_is_not_positive_is_named() {
+        for row in [0, 3, PANEL, PANEL + 5, 2 * PANEL + 1] {
+            let mut broken = matrix(3 * PANEL);
+            broken[(row, row)] -= 1e6;
+            assert_eq!(Dense::new(broken.clone()).err(), Some(row));
+            assert!(broken.llt(Side::Lower).is_err());
+        }
+    }
+}
