@@ -3,7 +3,7 @@
 use super::bend;
 use super::factor::{Factor, Pattern};
 use super::linearise;
-use super::lm::{Attempt, Iterated};
+use super::lm::{Advanced, Attempt, Iterated};
 use super::loss::Curvature;
 use super::point::Prepared;
 use super::rank::factor_of_full_rank;
@@ -67,7 +67,8 @@ impl Iterated for Bundle<'_> {
     }
 
     fn solve(&self, system: &System, damping: f64) -> Option<Self::Increments> {
-        Factor::new(self.structure, system, self.pattern, damping).ok().map(|factor| factor.solve())
+        let factor = self.pool.install(|| Factor::new(self.structure, system, self.pattern, damping));
+        factor.ok().map(|factor| factor.solve())
     }
 
     fn decrement(&self, system: &System, step: &Self::Increments) -> f64 {
@@ -82,9 +83,30 @@ impl Iterated for Bundle<'_> {
         damping: f64,
         curvature: Curvature,
     ) -> Option<Attempt<BundleState>> {
-        let step = self.pool.install(|| try_step(&self.at(state), system, step, damping, curvature))?;
+        let step = self.pool.install(|| try_step(&self.at(state), system, step, damping, curvature, true))?;
         let (chi_square, predicted_drop) = (step.chi_square, step.predicted_drop);
         Some(Attempt { state: BundleState { state: step.state, frames: step.frames }, chi_square, predicted_drop })
+    }
+
+    fn advance(
+        &self,
+        state: &BundleState,
+        system: &System,
+        step: &Self::Increments,
+        damping: f64,
+        curvature: Curvature,
+        next: f64,
+    ) -> Option<Advanced<Self>> {
+        let moved = self.pool.install(|| try_step(&self.at(state), system, step, damping, curvature, false))?;
+        let after = BundleState { state: moved.state, frames: moved.frames };
+        match self.linearise(&after, next, Curvature::Weights) {
+            Ok(system) if system.chi_square.is_finite() => {
+                let (chi_square, predicted_drop) = (system.chi_square, moved.predicted_drop);
+                Some((Attempt { state: after, chi_square, predicted_drop }, Some(system)))
+            }
+            // Whether rays meet is another question than whether the step was good: asked when it comes to the next step.
+            _ => Some((self.attempt(state, system, step, damping, curvature)?, None)),
+        }
     }
 
     fn part(&self, (images, border): &Self::Increments, share: f64) -> Self::Increments {

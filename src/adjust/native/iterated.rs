@@ -55,6 +55,21 @@ pub trait Iterated {
         curvature: Curvature,
     ) -> Option<Attempt<Self::State>>;
 
+    /// Takes a step that is likely to be good, and linearises after it under the damping `next` without a robust loss's second derivative: chi-square
+    /// comes from that, and the pass that it would take for itself is saved. `None` where the new state cannot be predicted, no system where it is no
+    /// cheaper so.
+    fn advance(
+        &self,
+        state: &Self::State,
+        system: &Self::System,
+        step: &Self::Increments,
+        damping: f64,
+        curvature: Curvature,
+        _next: f64,
+    ) -> Option<Advanced<Self>> {
+        Some((self.attempt(state, system, step, damping, curvature)?, None))
+    }
+
     /// A share of a step.
     fn part(&self, step: &Self::Increments, share: f64) -> Self::Increments;
 
@@ -88,3 +103,6 @@ pub struct Attempt<S> {
     /// By what it would have fallen, were the problem linear.
     pub predicted_drop: f64,
 }
+
+/// A step that was taken, and the system after it where that came along.
+pub type Advanced<P> = (Attempt<<P as Iterated>::State>, Option<<P as Iterated>::System>);

@@ -9,7 +9,7 @@ use super::second_look::{GOOD_PREDICTION, is_poor, looked_at_again};
 use crate::adjust::{AdjustError, CHI_SQUARE_CHANGE, Iteration, Options, Progress};
 use std::time::Instant;
 
-pub use super::iterated::{Attempt, Iterated};
+pub use super::iterated::{Advanced, Attempt, Iterated};
 
 /// Damping at the start: small, because the start values of a block are near and the diagonal is unscaled information.
 const START_DAMPING: f64 = 1e-7;
@@ -28,6 +28,9 @@ const CAREFUL_STEPS: usize = 2;
 const LEAST_DAMPING: f64 = 1e-13;
 /// Above this a step is a crawl along the gradient: nothing reduces the cost any more.
 const MOST_DAMPING: f64 = 1e12;
+/// A step that promises this share of chi-square, or all but this share, is likely to bring what it promises: the first is short, the second comes
+/// from approximations, whose errors are much larger than what the step itself neglects.
+const LIKELY_SHARE: f64 = 0.01;
 /// Whether a full step still finds something is asked only under a damping that does not itself make steps small.
 const CONVERGED_DAMPING: f64 = 1e-4;
 /// Steps that polish at most. Large residuals make each leave a share of what was left.
@@ -66,9 +69,14 @@ pub fn minimise<P: Iterated>(
     let mut search =
         StepControl { damping: START_DAMPING, tighten: TIGHTEN, careful: 0, curvature: Curvature::Weights };
     let (mut iterations, mut idle, mut poor) = (0, 0, false);
+    // The system at the state, where the last step brought it along.
+    let mut ready = None;
     loop {
         let mut damping = search.damping;
-        let mut system = problem.linearise(&state, damping, search.curvature)?;
+        let mut system = match ready.take() {
+            Some(system) => system,
+            None => problem.linearise(&state, damping, search.curvature)?,
+        };
         let chi_square = problem.chi_square(&system);
         let report = Iteration {
             number: iterations,
@@ -92,14 +100,22 @@ pub fn minimise<P: Iterated>(
             let decrement = increments.as_ref().map_or(0.0, |x| problem.decrement(&system, x));
             if decrement < small {
                 // The step is at hand: taken, it leaves rounding where its promise left a share of sigma.
-                let last = increments.and_then(|x| problem.attempt(&state, &system, &x, damping, Curvature::Newton));
-                if let Some(step) = last.filter(|step| step.chi_square < chi_square) {
-                    state = step.state;
-                }
+                let last = increments
+                    .and_then(|x| problem.advance(&state, &system, &x, damping, Curvature::Newton, damping))
+                    .filter(|(step, _)| step.chi_square < chi_square);
+                let (mut state, mut system, mut steps) = match last {
+                    Some((step, system)) => (step.state, system, 0),
+                    None => (state, (!robust).then_some(system), 0),
+                };
                 let asked = options.chi_square_change;
-                let finer = asked < CHI_SQUARE_CHANGE && decrement > asked;
-                let (state, steps) = if finer { polish(problem, state, asked)? } else { (state, 0) };
-                let system = problem.linearise(&state, 0.0, Curvature::Weights)?;
+                if asked < CHI_SQUARE_CHANGE && decrement > asked {
+                    (state, steps) = polish(problem, state, asked)?;
+                    system = None;
+                }
+                let system = match system {
+                    Some(system) => system,
+                    None => problem.linearise(&state, 0.0, Curvature::Weights)?,
+                };
                 return Ok(Outcome { state, iterations: iterations + steps, system });
             }
         }
@@ -112,10 +128,16 @@ pub fn minimise<P: Iterated>(
         }
         iterations += 1;
         let curvature = if full { Curvature::Newton } else { search.curvature };
-        let mut step = increments.as_ref().and_then(|x| problem.attempt(&state, &system, x, damping, curvature));
+        let next = search.after_a_good_step(full);
+        let taken = increments.as_ref().and_then(|x| match !robust && is_likely_good(problem, &system, x) {
+            true => problem.advance(&state, &system, x, damping, curvature, next),
+            false => Some((problem.attempt(&state, &system, x, damping, curvature)?, None)),
+        });
+        let (mut step, mut after) = taken.map_or((None, None), |(step, after)| (Some(step), after));
         let was_poor = step.as_ref().is_some_and(|step| step.predicted_drop > small && is_poor(step, chi_square));
         if let (Some(straight), Some(x)) = (step.take_if(|_| was_poor && !robust), &increments) {
             step = Some(looked_at_again(problem, &state, &system, x, straight, (damping, curvature), poor));
+            after = None;
         }
         poor = was_poor;
         let drop = step.as_ref().map_or(f64::NEG_INFINITY, |step| chi_square - step.chi_square);
@@ -127,6 +149,7 @@ pub fn minimise<P: Iterated>(
                 search.accepted(full, drop / predicted);
                 let near = robust && drop < NEAR_SHARE * chi_square;
                 search.curvature = if near { Curvature::Newton } else { Curvature::Weights };
+                ready = after.filter(|_| search.damping == next);
             }
             // A full step that promised something and brings nothing: the state is as good as it gets.
             _ if full => {}
@@ -145,6 +168,12 @@ pub fn minimise<P: Iterated>(
             return Ok(Outcome { state, iterations, system });
         }
     }
+}
+
+/// Whether a step is likely to bring what it promises.
+fn is_likely_good<P: Iterated>(problem: &P, system: &P::System, step: &P::Increments) -> bool {
+    let share = problem.decrement(system, step) / problem.chi_square(system);
+    !(LIKELY_SHARE..1.0 - LIKELY_SHARE).contains(&share)
 }
 
 /// Goes on with full steps where the rounding of chi-square hides what they gain and more is asked for than usual: the decrement has its digits from
@@ -179,6 +208,13 @@ struct StepControl {
 }
 
 impl StepControl {
+    /// The damping that a step which brings all that was predicted leads to.
+    fn after_a_good_step(&self, full: bool) -> f64 {
+        let mut after = Self { ..*self };
+        after.accepted(full, 1.0);
+        after.damping
+    }
+
     /// After a step that reduced chi-square, by `quality` of what was predicted.
     fn accepted(&mut self, full: bool, quality: f64) {
         // A full step that is not what was predicted says that the valley bends: the damping that its bend needs stays.

@@ -24,26 +24,28 @@ pub struct Step {
     pub state: State,
     /// Its images.
     pub frames: Vec<Frame>,
-    /// `sum rho` there.
+    /// `sum rho` there; nothing where it was not asked for.
     pub chi_square: f64,
     /// By what it would have fallen, were the problem linear.
     pub predicted_drop: f64,
 }
 
 /// Takes the step: images and border first, then every point by back-substitution. `None` where the new state cannot be projected.
+/// `costs`: whether chi-square is asked for.
 pub fn try_step(
     at: &Prepared<'_>,
     system: &System,
     (images, border): &(Vec<f64>, Vec<f64>),
     damping: f64,
     curvature: Curvature,
+    costs: bool,
 ) -> Option<Step> {
     let Prepared { problem, structure, state, .. } = *at;
     let mut next = state.clone();
     let turn = move_images_and_border(problem, structure, &mut next, images, border);
     let frames = measure::frames(problem, &structure.stages, &next).ok()?;
     let after = Prepared { problem, structure, state: &next, frames: &frames };
-    let step = PointStep { at, after: &after, turn: &turn, images, border, damping, curvature };
+    let step = PointStep { at, after: &after, turn: &turn, images, border, damping, curvature, costs };
     let chunk = |points: &Range<usize>| match (structure.wide_border(), structure.dim) {
         (false, _) => step.narrow(points),
         (true, 6) => step.wide::<6>(points),
@@ -66,8 +68,10 @@ pub fn try_step(
     };
     predicted_drop += share(images, &system.gradient_images, &system.diagonal_images)
         + share(border, &system.gradient_border, &system.diagonal_border);
-    let after = Prepared { problem, structure, state: &next, frames: &frames };
-    chi_square += chi_square_beside_points(&after).ok()?;
+    if costs {
+        let after = Prepared { problem, structure, state: &next, frames: &frames };
+        chi_square += chi_square_beside_points(&after).ok()?;
+    }
     chi_square.is_finite().then_some(Step { state: next, frames, chi_square, predicted_drop })
 }
 
@@ -123,6 +127,7 @@ struct PointStep<'a> {
     border: &'a [f64],
     damping: f64,
     curvature: Curvature,
+    costs: bool,
 }
 
 /// Points of a chunk after the step.
@@ -156,8 +161,10 @@ impl PointStep<'_> {
             moved.predicted_drop += step.dot(&rows.gradient) + damped;
             let object = self.turn.position(&self.at.state.points[j], &step);
             moved.points.push(object);
-            let one = OnTheirOwn { after: self.after };
-            moved.chi_square += one.chi_square(j..j + 1, &[object])?;
+            if self.costs {
+                let one = OnTheirOwn { after: self.after };
+                moved.chi_square += one.chi_square(j..j + 1, &[object])?;
+            }
         }
         Some(moved)
     }
@@ -182,6 +189,9 @@ impl PointStep<'_> {
                 let damped = self.damping * step.component_mul(&step).dot(&left.normal().diagonal());
                 moved.predicted_drop += step.dot(&left.gradient()) + damped;
                 moved.points.push(self.turn.position(&at.state.points[j], &step));
+            }
+            if !self.costs {
+                continue;
             }
             let objects = &moved.points[first..];
             moved.chi_square += dispatch(Costs { after: self.after, points: batch.clone(), objects, work })?;
