@@ -228,6 +228,14 @@ impl Improvement {
                 if confirmation.drop <= 0.0 {
                     confirmation.reason = "its refit takes nothing of v'Pv away".into();
                     self.refused.insert(id.clone());
+                } else if let Some(judged) = judged.as_ref().filter(|_| situation.sets[set].nature == Nature::Law)
+                    && let share = confirmation.drop.max(predicted) / judged.drop
+                    && situation.ln_p_of_share(judged, &beside, share) > situation.ln_level
+                {
+                    // Its test lets it be of any size, its refit of those that such an effect can have.
+                    confirmation.reason =
+                        "of a size that it can have, it takes no more of v'Pv away than chance".into();
+                    self.refused.insert(id.clone());
                 } else if let Some(judged) = judged.filter(|_| situation.sets[set].nature == Nature::Law)
                     && let Some(single::Carrier { point, left }) = single::carrier(&self.fit, &fit, &settings.options)?
                     && let ln_p = situation.ln_p_of_share(&judged, &beside, left)
