@@ -1,5 +1,5 @@
 //! Cholesky factorisation of a dense matrix in panels: what is right of a panel is split among the threads of the current pool, in pieces that
-//! do not depend on their number, so that neither does the result.
+//! do not depend on their number, so that neither does the result. Outside of any pool one thread does it all.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization, cholesky_in_place, cholesky_in_place_scratch};
@@ -50,7 +50,7 @@ impl Dense {
     /// Replaces `right` (n x any) by `A^-1 right`.
     pub fn solve(&self, right: MatMut<'_, f64>) {
         let lower = self.lower();
-        pieces(right, SOLVED, MatMut::split_at_col_mut, |right| right.ncols()).into_par_iter().for_each(|mut right| {
+        each(pieces(right, SOLVED, MatMut::split_at_col_mut, |right| right.ncols()), |_, mut right| {
             solve_lower_triangular_in_place(lower, right.as_mut(), Par::Seq);
             solve_upper_triangular_in_place(lower.transpose(), right, Par::Seq);
         });
@@ -59,18 +59,24 @@ impl Dense {
 
 /// Finishes the rows below a panel's diagonal block, and takes their products from the lower triangle of what is to the right of them.
 fn take_panel(diagonal: MatRef<'_, f64>, mut below: MatMut<'_, f64>, right: MatMut<'_, f64>) {
-    pieces(below.as_mut(), PANEL, MatMut::split_at_row_mut, |rows| rows.nrows())
-        .into_par_iter()
-        .for_each(|rows| solve_lower_triangular_in_place(diagonal, rows.transpose_mut(), Par::Seq));
+    each(pieces(below.as_mut(), PANEL, MatMut::split_at_row_mut, |rows| rows.nrows()), |_, rows| {
+        solve_lower_triangular_in_place(diagonal, rows.transpose_mut(), Par::Seq);
+    });
     let below = below.as_ref();
-    pieces(right, PANEL, MatMut::split_at_col_mut, |columns| columns.ncols()).into_par_iter().enumerate().for_each(
-        |(number, columns)| {
-            let (first, count) = (number * PANEL, columns.ncols());
-            let left = below.subrows(first, below.nrows() - first);
-            let columns = columns.subrows_mut(first, left.nrows());
-            matmul(columns, Accum::Add, left, left.subrows(0, count).transpose(), -1.0, Par::Seq);
-        },
-    );
+    each(pieces(right, PANEL, MatMut::split_at_col_mut, |columns| columns.ncols()), |number, columns| {
+        let (first, count) = (number * PANEL, columns.ncols());
+        let left = below.subrows(first, below.nrows() - first);
+        let columns = columns.subrows_mut(first, left.nrows());
+        matmul(columns, Accum::Add, left, left.subrows(0, count).transpose(), -1.0, Par::Seq);
+    });
+}
+
+/// Works on numbered pieces. Only in a pool side by side: that of the whole program has more threads than were asked for.
+fn each<'a>(pieces: Vec<MatMut<'a, f64>>, work: impl Fn(usize, MatMut<'a, f64>) + Sync + Send) {
+    match rayon::current_thread_index() {
+        Some(_) => pieces.into_par_iter().enumerate().for_each(|(number, piece)| work(number, piece)),
+        None => pieces.into_iter().enumerate().for_each(|(number, piece)| work(number, piece)),
+    }
 }
 
 /// A matrix split into pieces of `size` rows or columns; the last one may have fewer.
@@ -123,6 +129,9 @@ mod tests {
     fn the_same_bytes_on_any_number_of_threads() {
         let [one, two, four] = [1, 2, 4].map(|threads| solved(3 * PANEL + 7, threads));
         assert!(one == two && one == four);
+        let mut alone = Mat::<f64>::from_fn(one.nrows(), one.ncols(), |i, j| (i + j) as f64);
+        Dense::new(matrix(one.nrows())).expect("positive definite").solve(alone.as_mut());
+        assert!(one == alone, "outside of a pool");
     }
 
     #[test]
