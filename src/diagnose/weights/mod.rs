@@ -20,7 +20,7 @@ use super::fit::{DiagnoseError, Fit};
 use super::linearised::{Linearised, Questions, with_candidates};
 use super::select::Nature;
 use super::settings::Settings;
-use super::test::{random, variance_factor};
+use super::test::random;
 use crate::adjust::native::null_model::{Columns, Coordinate, Entries, Measured};
 use crate::block::Block;
 use crate::effects::Stage;
@@ -260,11 +260,11 @@ impl Coordinated<'_> {
         let as_stated = now.powi(-2) - 1.0;
         let gain = likelihood(size) - likelihood(as_stated);
         let improbable = gain > chi_square_quantile(1.0 - BELIEVED, 1.0);
-        // Likelihoods of both are of the same weights only where the group has its stated one.
+        // Likelihoods of both are of the same weights only where the group has its stated one, and of the same noise only with the same variance:
+        // where images are less precise than stated, too, what is likelier is seen when they have their own weight.
         let by_images = || {
-            let noise = variance_factor(beside.chi_square, beside.redundancy);
             let values = chances.iter().map(|s| &linearised.sets[*s].columns);
-            let of = |columns: &Vec<usize>| random::largest_likelihood_ratio(&beside, columns, noise);
+            let of = |columns: &Vec<usize>| random::largest_likelihood_ratio(&beside, columns, variance);
             size > 0.0 && now == 1.0 && values.filter_map(of).any(|by_images| by_images > gain)
         };
         if improbable && !by_images() { (now * (1.0 + size).sqrt()).min(MOST) } else { 1.0 }

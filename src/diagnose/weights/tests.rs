@@ -59,6 +59,12 @@ fn focal_lengths_that_vary_do_not_pass_for_imprecise_heights_nor_these_for_focal
     let factors = |focal_px, times| based(&vertical(focal_px, times), false).model.sigma_factors;
     let hunting = factors(5.0, 1.0);
     assert_eq!((hunting.gnss, hunting.gnss_z), (1.0, 1.0), "{hunting:?}");
+    // Nor where images are half as precise as stated.
+    let mut optimistic = vertical(5.0, 1.0);
+    optimistic.sigma.tie_px = 0.5 * NOISE;
+    optimistic.sigma.mark_px = 0.5 * NOISE;
+    let hunting = based(&optimistic, false).model.sigma_factors;
+    assert_eq!((hunting.gnss, hunting.gnss_z), (1.0, 1.0), "{hunting:?}");
     let imprecise = factors(0.0, 2.0);
     // The variance of some ninety heights is known to a sixth.
     assert!((imprecise.gnss_z / 2.0 - 1.0).abs() < 0.3, "{imprecise:?}");
