@@ -1,5 +1,6 @@
 //! Fits of the diagnosis: by the native solver, as far as decisions see.
 
+use super::pinned;
 use crate::adjust::native::Native;
 use crate::adjust::{AdjustError, CovarianceOf, Options, Solution, Solver};
 use crate::block::Block;
@@ -59,12 +60,16 @@ pub fn fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) 
 /// Fits a problem from its start values.
 ///
 /// A searched parameter (a place on the sensor, a width, a lag) that leaves the domain of its search describes another shape than the one that
-/// was found there (a flaw wider than the sensor is a distortion of the lens), and one that the measurements do not determine ends the fit:
-/// in both cases the searched parameters of that effect are held where they started.
+/// was found there (a flaw wider than the sensor is a distortion of the lens), one that a single measurement holds says nothing of the others, and
+/// one that the measurements do not determine ends the fit: in each case the searched parameters of that effect are held where they started.
 pub fn solve(model: &Model, problem: Problem, options: &Options) -> Result<Fit, AdjustError> {
     let solved = solve_as_it_is(&problem, options);
     let lost = match &solved {
-        Ok(solution) => lost_effects(&problem, &solution.state.theta),
+        Ok(solution) => {
+            let mut lost = lost_effects(&problem, &solution.state.theta);
+            lost.append(&mut pinned::effects(&problem, &solution.state, options.threads)?);
+            lost
+        }
         Err(_) => problem.searched().iter().map(|t| problem.theta[*t].effect).collect(),
     };
     if lost.is_empty() {

@@ -26,6 +26,7 @@ pub mod models;
 mod neighbours;
 pub mod outliers;
 pub mod pictures;
+mod pinned;
 mod probability;
 pub mod run;
 pub mod scan;
