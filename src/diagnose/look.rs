@@ -40,7 +40,14 @@ pub fn look(
     let left = left::analyse(block, improvement, &linearised, settings)?;
     let mut found =
         diagnosis(block, improvement, &linearised, &linearised, &left, &left.structure, outliers, settings)?;
-    let next = select::next(&linearised.situation(settings, &improvement.refused()));
+    let mut situation = linearised.situation(settings, &improvement.refused());
+    let next = loop {
+        match select::next(&situation) {
+            // What it is only refits tell.
+            Some(Event::Resembled { set }) => situation.unresolved.insert(linearised.sets[set].id.clone()),
+            next => break next,
+        };
+    };
     match &next {
         Some(Event::Added { set }) => {
             found.verdict = Verdict::Missing;

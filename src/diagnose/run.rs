@@ -88,7 +88,10 @@ fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> R
         }
         tell("describing what is left");
         let rest = left::analyse(&block, &improvement, &linearised, settings)?;
-        if may_change && left::challenge(&block, &mut improvement, &rest, settings)? {
+        if may_change
+            && (left::challenge(&block, &mut improvement, &rest, settings)?
+                || improvement.let_go_what_no_refit_needs(&block, &linearised, settings)?)
+        {
             continue;
         }
         break (linearised, rest);

@@ -134,10 +134,10 @@ fn asked(lab: &Lab, parent: u32, stop: &Stop) -> Result<Option<Change>> {
         Some(Asked::Added { set }) => Ok(Some(Change::Add { effect: effect(*set), values: Default::default() })),
         Some(Asked::Removed { id, .. }) => Ok(Some(Change::Remove { effect: id.clone() })),
         // With the effects in the model, outliers that they hid stand out.
-        None if saved.change != Change::SearchOutliers && !live.improvement.added.is_empty() && lab.setup.snoop => {
+        _ if saved.change != Change::SearchOutliers && !live.improvement.added.is_empty() && lab.setup.snoop => {
             Ok(Some(Change::SearchOutliers))
         }
-        None => Ok(None),
+        _ => Ok(None),
     }
     .and_then(|change| if stop.is_raised() { bail!("cancelled") } else { Ok(change) })
 }

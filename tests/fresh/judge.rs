@@ -13,7 +13,7 @@ use std::path::PathBuf;
 const SEEDS: &str = "MISCLOSURE_FRESH";
 /// Those that `make test` judges.
 const SOME: &str = "1..4";
-/// Folder that keeps the blocks, one folder for each seed, for a closer look.
+/// Folder that keeps the blocks and what is in them, one folder for each seed, for a closer look.
 const KEEP: &str = "MISCLOSURE_FRESH_KEEP";
 /// Part that must be right.
 const RIGHT: f64 = 0.95;
@@ -61,7 +61,9 @@ fn judge(seed: u64) -> Judged {
     let scratch = tempfile::tempdir().expect("a temporary folder");
     write_block(&measured.block(), scratch.path()).expect("written");
     if let Some(folder) = std::env::var_os(KEEP) {
-        write_block(&measured.block(), &PathBuf::from(folder).join(seed.to_string())).expect("written");
+        let folder = PathBuf::from(folder).join(seed.to_string());
+        write_block(&measured.block(), &folder).expect("written");
+        std::fs::write(folder.join("causes.txt"), measured.causes().join("\n")).expect("written");
     }
     let found = improve(scratch.path());
     let candidates = found.as_ref().map_or(&[][..], |found| &found.recommended);
@@ -73,8 +75,10 @@ fn judge(seed: u64) -> Judged {
 /// Seeds that were judged wrongly: 95 and 98 a window left the model as it had entered, 129 focal lengths by image passed for imprecise heights,
 /// 131 and 243 nobody saw a vibration, 150 a robust fit had left the camera in another minimum, 158 a spot stood for a pattern all over the sensor,
 /// 167 and 202 for a radial term, 226 a centre of distortion was not determined beside what was found, 232 a radial term ended in another minimum,
-/// 259 a decentring passed for a sensor that is not flat and a radial term.
-const WRONG_ONCE: [u64; 12] = [95, 98, 129, 131, 150, 158, 167, 202, 226, 232, 243, 259];
+/// 259 a decentring passed for a sensor that is not flat and a radial term, 314 for a window beside a sensor of impossible shape, 326 focal lengths
+/// by image passed for imprecise heights where images are noisier than stated, 340 a growing focal length and a step that hide each other for chance,
+/// 341 a sensor that is not flat stayed beside the spot that it had stood for, 407 one measurement held the jump of a spot.
+const WRONG_ONCE: [u64; 17] = [95, 98, 129, 131, 150, 158, 167, 202, 226, 232, 243, 259, 314, 326, 340, 341, 407];
 
 #[test]
 fn what_was_judged_wrongly_once_is_right() {

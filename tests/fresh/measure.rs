@@ -90,12 +90,16 @@ impl Measured {
     }
 
     fn recipe(&self) -> Recipe {
+        self.fresh.recipe(&self.causes(), &self.scenario)
+    }
+
+    /// What is in the block, as `inject --error` takes it.
+    pub fn causes(&self) -> Vec<String> {
         // What a companion does, its outsider does already.
         let companions: Vec<&str> =
             self.parts.iter().filter_map(|part| part.cause.companion.as_ref()).map(|cause| cause.name()).collect();
         let acting = self.parts.iter().filter(|part| !companions.contains(&part.cause.name()));
-        let causes: Vec<String> = acting.map(|part| part.cause.text(part.factor)).collect();
-        self.fresh.recipe(&causes, &self.scenario)
+        acting.map(|part| part.cause.text(part.factor)).collect()
     }
 
     /// As the program gets it.

@@ -1,11 +1,13 @@
 //! Add and watch: the loop that carries out what the rules ask for, and keeps the ledger. Check points only watch.
 
+mod contest;
 mod ledger;
 mod refit;
 mod removal;
 mod rivals;
 mod single;
 
+use contest::Contender;
 pub use ledger::{Change, Confirmation, Step};
 
 use super::added::Added;
@@ -15,7 +17,7 @@ use super::linearised::{Linearised, linearise};
 use super::models::{at_solution, predicted_drop};
 use super::probability::probability;
 use super::scan::Places;
-use super::select::{Event, Nature, Situation, next};
+use super::select::{Beside, Event, Nature, Situation, next};
 use super::settings::Settings;
 use super::weights;
 use crate::adjust::native::Native;
@@ -48,6 +50,8 @@ pub struct Improvement {
     refused: BTreeSet<String>,
     /// What was refused because it rests on one tie point, which may be wrong.
     on_one_point: BTreeSet<String>,
+    /// Of a size that physics does not allow, and no refit beside what is in told what they are.
+    unresolved: BTreeSet<String>,
     left_before: BTreeSet<String>,
     /// What stays although a rule asked for its removal: no fit without it succeeded.
     staying: BTreeSet<String>,
@@ -80,6 +84,7 @@ impl Improvement {
             parts,
             refused: BTreeSet::new(),
             on_one_point: BTreeSet::new(),
+            unresolved: BTreeSet::new(),
             left_before: BTreeSet::new(),
             staying: BTreeSet::new(),
             places: Places::new(),
@@ -100,7 +105,7 @@ impl Improvement {
         first: &mut Option<Linearised>,
         mut search: bool,
     ) -> Result<(Linearised, bool), DiagnoseError> {
-        loop {
+        'fit: loop {
             (settings.tell)(&format!("testing what may be missing (step {})", self.steps.len()));
             if search {
                 self.places.clear();
@@ -108,19 +113,30 @@ impl Improvement {
             let searched = self.places.is_empty();
             let linearised = linearise(block, &self.fit, &self.parts, first.is_none(), &self.places, settings)?;
             self.places = linearised.places();
-            let situation = self.situation(&linearised, settings);
-            match next(&situation) {
-                Some(Event::Added { set }) if linearised.is_placed(set) && !searched => search = true,
-                Some(Event::Added { set }) if self.added.len() < MOST_EFFECTS => {
-                    search = false;
-                    self.take_in(block, &linearised, &situation, set, false, settings)?;
-                    self.weigh(block, settings)?;
-                    first.get_or_insert(linearised);
+            loop {
+                let situation = self.situation(&linearised, settings);
+                let may_enter = self.added.len() < MOST_EFFECTS;
+                match next(&situation) {
+                    Some(Event::Added { set }) if linearised.is_placed(set) && !searched => search = true,
+                    Some(Event::Added { set }) if may_enter => {
+                        search = false;
+                        self.take_in(block, &linearised, &situation, set, false, settings)?;
+                        self.weigh(block, settings)?;
+                        first.get_or_insert(linearised);
+                    }
+                    Some(Event::Resembled { set }) if may_enter => {
+                        if !self.resolve(block, &linearised, &situation, set, settings)? {
+                            continue;
+                        }
+                        self.weigh(block, settings)?;
+                        first.get_or_insert(linearised);
+                    }
+                    Some(Event::Removed { id, why }) => {
+                        self.let_go(block, &id, &why, settings)?;
+                    }
+                    _ => return Ok((linearised, searched)),
                 }
-                Some(Event::Removed { id, why }) => {
-                    self.let_go(block, &id, &why, settings)?;
-                }
-                _ => return Ok((linearised, searched)),
+                continue 'fit;
             }
         }
     }
@@ -154,6 +170,7 @@ impl Improvement {
     /// What the rules see.
     fn situation<'a>(&self, linearised: &'a Linearised, settings: &Settings<'_>) -> Situation<'a> {
         let mut situation = linearised.situation(settings, &self.refused());
+        situation.unresolved.clone_from(&self.unresolved);
         for taken in &mut situation.taken {
             taken.removable &= !self.staying.contains(&linearised.sets[taken.set].id);
         }
@@ -170,7 +187,7 @@ impl Improvement {
         !self.on_one_point.is_empty()
     }
 
-    /// Refits with a set; it stays where it takes something of v'Pv away, not of one tie point alone, or where it was `asked_for`.
+    /// Refits with a set and with what it could be instead.
     fn take_in(
         &mut self,
         block: &Block,
@@ -182,36 +199,58 @@ impl Improvement {
     ) -> Result<(), DiagnoseError> {
         (settings.tell)(&format!("adding {} and adjusting again", linearised.sets[set].id));
         let beside = situation.beside();
-        let mut rivals = situation.rivals(set, &beside);
+        let mut sets = vec![set];
+        sets.extend(situation.rivals(set, &beside));
         if !asked_for {
-            rivals.extend(rivals::laws_of_the_lens(linearised, situation, set, &beside));
+            sets.extend(rivals::laws_of_the_lens(linearised, situation, set, &beside));
         }
-        let (mut set, mut refitted) = (set, self.refit(block, linearised, situation, &beside, set, settings));
-        let left = |refitted: &Result<(Fit, Added), DiagnoseError>| {
-            refitted.as_ref().map_or(f64::INFINITY, |(fit, _)| fit.chi_square())
-        };
-        let ln_p = |set: usize, refitted: &Result<(Fit, Added), DiagnoseError>| {
-            let Some(judged) = refitted.is_ok().then(|| situation.judge(set, &beside)).flatten() else { return 0.0 };
-            let share = (self.fit.chi_square() - left(refitted)) / judged.drop;
-            situation.ln_p_of_share(&judged, &beside, share.max(0.0))
-        };
-        for rival in rivals {
-            let other = self.refit(block, linearised, situation, &beside, rival, settings);
-            // Variants have as many parameters as each other; another law is judged with its own, and after as many places.
-            let is_variant = linearised.sets[rival].id == linearised.sets[set].id;
-            let better = match is_variant {
-                true => left(&other) < left(&refitted),
-                false => ln_p(rival, &other) < ln_p(set, &refitted),
-            };
-            if better {
-                (settings.tell)(&format!("{} explains it better", linearised.sets[rival].id));
-                (set, refitted) = (rival, other);
+        if let Some(best) = self.best_refit(block, linearised, situation, &beside, &sets, settings) {
+            self.confirm(block, linearised, situation, &beside, best, asked_for, settings)?;
+        }
+        Ok(())
+    }
+
+    /// Refits with the laws of the lens that a law of impossible size could stand for. The surest enters where its refit is significant, too. Did one?
+    fn resolve(
+        &mut self,
+        block: &Block,
+        linearised: &Linearised,
+        situation: &Situation<'_>,
+        set: usize,
+        settings: &Settings<'_>,
+    ) -> Result<bool, DiagnoseError> {
+        let shape = &linearised.sets[set].id;
+        self.unresolved.insert(shape.clone());
+        let beside = situation.beside();
+        let laws = rivals::laws_of_the_lens(linearised, situation, set, &beside);
+        if !laws.is_empty() {
+            (settings.tell)(&format!("{shape} would be of an impossible size: adjusting with what looks like it"));
+        }
+        match self.best_refit(block, linearised, situation, &beside, &laws, settings) {
+            Some(best) if self.ln_p(&best, situation, &beside) < situation.ln_level => {
+                self.confirm(block, linearised, situation, &beside, best, false, settings)
             }
+            _ => Ok(false),
         }
+    }
+
+    /// Judges the refit with a set; it stays where it takes something of v'Pv away, not of one tie point alone, or where it was `asked_for`. Does it?
+    #[expect(clippy::too_many_arguments, reason = "what a judgement is made of")]
+    fn confirm(
+        &mut self,
+        block: &Block,
+        linearised: &Linearised,
+        situation: &Situation<'_>,
+        beside: &Beside,
+        best: Contender,
+        asked_for: bool,
+        settings: &Settings<'_>,
+    ) -> Result<bool, DiagnoseError> {
+        let Contender { set, refitted } = best;
         let id = linearised.sets[set].id.clone();
-        let judged = situation.judge(set, &beside);
+        let judged = situation.judge(set, beside);
         let (predicted, ln_p) =
-            judged.as_ref().map_or((0.0, 0.0), |judged| (predicted_drop(linearised, &beside, judged), judged.ln_p));
+            judged.as_ref().map_or((0.0, 0.0), |judged| (predicted_drop(linearised, beside, judged), judged.ln_p));
         let mut confirmation = Confirmation {
             id: id.clone(),
             predicted,
@@ -230,7 +269,7 @@ impl Improvement {
                     self.refused.insert(id.clone());
                 } else if let Some(judged) = judged.as_ref().filter(|_| situation.sets[set].nature == Nature::Law)
                     && let share = confirmation.drop.max(predicted) / judged.drop
-                    && situation.ln_p_of_share(judged, &beside, share) > situation.ln_level
+                    && situation.ln_p_of_share(judged, beside, share) > situation.ln_level
                 {
                     // Its test lets it be of any size, its refit of those that such an effect can have.
                     confirmation.reason =
@@ -238,7 +277,7 @@ impl Improvement {
                     self.refused.insert(id.clone());
                 } else if let Some(judged) = judged.filter(|_| situation.sets[set].nature == Nature::Law)
                     && let Some(single::Carrier { point, left }) = single::carrier(&self.fit, &fit, &settings.options)?
-                    && let ln_p = situation.ln_p_of_share(&judged, &beside, left)
+                    && let ln_p = situation.ln_p_of_share(&judged, beside, left)
                     && ln_p > situation.ln_level
                 {
                     confirmation.reason = format!(
@@ -251,6 +290,7 @@ impl Improvement {
                 if confirmation.kept {
                     (self.fit, self.heldout_px, self.parts) = (fit, heldout_px, parts);
                     self.places.clear();
+                    self.unresolved.clear();
                     self.added.push(id.clone());
                     self.note(block, Change::Added(id), "")?;
                     if let Some(step) = self.steps.last_mut() {
@@ -266,8 +306,9 @@ impl Improvement {
                 self.refused.insert(id);
             }
         }
+        let kept = confirmation.kept;
         self.confirmations.push(confirmation);
-        Ok(())
+        Ok(kept)
     }
 
     /// The same model on other measurements. What rested on a single point may rest on more of these.

@@ -1,12 +1,15 @@
 //! Taking out what was taken in: as a rule asks, as a structure asks that it could be, as somebody asks.
 
-use super::super::fit::{DiagnoseError, fit};
+use super::super::added::Added;
+use super::super::fit::{DiagnoseError, Fit, fit};
 use super::super::heldout::held_out_px;
 use super::super::linearised::Linearised;
-use super::super::models::{with_search_held, without_effect};
-use super::super::select::Event;
+use super::super::models::{at_approximations, with_search_held, without_effect};
+use super::super::probability::probability;
 use super::super::select::challenge::{self, Shape};
+use super::super::select::{Event, Taken};
 use super::super::settings::Settings;
+use super::super::settle::SAME_MINIMUM;
 use super::{Change, Improvement};
 use crate::block::Block;
 
@@ -64,20 +67,87 @@ impl Improvement {
         Ok(false)
     }
 
+    /// The fit without an effect that was taken in, and what the diagnosis has then taken in.
+    fn fit_without(&self, block: &Block, id: &str, settings: &Settings<'_>) -> Result<(Fit, Added), DiagnoseError> {
+        let mut parts = self.parts.clone();
+        let model = without_effect(&self.fit, id, &mut parts);
+        // What has a place on the sensor keeps it until the rest has settled: at a state so far from the solution the place follows anything.
+        let held = with_search_held(&model).and_then(|held| fit(block, &held, Some(&self.fit), &settings.options).ok());
+        let near = held.as_ref().unwrap_or(&self.fit);
+        let after = fit(block, &model, Some(near), &settings.options)?;
+        Ok((self.settle(block, after, &parts, settings)?, parts))
+    }
+
+    /// The same from the block's approximations, where that ends lower: what leaves may have bent the camera into another minimum.
+    fn lowest_without(&self, block: &Block, id: &str, settings: &Settings<'_>) -> Result<(Fit, Added), DiagnoseError> {
+        let near = self.fit_without(block, id, settings);
+        let mut parts = self.parts.clone();
+        let model = at_approximations(&without_effect(&self.fit, id, &mut parts));
+        let anew = fit(block, &model, None, &settings.options).map_err(DiagnoseError::from);
+        match (near, anew.and_then(|anew| self.settle(block, anew, &parts, settings))) {
+            (Ok((near, _)), Ok(anew)) if anew.chi_square() < near.chi_square() - SAME_MINIMUM => Ok((anew, parts)),
+            (Err(_), Ok(anew)) => Ok((anew, parts)),
+            (near, _) => near,
+        }
+    }
+
+    /// Takes out a law of the lens that the others explain. To first order the camera would have to go far with what leaves; where two such laws are
+    /// in, only a refit tells what is left without one of them. Did one go?
+    ///
+    /// # Errors
+    /// A fit that predicts nothing.
+    pub fn let_go_what_no_refit_needs(
+        &mut self,
+        block: &Block,
+        linearised: &Linearised,
+        settings: &Settings<'_>,
+    ) -> Result<bool, DiagnoseError> {
+        let situation = self.situation(linearised, settings);
+        let laws: Vec<&Taken> = situation.taken.iter().filter(|taken| linearised.is_of_lens(taken.set)).collect();
+        if laws.len() < 2 {
+            return Ok(false);
+        }
+        let mut least: Option<(f64, &String, (Fit, Added))> = None;
+        for taken in laws.into_iter().filter(|taken| taken.removable) {
+            let id = &situation.sets[taken.set].id;
+            (settings.tell)(&format!("adjusting without {id}"));
+            let without = situation.without(id);
+            let beside = without.beside();
+            // What no fit can do without stays.
+            let Ok(refitted) = self.lowest_without(block, id, settings) else { continue };
+            let Some(judged) = without.judge(taken.set, &beside) else { continue };
+            let share = (refitted.0.chi_square() - self.fit.chi_square()) / judged.drop;
+            let ln_p = without.ln_p_of_share(&judged, &beside, share.max(0.0));
+            if ln_p > situation.ln_level && least.as_ref().is_none_or(|(other, ..)| ln_p > *other) {
+                least = Some((ln_p, id, refitted));
+            }
+        }
+        let Some((ln_p, id, without)) = least else { return Ok(false) };
+        let why = format!("a refit without it leaves no more than chance ({})", probability(ln_p));
+        self.leave(block, id, &why, without, settings)?;
+        Ok(true)
+    }
+
     /// Takes an effect out again. Where no fit without it succeeds, all is as it was.
     ///
     /// # Errors
     /// A refit that fails.
     fn take_out(&mut self, block: &Block, id: &str, why: &str, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
+        let without = self.fit_without(block, id, settings)?;
+        self.leave(block, id, why, without, settings)
+    }
+
+    /// Goes on with the fit without an effect.
+    fn leave(
+        &mut self,
+        block: &Block,
+        id: &str,
+        why: &str,
+        (after, parts): (Fit, Added),
+        settings: &Settings<'_>,
+    ) -> Result<(), DiagnoseError> {
         (settings.tell)(&format!("taking {id} out: {why}"));
-        let mut parts = self.parts.clone();
-        let model = without_effect(&self.fit, id, &mut parts);
-        let before = self.fit.chi_square();
-        // What has a place on the sensor keeps it until the rest has settled: at a state so far from the solution the place follows anything.
-        let held = with_search_held(&model).and_then(|held| fit(block, &held, Some(&self.fit), &settings.options).ok());
-        let near = held.as_ref().unwrap_or(&self.fit);
-        let after = fit(block, &model, Some(near), &settings.options)?;
-        let after = self.settle(block, after, &parts, settings)?;
+        let drop = self.fit.chi_square() - after.chi_square();
         self.heldout_px = held_out_px(&after, settings.options.threads)?;
         (self.fit, self.parts) = (after, parts);
         self.places.clear();
@@ -86,7 +156,6 @@ impl Improvement {
         if !self.left_before.insert(id.to_string()) {
             self.refused.insert(id.to_string());
         }
-        let drop = before - self.fit.chi_square();
         self.note(block, Change::Removed(id.to_string()), why)?;
         if let Some(step) = self.steps.last_mut() {
             step.drop = drop;

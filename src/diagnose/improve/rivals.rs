@@ -3,7 +3,6 @@
 use super::super::linearised::Linearised;
 use super::super::select::{Beside, Situation};
 use super::super::test::separability::{INSEPARABLE, seen_by};
-use crate::effects::Stage;
 
 /// Laws of the whole image that are to be refitted beside `set`, significant or not: a distortion that is missing drives the camera far away, where
 /// its own first order says little of it, and another shape takes a part of it. All of them where `set` is the best of many places on the sensor;
@@ -15,18 +14,17 @@ pub(super) fn laws_of_the_lens(
     beside: &Beside,
 ) -> Vec<usize> {
     let is_placed = linearised.is_placed(set);
-    let of_image = |set: usize| {
-        let term = linearised.candidates[set].as_ref().and_then(|candidate| candidate.term());
-        term.is_some_and(|term| term.effect.descriptor().stage == Stage::Image)
-    };
-    if !is_placed && !of_image(set) {
+    if !is_placed && !linearised.is_of_lens(set) {
         return Vec::new();
     }
     let Some(own) = situation.judge(set, beside) else { return Vec::new() };
     let laws = situation.judge_all(beside).into_iter().filter(|judged| {
         let other = &situation.sets[judged.set];
         let may_be = other.physical && !judged.implausible && !situation.refused.contains(&other.id);
-        may_be && !linearised.is_placed(judged.set) && of_image(judged.set) && other.id != situation.sets[set].id
+        may_be
+            && !linearised.is_placed(judged.set)
+            && linearised.is_of_lens(judged.set)
+            && other.id != situation.sets[set].id
     });
     let taken = laws.filter(|judged| is_placed || seen_by(beside, &judged.pivoted, &own.pivoted) > INSEPARABLE);
     taken.map(|judged| judged.set).collect()

@@ -18,7 +18,7 @@ use super::test::design_effect::Clusters;
 use super::test::{System, random};
 use crate::adjust::native::null_model::{Columns, NoColumns, NullModel, ScoreSystem};
 use crate::block::Block;
-use crate::effects::Role;
+use crate::effects::{Role, Stage};
 use crate::model::EffectTerm;
 use crate::problem::State;
 use limits::{least_information, plausible_values};
@@ -185,6 +185,14 @@ impl Linearised {
         matches!(self.sets[set].search, Searched::Places { .. })
     }
 
+    /// Is a set a law of the image, that is of the lens and the sensor?
+    pub fn is_of_lens(&self, set: usize) -> bool {
+        let problem = self.null.problem();
+        let unknown = self.sets[set].columns.first().map(|column| self.null.unknown(*column));
+        let theta = unknown.and_then(|unknown| problem.theta.get(unknown.checked_sub(problem.layout().theta(0))?));
+        theta.is_some_and(|entry| problem.effects[entry.effect as usize].effect.descriptor().stage == Stage::Image)
+    }
+
     /// The candidates that were.
     pub fn places(&self) -> Places {
         let placed = (0..self.sets.len()).filter(|set| self.is_placed(*set));
@@ -204,6 +212,7 @@ impl Linearised {
             taken: self.taken.clone(),
             ln_level: self.ln_level(settings.significance),
             refused: refused.clone(),
+            unresolved: BTreeSet::new(),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Structure before chance: a law (drift, step, temperature, lag) explains what independent values per image of the same quantity explain, and
 //! more simply; independent values enter only for what remains beside it. And the other way round: a law that is no more than chance among
-//! such values is none.
+//! such values is none. Two laws may hide each other (a focal length that grows and is set back between flights), and are tried together, too.
 
 use super::{Judged, Nature, Situation};
 use crate::diagnose::test::random::{self, law_beside_chance};
@@ -37,14 +37,22 @@ pub fn law_instead(situation: &Situation<'_>, beside: &System, judged: &[Judged]
         let set = &situation.sets[law.set];
         set.nature == Nature::Law && situation.may_enter(law)
     });
-    let mut best: Option<(f64, usize)> = None;
-    for law in laws.filter(|law| same_quantity(beside, law, own)) {
-        let Some(ln_p) = law_beside_chance(beside, &law.pivoted.kept, own, values.design_effect) else { continue };
-        if ln_p < situation.ln_level && best.is_none_or(|(other, _)| ln_p < other) {
-            best = Some((ln_p, law.set));
-        }
-    }
-    best.map(|(_, set)| set)
+    let laws: Vec<&Judged> = laws.filter(|law| same_quantity(beside, law, own)).collect();
+    let sure = |columns: &[usize], level: f64| {
+        law_beside_chance(beside, columns, own, values.design_effect).filter(|ln_p| *ln_p < level)
+    };
+    let surest = |sets: Vec<(f64, usize)>| sets.into_iter().min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, set)| set);
+    let alone = laws.iter().filter_map(|law| Some((sure(&law.pivoted.kept, situation.ln_level)?, law.set)));
+    surest(alone.collect()).or_else(|| {
+        let pairs = laws.iter().enumerate().flat_map(|(k, one)| laws[..k].iter().map(move |other| (*other, *one)));
+        let pairs: Vec<(&Judged, &Judged)> = pairs.collect();
+        let level = situation.ln_level - (pairs.len().max(1) as f64).ln();
+        // Of the two the one that is surer alone, the first of `judged`: beside it the other enters.
+        let both = pairs.into_iter().filter_map(|(first, second)| {
+            Some((sure(&[&first.pivoted.kept[..], &second.pivoted.kept].concat(), level)?, first.set))
+        });
+        surest(both.collect())
+    })
 }
 
 /// The chance values to take in instead of `law`: those of its quantity, where they are significant and the law is no more than chance among

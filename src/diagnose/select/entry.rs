@@ -1,4 +1,5 @@
-//! What enters: the surest of what is significant among all candidates beside what is in.
+//! What enters: the surest of what is significant among all candidates beside what is in. Where that is a law of a size that physics does not
+//! allow, what it is comes first: whatever enters beside it would take a part of it.
 
 use super::{Event, Nature, Situation, chance};
 
@@ -7,8 +8,10 @@ use super::{Event, Nature, Situation, chance};
 pub fn rule(situation: &Situation<'_>) -> Option<Event> {
     let beside = situation.beside();
     let judged = situation.judge_all(&beside);
-    let mut significant = judged.iter().filter(|judged| situation.may_enter(judged));
-    let first = significant.next()?;
+    let first = judged.iter().find(|judged| situation.may_enter(judged) || situation.resembles(judged))?;
+    if first.implausible {
+        return Some(Event::Resembled { set: first.set });
+    }
     let set = match situation.sets[first.set].nature {
         Nature::Law => chance::instead_of_law(situation, &beside, &judged, first).unwrap_or(first.set),
         Nature::Chance => {

@@ -8,6 +8,11 @@ pub enum Event {
         /// Position of the set.
         set: usize,
     },
+    /// Refit the laws that a law of a size that physics does not allow could stand for: it only looks like itself.
+    Resembled {
+        /// Position of its set.
+        set: usize,
+    },
     /// Take an effect out.
     Removed {
         /// Its id.

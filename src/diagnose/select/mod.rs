@@ -3,7 +3,7 @@
 //! | rule | says |
 //! |---|---|
 //! | [`need`] | what is in stays significant beside everything else that is in, and predicts images that its estimate did not see |
-//! | [`entry`] | the surest of what is significant among all candidates enters |
+//! | [`entry`] | the surest of what is significant among all candidates enters, or is looked into where physics does not allow its size |
 //! | [`chance`] | a law enters before independent values per image of the same quantity, and these only for what remains beside it |
 //! | [`challenge`] | a structure that is left takes out only what it could itself be |
 //!

@@ -116,6 +116,8 @@ pub struct Situation<'a> {
     pub ln_level: f64,
     /// Ids that may not enter any more.
     pub refused: BTreeSet<String>,
+    /// Ids of a size that physics does not allow, of which the refits beside what is in did not tell what they are.
+    pub unresolved: BTreeSet<String>,
 }
 
 /// The system beside what is in.
@@ -186,11 +188,21 @@ impl Situation<'_> {
 
     /// Significant, the name of a cause, of a size that physics allows, not refused, and of use where it was not fitted?
     pub fn may_enter(&self, judged: &Judged) -> bool {
+        self.is_there(judged) && !judged.implausible
+    }
+
+    /// Would a law enter, but for its size?
+    pub fn resembles(&self, judged: &Judged) -> bool {
+        let set = &self.sets[judged.set];
+        let is_law = set.nature == Nature::Law;
+        is_law && judged.implausible && self.is_there(judged) && !self.unresolved.contains(&set.id)
+    }
+
+    fn is_there(&self, judged: &Judged) -> bool {
         let set = &self.sets[judged.set];
         set.physical
             && judged.ln_p < self.ln_level
             && !self.refused.contains(&set.id)
-            && !judged.implausible
             && judged.predicted_drop.is_none_or(|drop| drop > 0.0)
     }
 
