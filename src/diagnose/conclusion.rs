@@ -42,10 +42,16 @@ pub fn diagnosis(
         decides: test.decides,
         description: test.description.clone(),
     });
-    let candidates = entries::candidates(block, improvement, first, settings);
+    let mut candidates = entries::candidates(block, improvement, first, settings);
+    let found = entries::found(block, last, &candidates, settings);
+    for found in &found {
+        if let Some(candidate) = candidates.iter_mut().find(|candidate| candidate.effect == found.effect) {
+            candidate.inseparable_from.clone_from(&found.inseparable_from);
+        }
+    }
     Ok(Diagnosis {
         format: FORMAT,
-        found: entries::found(block, last, &candidates, settings),
+        found,
         left_shapes: entries::left(block, rest, settings),
         weight: None,
         verdict,

@@ -4,7 +4,7 @@ use super::impact;
 use super::improve::{Confirmation, Improvement};
 use super::left::Left;
 use super::linearised::Linearised;
-use super::select::Judged;
+use super::select::{Judged, instead};
 use super::settings::Settings;
 use super::test::power::noncentrality;
 use super::test::separability::{self, INSEPARABLE};
@@ -39,6 +39,12 @@ pub(super) fn found(
         let set = last.sets.iter().position(|set| set.id == id)?;
         let judged = without.judge(set, &without.beside())?;
         let base = candidates.iter().find(|candidate| candidate.effect == id);
+        let mut inseparable_from = base.map(|base| base.inseparable_from.clone()).unwrap_or_default();
+        for other in instead::of(&without, set).into_iter().map(|set| &last.sets[set].id) {
+            if !inseparable_from.contains(other) {
+                inseparable_from.push(other.clone());
+            }
+        }
         Some(FoundEntry {
             estimate: estimates(last, &judged),
             drop: judged.drop,
@@ -46,7 +52,7 @@ pub(super) fn found(
             ln_p_value: judged.ln_p,
             size_px: size_px(last.null.problem(), judged.drop),
             impact,
-            inseparable_from: base.map(|base| base.inseparable_from.clone()).unwrap_or_default(),
+            inseparable_from,
             plausible: !judged.implausible,
             effect: id,
         })

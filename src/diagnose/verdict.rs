@@ -141,7 +141,7 @@ pub struct CandidateEntry {
     /// Is the estimate within what physics allows? Where not, a shape that looks like the effect, but not its cause.
     #[serde(default = "yes")]
     pub plausible: bool,
-    /// Candidates that this block cannot tell from this one (correlation above 0.9).
+    /// Candidates that this block cannot tell from this one: a correlation above 0.9, and for what was found those of [`FoundEntry`], too.
     pub inseparable_from: Vec<String>,
     /// Factor on the variance of the score from measurements that err together.
     #[serde(deserialize_with = "null_is_nan")]
@@ -181,7 +181,8 @@ pub struct FoundEntry {
     pub size_px: f64,
     /// How far points move when it is left out.
     pub impact: Option<Impact>,
-    /// Candidates that this block cannot tell from it.
+    /// Candidates that this block cannot tell from it: a correlation above 0.9 at the base model, or significant in its place and nothing of it left
+    /// beside them at the final one.
     pub inseparable_from: Vec<String>,
     /// Is the estimate within what physics allows?
     pub plausible: bool,

@@ -6,6 +6,7 @@
 //! | [`entry`] | the surest of what is significant among all candidates enters, or is looked into where physics does not allow its size |
 //! | [`chance`] | a law enters before independent values per image of the same quantity, and these only for what remains beside it |
 //! | [`challenge`] | a structure that is left takes out only what it could itself be |
+//! | [`instead`] | what is in has the names of all laws that could stand in its place |
 //!
 //! The same tests decide entry and need. No rule refits: whoever carries an event out fits, linearises again and asks again.
 
@@ -13,6 +14,7 @@ pub mod challenge;
 pub mod chance;
 pub mod entry;
 mod event;
+pub mod instead;
 pub mod need;
 mod situation;
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Rules on small systems: regressions of a few hundred measurements in images, no block.
 
 use super::challenge::{self, Shape};
-use super::{Event, Nature, Searched, Set, Situation, Taken, need, next};
+use super::{Event, Nature, Searched, Set, Situation, Taken, instead, need, next};
 use crate::diagnose::test::System;
 use crate::diagnose::test::design_effect::Clusters;
 use nalgebra::{DMatrix, DVector};
@@ -151,6 +151,27 @@ fn what_was_refused_does_not_enter_and_what_is_impossible_is_looked_into() {
     assert_eq!(impossible.next(), None, "looked into in vain");
     impossible.plausible = Some([0.0, 0.45]);
     assert_eq!(impossible.next(), Some(Event::Added { set: 0 }), "beyond by less than three sigma");
+}
+
+#[test]
+fn what_takes_all_of_a_weak_effect_could_stand_in_its_place() {
+    let alike = |share: f64| {
+        let mut alike = wave(1);
+        alike.iter_mut().zip(wave(2)).for_each(|(a, b)| *a = share * *a + (1.0 - share * share).sqrt() * b);
+        alike
+    };
+    // Noncentralities of 38 and 960, of which a correlation of 0.85 leaves 11 and 270: the level is at 15.
+    let instead = |size: f64, share: f64| {
+        let regression = Regression::new(11)
+            .set("true", Nature::Law, vec![wave(1)])
+            .set("alike", Nature::Law, vec![alike(share)])
+            .set("other", Nature::Law, vec![wave(3)])
+            .truth(&wave(1), size);
+        regression.ask(|situation| instead::of(situation, 0))
+    };
+    assert_eq!(instead(0.2, 0.85), [1]);
+    assert!(instead(1.0, 0.85).is_empty());
+    assert_eq!(instead(0.2, 0.3), Vec::<usize>::new(), "not significant in its place");
 }
 
 #[test]
