@@ -95,7 +95,7 @@ impl Improvement {
     /// in, only a refit tells what is left without one of them. Did one go?
     ///
     /// # Errors
-    /// A fit that predicts nothing.
+    /// A wish to stop; a fit that predicts nothing.
     pub fn let_go_what_no_refit_needs(
         &mut self,
         block: &Block,
@@ -113,8 +113,12 @@ impl Improvement {
             (settings.tell)(&format!("adjusting without {id}"));
             let without = situation.without(id);
             let beside = without.beside();
-            // What no fit can do without stays.
-            let Ok(refitted) = self.lowest_without(block, id, settings) else { continue };
+            let refitted = match self.lowest_without(block, id, settings) {
+                Ok(refitted) => refitted,
+                Err(error) if settings.options.stop.is_raised() => return Err(error),
+                // What no fit can do without stays.
+                Err(_) => continue,
+            };
             let Some(judged) = without.judge(taken.set, &beside) else { continue };
             let share = (refitted.0.chi_square() - self.fit.chi_square()) / judged.drop;
             let ln_p = without.ln_p_of_share(&judged, &beside, share.max(0.0));
