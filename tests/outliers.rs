@@ -4,9 +4,9 @@ mod common;
 
 use misclosure::adjust::{CovarianceOf, Options};
 use misclosure::block::{Block, ImageId, PointId};
-use misclosure::diagnose::outliers::{self, Outliers, Snooping, Solved, Strictness};
+use misclosure::diagnose::outliers::{self, Outliers, Round, Snooping, Solved, Strictness};
 use misclosure::model::{Datum, Model};
-use misclosure::problem::MeasurementKind;
+use misclosure::problem::{MeasurementKind, Problem, State};
 use misclosure::run::RunError;
 use misclosure::scenario::add_noise;
 use std::collections::BTreeSet;
@@ -44,12 +44,12 @@ fn contaminate(block: &mut Block) -> BTreeSet<usize> {
 fn search(block: &Block, strictness: Strictness) -> Outliers {
     let model = Model { datum: Datum::Free, ..Model::default() };
     let options = Options { covariance: CovarianceOf::Nothing, ..Options::default() };
-    let mut refit = |block: &Block| -> Result<Solved, RunError> {
+    let refit = |block: &Block| -> Result<(Problem, State), RunError> {
         let run = common::solve_both_with(block, &model, &options);
         let state = run.solution().state.clone();
-        Ok(Solved { problem: run.problem, state })
+        Ok((run.problem, state))
     };
-    outliers::find(block, outliers::SnoopingOptions { strictness, ..Default::default() }, &mut refit).unwrap()
+    outliers::find(block, outliers::SnoopingOptions { strictness, ..Default::default() }, refit).unwrap()
 }
 
 fn rays(block: &Block) -> Vec<usize> {
@@ -139,11 +139,15 @@ fn nothing_is_rejected_where_nothing_is_wrong() {
 }
 
 /// A solution by the native solver.
-fn solved(block: &Block) -> Solved {
+fn solved(block: &Block) -> (Problem, State) {
     let options = Options { covariance: CovarianceOf::Nothing, ..Options::default() };
     let run = common::solve_native(block, &Model::default(), &options);
     let state = run.solution().state.clone();
-    Solved { problem: run.problem, state }
+    (run.problem, state)
+}
+
+fn judge_at(search: &mut Snooping, block: &Block, (problem, state): &(Problem, State)) -> Round {
+    search.judge(block, Solved { problem, state }, Strictness::Tight).unwrap()
 }
 
 #[test]
@@ -156,13 +160,13 @@ fn a_point_that_was_lost_comes_back_where_its_rays_agree() {
     spoilt.ties[k].x += 100.0;
     spoilt.ties[k].y += 100.0;
     let mut search = Snooping::new(&spoilt, &model);
-    search.judge(&spoilt, &solved(&block), Strictness::Tight).unwrap();
+    judge_at(&mut search, &spoilt, &solved(&block));
     assert_eq!(search.outliers(&spoilt).lost_points, [block.ties[k].point], "one ray is left, which fits anything");
     let without = solved(&search.block(&spoilt));
     // As it was, it stays out; what it should have been comes back.
-    search.judge(&spoilt, &without, Strictness::Tight).unwrap();
+    judge_at(&mut search, &spoilt, &without);
     assert_eq!(search.outliers(&spoilt).lost_points, [block.ties[k].point]);
-    let round = search.judge(&block, &without, Strictness::Tight).unwrap();
+    let round = judge_at(&mut search, &block, &without);
     let found = search.outliers(&block);
     assert_eq!((round.returned, found.rejected.len(), found.lost_points.len()), (1, 0, 0));
     assert_eq!(*search.block(&block), block);
@@ -184,7 +188,7 @@ fn the_ray_that_a_lost_point_had_kept_is_named_where_the_others_agree_without_it
             spoilt.ties[*k].y += 100.0 * angle.sin();
         }
         let mut search = Snooping::new(&spoilt, &Model::default());
-        search.judge(&spoilt, &fit, Strictness::Tight).unwrap();
+        judge_at(&mut search, &spoilt, &fit);
         let outliers = search.outliers(&spoilt);
         let is_out = |k: usize| outliers.rejected.iter().any(|rejected| rejected.measurement == k);
         let kept: Vec<usize> = own.iter().copied().filter(|k| !is_out(*k)).collect();
@@ -195,7 +199,8 @@ fn the_ray_that_a_lost_point_had_kept_is_named_where_the_others_agree_without_it
     // The three others are what they should be; this one is not.
     let mut other = block.clone();
     other.ties[kept].y += 100.0;
-    let round = search.judge(&other, &solved(&search.block(&other)), Strictness::Tight).unwrap();
+    let fit = solved(&search.block(&other));
+    let round = judge_at(&mut search, &other, &fit);
     let found: Vec<usize> = search.outliers(&other).rejected.iter().map(|rejected| rejected.measurement).collect();
     assert_eq!((round.returned, round.rejected, found), (3, 1, vec![kept]));
     assert_eq!(search.block(&other).ties.len() + 1, other.ties.len());
@@ -225,7 +230,7 @@ fn of_a_point_whose_rays_do_not_meet_the_wrong_one_alone_stays_out() {
     let (wrong, (block, mut search)) =
         of_four.find_map(|k| Some((k, unmet(k)?))).expect("a point whose rays do not meet");
     let fit = solved(&search.block(&block));
-    let round = search.judge(&block, &fit, Strictness::Tight).unwrap();
+    let round = judge_at(&mut search, &block, &fit);
     let out = search.outliers(&block).rejected;
     assert_eq!((round.returned, out.len()), (3, 1), "{out:?}");
     assert_eq!(out[0].measurement, wrong);
@@ -233,7 +238,7 @@ fn of_a_point_whose_rays_do_not_meet_the_wrong_one_alone_stays_out() {
 
     // Where those that came back do not meet either, it does not come back a second time.
     assert!(search.set_aside(&block, block.ties[wrong].point));
-    assert_eq!(search.judge(&block, &fit, Strictness::Tight).unwrap().returned, 0);
+    assert_eq!(judge_at(&mut search, &block, &fit).returned, 0);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use super::folder::{said, with_files};
 use misclosure::report::pictures::RunFolder;
 use misclosure::report::run::page;
+use misclosure::run::TieResiduals;
 use misclosure::run::folder::{FILES, SUMMARY, read_outliers};
 
 /// Files of a run, in the order in which an input has them.
@@ -17,7 +18,10 @@ pub fn run(data: &[u8]) {
             said(error);
         }
         match RunFolder::read(folder) {
-            Ok(run) => drop(page(&run)),
+            Ok(run) => match TieResiduals::read(folder, &run.images) {
+                Ok(ties) => drop(page(&run, ties)),
+                Err(error) => said(error),
+            },
             Err(error) => said(error),
         }
     });

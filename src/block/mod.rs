@@ -3,7 +3,10 @@
 //! Lengths in object space are metres, image coordinates pixels from the outer corner of the top-left pixel (x right, y
 //! down), angles radians, times seconds, temperatures degrees Celsius.
 
+mod by_point;
 pub mod inventory;
+
+pub use by_point::ByPoint;
 
 use crate::camera::Camera;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -219,9 +222,13 @@ pub struct Block {
 impl Block {
     /// The same block with other image measurements.
     pub fn with_measurements(&self, ties: Vec<Measurement>, marks: Vec<Measurement>) -> Self {
+        let (tie_points, surveyed) = (self.tie_points.clone(), self.surveyed.clone());
+        Self { ties, marks, tie_points, surveyed, ..self.images_alone() }
+    }
+
+    /// The same cameras, flights and images, without any point or measurement: of large blocks these are not copied in passing.
+    pub fn images_alone(&self) -> Self {
         Self {
-            ties,
-            marks,
             name: self.name.clone(),
             crs: self.crs.clone(),
             origin: self.origin,
@@ -229,8 +236,10 @@ impl Block {
             cameras: self.cameras.clone(),
             flights: self.flights.clone(),
             images: self.images.clone(),
-            tie_points: self.tie_points.clone(),
-            surveyed: self.surveyed.clone(),
+            tie_points: Vec::new(),
+            ties: Vec::new(),
+            surveyed: Vec::new(),
+            marks: Vec::new(),
             extra_image_columns: self.extra_image_columns.clone(),
         }
     }

@@ -10,9 +10,9 @@ use crate::adjust::Options;
 use crate::io::block::read_block;
 use crate::model::Datum;
 use crate::report::numbers::significant;
-use crate::report::run::write_page;
+use crate::report::run::write_page_of;
 use crate::run::summary::Summary;
-use crate::run::{self, folder, gnss_residuals, residual_rows};
+use crate::run::{self, TieResiduals, folder, gnss_residuals, residual_rows};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -81,13 +81,16 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     let (state, comparison) = (&run.solution().state, run.comparison.as_ref());
     let rows = residual_rows(block, &run.problem, state, comparison)?;
     let gnss = gnss_residuals(block, &run.problem, state, comparison)?;
+    let summary = Summary::of(block, &run, &rows);
     output.write(&folder::FILES, folder::SUMMARY, |dir| {
         folder::write(dir, block, &model, &run, &rows, &gnss)?;
+        let ties = TieResiduals::of(block, &rows);
+        // Of millions of measurements: they are not needed any more.
+        drop(rows);
         folder::write_outliers(dir, outliers)?;
         folder::write_source(dir, &arguments.block)?;
-        write_page(dir)
+        write_page_of(dir, ties)
     })?;
-    let summary = Summary::of(block, &run, &rows);
     let text = text(&summary) + &format!("\nRun: {}\n", arguments.output.display());
     Ok(Answer { text, json: serde_json::to_value(&summary)?, failure: failure(&run) })
 }

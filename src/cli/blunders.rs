@@ -38,12 +38,12 @@ pub fn search(
 
 /// Names the measurements that stand alone in an adjustment, in a robust one where they may have bent it; `None` where none does.
 pub fn named(block: &Block, model: &Model, options: &Options, run: &Run) -> Option<String> {
-    let solved = Solved { problem: run.problem.clone(), state: run.solution().state.clone() };
-    let outliers = stand_alone(block, model, &solved).ok().filter(|outliers| !outliers.rejected.is_empty())?;
+    let solved = Solved { problem: &run.problem, state: &run.solution().state };
+    let outliers = stand_alone(block, solved).ok().filter(|outliers| !outliers.rejected.is_empty())?;
     let advice = "--outliers snoop sets them aside";
     if outliers.rounds.iter().any(|round| round.bent)
         && let Ok(fit) = robust_fit(block, model, None, options)
-        && let Ok(robust) = stand_alone(block, model, &solved_by(fit))
+        && let Ok(robust) = stand_alone(block, solved_by(&fit))
         && !robust.rejected.is_empty()
     {
         return Some(format!(
@@ -54,8 +54,8 @@ pub fn named(block: &Block, model: &Model, options: &Options, run: &Run) -> Opti
     Some(format!("{}; {advice}", list(block, &outliers)))
 }
 
-fn solved_by(fit: Fit) -> Solved {
-    Solved { problem: fit.problem, state: fit.solution.state }
+fn solved_by(fit: &Fit) -> Solved<'_> {
+    Solved { problem: &fit.problem, state: &fit.solution.state }
 }
 
 /// The error of an adjustment, with the measurements that stand alone in a robust one. Its residuals are written where they replace no run.
@@ -66,8 +66,8 @@ pub fn explain(error: RunError, block: &Block, model: &Model, options: &Options,
     let options = Options { may_stay_unconverged, ..options.clone() };
     let Ok(fit) = robust_fit(block, model, None, &options) else { return error.into() };
     let converged = has_converged(&fit);
-    let solved = solved_by(fit);
-    let Ok(outliers) = stand_alone(block, model, &solved) else { return error.into() };
+    let solved = solved_by(&fit);
+    let Ok(outliers) = stand_alone(block, solved) else { return error.into() };
     if outliers.rejected.is_empty() && !converged {
         return error.into();
     }
@@ -75,7 +75,7 @@ pub fn explain(error: RunError, block: &Block, model: &Model, options: &Options,
         true => "no measurement stands alone in a robust adjustment: blunders are not the reason".to_string(),
         false => format!("in a robust adjustment {}; --outliers snoop sets them aside", list(block, &outliers)),
     };
-    let rows = residual_rows(block, &solved.problem, &solved.state, None);
+    let rows = residual_rows(block, solved.problem, solved.state, None);
     if let (Ok(rows), false) = (rows, output.folder().join(SUMMARY).exists()) {
         let written = output.write(&FILES, "residuals.csv", |dir| Ok(folder::write_residuals(dir, block, &rows)?));
         if written.is_ok() {

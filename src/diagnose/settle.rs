@@ -74,8 +74,8 @@ pub fn judge(
     strictness: Strictness,
     settings: &Settings<'_>,
 ) -> Result<Round, AdjustError> {
-    let seen = outliers::Solved { problem: fitted.problem.clone(), state: fitted.solution.state.clone() };
-    pool(settings.options.threads)?.install(|| search.judge(whole, &seen, strictness))
+    let seen = outliers::Solved { problem: &fitted.problem, state: &fitted.solution.state };
+    pool(settings.options.threads)?.install(|| search.judge(whole, seen, strictness))
 }
 
 /// A model, the block that it is fitted to, and what of it is out so far.

@@ -47,8 +47,7 @@ impl Lab {
         let parts = Added { own: saved.own, freed: saved.freed.clone(), placed: saved.placed.clone() };
         let improvement = Improvement::with(&block, fitted, parts, &settings)?;
         let look = look(&block, &improvement, set_aside.len(), &settings)?;
-        let ledger =
-            RunFolder::read_without_residuals(&dir)?.diagnosis.map_or(Vec::new(), |diagnosis| diagnosis.ledger);
+        let ledger = RunFolder::read(&dir)?.diagnosis.map_or(Vec::new(), |diagnosis| diagnosis.ledger);
         Ok(Live::new(Changed { block, set_aside, improvement }, look, ledger))
     }
 }

@@ -23,7 +23,7 @@ impl View {
     /// # Errors
     /// A file that is missing or cannot be read.
     pub fn read(dir: &Path, block: &Block) -> Result<Self> {
-        let run = RunFolder::read_without_residuals(dir)?;
+        let run = RunFolder::read(dir)?;
         let points = read_points(dir)?;
         let outliers = read_outliers(dir)?.map_or(Vec::new(), |(_, rows)| rows);
         let mut columns = Columns::of_block(block, &run.images, &points);

@@ -47,10 +47,14 @@ pub fn median(sample: &[f64]) -> f64 {
     if sample.is_empty() || sample.iter().any(|x| x.is_nan()) {
         return f64::NAN;
     }
-    let mut sorted = sample.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let half = sorted.len() / 2;
-    if sorted.len() % 2 == 1 { sorted[half] } else { 0.5 * (sorted[half - 1] + sorted[half]) }
+    let mut parted = sample.to_vec();
+    let half = parted.len() / 2;
+    let (below, upper, _) = parted.select_nth_unstable_by(half, f64::total_cmp);
+    if sample.len() % 2 == 1 {
+        return *upper;
+    }
+    let lower = below.iter().copied().max_by(f64::total_cmp).unwrap_or(*upper);
+    0.5 * (lower + *upper)
 }
 
 /// Median of the absolute deviations from the median, unscaled: 1.4826 times it estimates the standard deviation of a

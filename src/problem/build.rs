@@ -31,23 +31,19 @@ impl Problem {
         check_flights(block, model)?;
         let mut points = collect_points(block, model, uses_control, &ranks);
         set_aside_unoriented(block, uses_gnss, &mut points);
-        if points.iter().all(|point| point.observations.len() < 2) {
+        if points.iter().all(|(_, rows)| rows.len() < 2) {
             return Err(ProblemError::Empty);
         }
-        let mut point_start = vec![0];
-        let mut observations = Vec::with_capacity(points.iter().map(|point| point.observations.len()).sum());
-        let mut positions = Vec::with_capacity(points.len());
+        let mut positions = Vec::with_capacity(points.sources.len());
         let mut apart = Vec::new();
         let solved = |source: PointSource| {
             let (problem, state) = near?;
             Some(state.points[problem.point_sources.iter().position(|other| *other == source)?])
         };
-        for point in &points {
-            observations.extend_from_slice(&point.observations);
-            point_start.push(observations.len());
-            match start_position(block, &interiors, point).or_else(|| solved(point.source)) {
+        for (source, rows) in points.iter() {
+            match start_position(block, &interiors, source, rows).or_else(|| solved(source)) {
                 Some(position) => positions.push(position),
-                None => apart.push(point_name(block, point.source)),
+                None => apart.push(point_name(block, source)),
             }
         }
         if !apart.is_empty() {
@@ -55,7 +51,7 @@ impl Problem {
         }
 
         let control =
-            if uses_control { control_observations(block, &points, &model.sigma_factors) } else { Vec::new() };
+            if uses_control { control_observations(block, &points.sources, &model.sigma_factors) } else { Vec::new() };
         let mut problem = Problem {
             camera_names: block.cameras.iter().map(|camera| camera.id.clone()).collect(),
             camera_free,
@@ -67,10 +63,10 @@ impl Problem {
             image_ranks: ranks,
             block_context: block_context(block),
             pose_free: vec![[true; 6]; block.images.len()],
-            point_sources: Arc::new(points.iter().map(|point| point.source).collect()),
-            point_names: Arc::new(points.iter().map(|point| point_name(block, point.source)).collect()),
-            point_start: point_start.into(),
-            observations: observations.into(),
+            point_names: Arc::new(points.sources.iter().map(|source| point_name(block, *source)).collect()),
+            point_sources: points.sources.into(),
+            point_start: points.starts.into(),
+            observations: points.observations.into(),
             control,
             gnss: Vec::new(),
             effects: Vec::new(),

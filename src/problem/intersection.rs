@@ -1,6 +1,5 @@
 //! Points intersected from the approximate orientation.
 
-use super::observations::PointRows;
 use super::{ImageObservation, PointSource};
 use crate::block::Block;
 use crate::camera::{Interior, undistort::viewing_ray};
@@ -8,11 +7,16 @@ use crate::math::intersect::intersect_rays;
 use nalgebra::Vector3;
 
 /// Start coordinates: given, surveyed, or intersected from the approximate orientation; `None` where the rays do not meet.
-pub(super) fn start_position(block: &Block, interiors: &[Interior], point: &PointRows) -> Option<Vector3<f64>> {
-    match point.source {
+pub(super) fn start_position(
+    block: &Block,
+    interiors: &[Interior],
+    source: PointSource,
+    observations: &[ImageObservation],
+) -> Option<Vector3<f64>> {
+    match source {
         PointSource::Control(id) => Some(block.surveyed[id.index()].position),
         PointSource::Tie(id) => {
-            block.tie_points[id.index()].position.or_else(|| intersect(block, interiors, &point.observations))
+            block.tie_points[id.index()].position.or_else(|| intersect(block, interiors, observations))
         }
     }
 }

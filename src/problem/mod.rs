@@ -38,7 +38,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 /// What kind of image measurement an observation is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(u32)]
 pub enum MeasurementKind {
     /// Tie-point measurement.

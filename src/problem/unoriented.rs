@@ -1,6 +1,6 @@
 //! Images that take no part: without measurements, or with too few to orient them.
 
-use super::observations::PointRows;
+use super::observations::Points;
 use super::{ImageObservation, PointSource, Problem};
 use crate::block::Block;
 use crate::camera::PARAMETER_COUNT;
@@ -28,21 +28,15 @@ fn unoriented<'a>(gnss: &[bool], points: impl Iterator<Item = (PointSource, &'a 
 
 /// Takes the measurements of such images out. Their points may fall to one ray and go too, so it repeats. What is out is known by
 /// [`Problem::images_without_part`].
-pub(super) fn set_aside_unoriented(block: &Block, uses_gnss: bool, points: &mut Vec<PointRows>) {
+pub(super) fn set_aside_unoriented(block: &Block, uses_gnss: bool, points: &mut Points) {
     let gnss: Vec<bool> = block.images.iter().map(|image| uses_gnss && image.gnss.is_some()).collect();
     loop {
-        let unoriented = unoriented(&gnss, points.iter().map(|point| (point.source, point.observations.as_slice())));
-        let measured = |point: &PointRows| point.observations.iter().any(|row| unoriented[row.image as usize]);
-        if !points.iter().any(measured) {
+        let unoriented = unoriented(&gnss, points.iter());
+        let is_out = |row: &ImageObservation| unoriented[row.image as usize];
+        if !points.observations.iter().any(is_out) {
             return;
         }
-        for point in points.iter_mut() {
-            point.observations.retain(|observation| !unoriented[observation.image as usize]);
-        }
-        points.retain(|point| match point.source {
-            PointSource::Tie(_) => point.observations.len() > 1,
-            PointSource::Control(_) => !point.observations.is_empty(),
-        });
+        points.keep(|row| !is_out(row));
     }
 }
 

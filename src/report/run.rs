@@ -18,9 +18,8 @@ use crate::diagnose::verdict::Diagnosis;
 use crate::model::Model;
 use crate::run::folder::{self, CheckRow, OutlierRow};
 use crate::run::summary::Summary;
-use crate::run::{Run, gnss_residuals, residual_rows, rms_by};
+use crate::run::{Run, TieResiduals, gnss_residuals, residual_rows};
 use anyhow::Result;
-use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A distribution of fewer values is no picture.
@@ -31,7 +30,17 @@ const FEWEST_FOR_HISTOGRAM: usize = 50;
 /// # Errors
 /// A file that is missing, cannot be read or cannot be written.
 pub fn write_page(dir: &Path) -> Result<()> {
-    page(&RunFolder::read(dir)?).write(dir)
+    let run = RunFolder::read(dir)?;
+    let ties = TieResiduals::read(dir, &run.images)?;
+    page(&run, ties).write(dir)
+}
+
+/// As [`write_page`], where the residuals of the run are at hand.
+///
+/// # Errors
+/// As [`write_page`].
+pub fn write_page_of(dir: &Path, ties: TieResiduals) -> Result<()> {
+    page(&RunFolder::read(dir)?, ties).write(dir)
 }
 
 /// The folder of a run that was diagnosed, to be written.
@@ -63,15 +72,18 @@ impl Diagnosed<'_> {
         let rows = residual_rows(block, &run.problem, state, comparison)?;
         let gnss = gnss_residuals(block, &run.problem, state, comparison)?;
         folder::write(dir, block, model, run, &rows, &gnss)?;
+        let ties = TieResiduals::of(block, &rows);
+        // Of millions of measurements: they are not needed any more.
+        drop(rows);
         folder::write_outliers(dir, outliers)?;
         folder::write_source(dir, source)?;
         folder::write_diagnosis(dir, diagnosis, shown.rows()?)?;
-        write_page(dir)
+        write_page_of(dir, ties)
     }
 }
 
-/// The page.
-pub fn page(run: &RunFolder) -> Page {
+/// The page of a run with these residuals.
+pub fn page(run: &RunFolder, ties: TieResiduals) -> Page {
     let what = if run.diagnosis.is_some() { "Diagnosis" } else { "Adjustment" };
     let mut page = Page::new(format!("{what} of the block {}", run.summary.block));
     let (flights, images) = (run.flights().len(), run.images.len());
@@ -89,7 +101,7 @@ pub fn page(run: &RunFolder) -> Page {
         page.section("Residuals over the sensor");
         sensor_figures(&mut page, run);
     }
-    image_section(&mut page, run);
+    image_section(&mut page, run, ties);
     block_section(&mut page, run);
     checks_section(&mut page, run);
     gnss_section(&mut page, run);
@@ -167,15 +179,11 @@ fn parameters(page: &mut Page, run: &RunFolder) {
     }
 }
 
-fn image_section(page: &mut Page, run: &RunFolder) {
+fn image_section(page: &mut Page, run: &RunFolder, ties: TieResiduals) {
     page.section("Residuals of images");
-    let index: BTreeMap<&str, usize> = run.images.iter().enumerate().map(|(i, row)| (row.image.as_str(), i)).collect();
-    let ties = || run.residuals.iter().filter(|row| row.kind == "tie");
-    let residuals = ties().filter_map(|row| Some((*index.get(row.image.as_str())?, [row.rx, row.ry])));
-    let rms = rms_by(run.images.len(), residuals);
-    let chart = pictures::image_rms(run, &rms);
+    let chart = pictures::image_rms(run, &ties.rms);
     page.figure("image-rms", image_bars(&chart), "An image that stands out has outliers, or an error of its own.");
-    let chart = pictures::residual_histogram(ties().map(|row| row.rx).collect(), ties().map(|row| row.ry).collect());
+    let chart = pictures::residual_histogram(ties.x, ties.y);
     page.figure("residual-histogram", histogram(&chart), "");
 }
 

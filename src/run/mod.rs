@@ -14,12 +14,14 @@ mod solvers;
 pub mod start_focal;
 pub mod start_values;
 pub mod summary;
+mod tie_residuals;
 mod variance_components;
 
 pub use fitted::FittedModel;
 pub use gnss::{GnssResidual, gnss_residuals, gnss_rms_m, heading_deg};
-pub use residual_means::{CELLS, CellMean, cell_means, rms_by};
+pub use residual_means::{CELLS, CellMean, MeanSquares, cell_means, rms_by};
 pub use residuals::{ResidualKind, ResidualRow, residual_rows, tie_rms_px};
+pub use tie_residuals::TieResiduals;
 
 use crate::adjust::agreement::Agreement;
 use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Solution, Solver};

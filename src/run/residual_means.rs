@@ -39,14 +39,32 @@ pub fn cell_means(sensor: [f64; 2], residuals: impl Iterator<Item = ([f64; 2], [
 
 /// RMS per coordinate of the residuals of each key (an image's position, say); `None` for keys below `count` without residuals.
 pub fn rms_by(count: usize, residuals: impl Iterator<Item = (usize, [f64; 2])>) -> Vec<Option<f64>> {
-    let mut sums = vec![(0usize, 0.0); count];
-    for (key, [rx, ry]) in residuals {
-        if let Some((n, sum)) = sums.get_mut(key) {
+    let mut squares = MeanSquares::new(count);
+    residuals.for_each(|(key, residual)| squares.add(key, residual));
+    squares.rms()
+}
+
+/// [`rms_by`] of residuals that come one by one.
+pub struct MeanSquares(Vec<(usize, f64)>);
+
+impl MeanSquares {
+    /// Of a number of keys.
+    pub fn new(count: usize) -> Self {
+        Self(vec![(0, 0.0); count])
+    }
+
+    /// Takes a residual in; a key that is none counts for nothing.
+    pub fn add(&mut self, key: usize, [rx, ry]: [f64; 2]) {
+        if let Some((n, sum)) = self.0.get_mut(key) {
             *n += 2;
             *sum += rx * rx + ry * ry;
         }
     }
-    sums.into_iter().map(|(n, sum)| (n > 0).then(|| (sum / n as f64).sqrt())).collect()
+
+    /// RMS per coordinate of each key; `None` without residuals.
+    pub fn rms(self) -> Vec<Option<f64>> {
+        self.0.into_iter().map(|(n, sum)| (n > 0).then(|| (sum / n as f64).sqrt())).collect()
+    }
 }
 
 #[cfg(test)]

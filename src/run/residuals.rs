@@ -39,7 +39,9 @@ pub fn residual_rows(
     comparison: Option<&Comparison>,
 ) -> Result<Vec<ResidualRow>, MeasureError> {
     let predictor = Predictor::new(problem, state)?;
-    let mut rows = Vec::with_capacity(problem.observations.len());
+    let intersected = || comparison.iter().flat_map(|comparison| &comparison.intersections.points);
+    let marks: usize = intersected().map(|point| point.measurements.len()).sum();
+    let mut rows = Vec::with_capacity(problem.observations.len() + marks);
     let mut marked = vec![false; block.surveyed.len()];
     for (j, source) in problem.point_sources.iter().enumerate() {
         let point = match source {
@@ -69,7 +71,7 @@ pub fn residual_rows(
             });
         }
     }
-    for intersection in comparison.iter().flat_map(|comparison| &comparison.intersections.points) {
+    for intersection in intersected() {
         if marked[intersection.point.index()] {
             continue;
         }
@@ -95,10 +97,11 @@ pub fn tie_rms_px(block: &Block, problem: &Problem, state: &State) -> Result<f64
 
 /// RMS of tie residuals per coordinate, px: `sqrt(sum(rx^2 + ry^2) / (2 n))`; `None` without tie points.
 pub(super) fn tie_rms_of_rows(rows: &[ResidualRow]) -> Option<f64> {
-    let squares: Vec<f64> = rows
-        .iter()
-        .filter(|row| row.kind == ResidualKind::Tie)
-        .map(|row| row.residual[0].powi(2) + row.residual[1].powi(2))
-        .collect();
-    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / (2.0 * squares.len() as f64)).sqrt())
+    let ties = rows.iter().filter(|row| row.kind == ResidualKind::Tie);
+    let (mut n, mut sum) = (0usize, 0.0);
+    for [x, y] in ties.map(|row| row.residual) {
+        n += 1;
+        sum += x.powi(2) + y.powi(2);
+    }
+    (n > 0).then(|| (sum / (2.0 * n as f64)).sqrt())
 }

@@ -2,7 +2,7 @@
 //! that nothing would ever speak for it again; but a blunder elsewhere may have bent the cameras when it was judged, and of rays that do not meet one
 //! alone may be wrong. It is judged anew, all its rays at once.
 
-use super::sight::Sight;
+use super::point::SeenPoint;
 use super::{FEWEST_RAYS, Rejected};
 use crate::block::Block;
 use crate::problem::MeasurementKind;
@@ -18,36 +18,34 @@ pub(super) fn lost_points(block: &Block, left: &[bool], rejected: &[Rejected], b
     lost
 }
 
-/// What a point that was lost came to.
+/// What a point that was lost came to. Measurements are named by their positions among those of the point.
 #[derive(Default)]
 pub(super) struct Revived {
-    /// Measurements that came back.
+    /// Number of measurements that came back.
     pub(super) returned: usize,
-    /// One that had been kept and does not agree with them: its position in [`Sight::seen`] and its residual in standard deviations.
+    /// One that had been kept and does not agree with them, and its residual in standard deviations.
     pub(super) rejected: Vec<(usize, f64)>,
     /// The same of those that stay out.
     pub(super) still_out: Vec<(usize, f64)>,
 }
 
-impl Sight {
-    /// Takes the rays of point `j` in again that agree with each other, where it was lost. `beyond` gives the worst that does not, and its residual in
+impl SeenPoint {
+    /// Takes the rays in again that agree with each other, where the point was lost. `beyond` gives the worst that does not, and its residual in
     /// standard deviations.
-    pub(super) fn revive(&mut self, j: usize, beyond: impl Fn(&Self, usize) -> Option<(usize, f64)>) -> Revived {
-        let all = self.measurements_of(j);
-        let before: Vec<bool> = all.clone().map(|k| self.seen[k].active).collect();
-        let was_in = |k: usize| before[k - all.start];
-        all.clone().for_each(|k| self.seen[k].active = true);
+    pub(super) fn revive(&mut self, beyond: impl Fn(&Self) -> Option<(usize, f64)>) -> Revived {
+        self.seen.iter_mut().for_each(|seen| seen.active = true);
         let mut revived = Revived::default();
-        while let Some((worst, normalised)) = beyond(self, j) {
-            self.seen[worst].active = false;
-            let of = if was_in(worst) { &mut revived.rejected } else { &mut revived.still_out };
+        while let Some((worst, normalised)) = beyond(self) {
+            let seen = &mut self.seen[worst];
+            seen.active = false;
+            let of = if seen.was_active { &mut revived.rejected } else { &mut revived.still_out };
             of.push((worst, normalised));
         }
-        if all.clone().filter(|k| self.seen[*k].active).count() < FEWEST_RAYS {
-            all.clone().for_each(|k| self.seen[k].active = was_in(k));
+        if self.seen.iter().filter(|seen| seen.active).count() < FEWEST_RAYS {
+            self.seen.iter_mut().for_each(|seen| seen.active = seen.was_active);
             return Revived::default();
         }
-        revived.returned = all.clone().filter(|k| self.seen[*k].active && !was_in(*k)).count();
+        revived.returned = self.seen.iter().filter(|seen| seen.active && !seen.was_active).count();
         revived
     }
 }

@@ -18,8 +18,12 @@
 mod image;
 mod lost;
 mod majority;
+mod point;
 mod robust;
+mod round;
 mod sight;
+mod statistic;
+mod surroundings;
 
 pub use robust::{has_converged, robust_fit, stand_alone};
 
@@ -29,6 +33,7 @@ use crate::model::Model;
 use crate::problem::{MeasurementKind, Problem, ProblemError, State};
 use crate::run::folder::OutlierRow;
 use crate::run::set_aside;
+use round::Judged;
 use sight::Sight;
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -145,12 +150,12 @@ impl Outliers {
 }
 
 /// An adjustment of a block.
-#[derive(Debug, Clone)]
-pub struct Solved {
+#[derive(Debug, Clone, Copy)]
+pub struct Solved<'a> {
     /// Its problem.
-    pub problem: Problem,
+    pub problem: &'a Problem,
     /// Its solution.
-    pub state: State,
+    pub state: &'a State,
 }
 
 /// Which measurements are still in.
@@ -259,14 +264,16 @@ impl Snooping {
     }
 
     /// Judges every measurement at a fit of [`Self::block`]. Nothing was rejected or came back: the search has come to its end there.
-    pub fn judge(&mut self, block: &Block, fit: &Solved, strictness: Strictness) -> Result<Round, AdjustError> {
+    pub fn judge(&mut self, block: &Block, fit: Solved<'_>, strictness: Strictness) -> Result<Round, AdjustError> {
         let barred: Vec<bool> = self.apart.iter().map(|apart| *apart == Apart::Again).collect();
         let lost = lost::lost_points(block, &self.left.ties, &self.outliers.rejected, &barred);
-        let mut sight = Sight::new(block, &self.left, &lost, fit)?;
         let options = SnoopingOptions { strictness, significance: self.significance, max_rounds: MAX_ROUNDS };
-        let round = sight.round(options, self.outliers.rounds.len() + 1, &mut self.outliers.rejected);
-        for seen in &sight.seen {
-            self.left.of(seen.kind)[seen.measurement] = seen.active;
+        let number = self.outliers.rounds.len() + 1;
+        let sight = Sight::new(block, &self.left, &lost, fit)?;
+        let Judged { round, changed } = round::judge(&sight, options, number, &mut self.outliers.rejected);
+        drop(sight);
+        for (kind, measurement, is_in) in changed {
+            self.left.of(kind)[measurement] = is_in;
         }
         self.outliers.rounds.push(round);
         self.outliers.settled = round.rejected + round.returned == 0;
@@ -326,12 +333,12 @@ fn unmeetable_points(block: &Block, model: &Model) -> Vec<PointId> {
 pub fn find<E: From<AdjustError>>(
     block: &Block,
     options: SnoopingOptions,
-    refit: &mut dyn FnMut(&Block) -> Result<Solved, E>,
+    mut refit: impl FnMut(&Block) -> Result<(Problem, State), E>,
 ) -> Result<Outliers, E> {
     let mut search = Snooping::nothing(block, options.significance);
     for _ in 0..options.max_rounds {
-        let fit = refit(&search.block(block))?;
-        search.judge(block, &fit, options.strictness)?;
+        let (problem, state) = refit(&search.block(block))?;
+        search.judge(block, Solved { problem: &problem, state: &state }, options.strictness)?;
         if search.outliers.settled {
             break;
         }

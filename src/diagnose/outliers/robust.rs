@@ -2,7 +2,7 @@
 //! is not determined any more, or that nothing at it says which one is wrong.
 
 use super::majority::start_where_most_rays_meet;
-use super::{Outliers, Snooping, Solved, Strictness};
+use super::{Outliers, SIGNIFICANCE, Snooping, Solved, Strictness};
 use crate::adjust::{AdjustError, Options};
 use crate::block::Block;
 use crate::diagnose::fit::{Fit, solve};
@@ -47,12 +47,12 @@ const MOST_ITERATIONS: usize = 50;
 /// whose measurements are wrong has no orientation to converge to, and would hold up the judgement of all others.
 const RESIDUAL_CHANGE: f64 = 0.01;
 
-/// Measurements that stand alone at a solution, the worst first. `block` is what it is a solution of.
+/// Measurements that stand alone at a solution, the worst first. `block` is what it is a solution of: the rays of its points met.
 ///
 /// # Errors
 /// A solution at which predictions fail.
-pub fn stand_alone(block: &Block, model: &Model, solved: &Solved) -> Result<Outliers, AdjustError> {
-    let mut search = Snooping::new(block, model);
+pub fn stand_alone(block: &Block, solved: Solved<'_>) -> Result<Outliers, AdjustError> {
+    let mut search = Snooping::nothing(block, SIGNIFICANCE);
     search.judge(block, solved, Strictness::Tight)?;
     let mut outliers = search.outliers(block);
     outliers.rejected.sort_by(|a, b| b.normalised.total_cmp(&a.normalised));

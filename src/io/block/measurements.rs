@@ -101,20 +101,21 @@ pub(super) fn rays_per_point<'a>(
             Some(*end)
         })
         .collect();
-    let mut rows = vec![0u32; measurements.len()];
+    // With its image: what is compared stands together and is not looked up far away.
+    let mut rows = vec![(ImageId(0), 0u32); measurements.len()];
     for (row, measurement) in measurements.iter().enumerate().rev() {
         let slot = &mut start[measurement.point.index()];
         *slot -= 1;
-        rows[*slot] = row as u32;
+        rows[*slot] = (measurement.image, row as u32);
     }
-    let image_of = |row: u32| measurements[row as usize].image;
     let mut repeated: Option<(u32, u32)> = None;
     for (start, count) in start.iter().zip(&rays) {
         let own = &mut rows[*start..start + *count as usize];
-        own.sort_unstable_by_key(|row| (image_of(*row), *row));
+        own.sort_unstable();
         for pair in own.windows(2) {
-            if image_of(pair[0]) == image_of(pair[1]) && repeated.is_none_or(|(_, row)| pair[1] < row) {
-                repeated = Some((pair[0], pair[1]));
+            let [(image, first), (other, row)] = [pair[0], pair[1]];
+            if image == other && repeated.is_none_or(|(_, earliest)| row < earliest) {
+                repeated = Some((first, row));
             }
         }
     }

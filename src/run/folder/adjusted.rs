@@ -4,7 +4,7 @@
 //! image point of a measurement, observed minus residual, has all effects of the model in it; the camera alone predicts it without them. What
 //! lies between is what the effects do to the measurement, whatever they are.
 
-use super::read::rows;
+use super::read::{rows, table};
 use super::rows::{PointRow, ResidualLine, Row};
 use super::{RunFolder, SOURCE};
 use crate::block::{Block, Measurement, PointId, Pose, TiePoint};
@@ -83,7 +83,8 @@ impl Adjusted {
         }
         let points = rows::<PointRow>(&dir.join(PointRow::FILE), PointRow::COLUMNS)?;
         let points = points.into_iter().map(|row| (row.point, Vector3::new(row.x, row.y, row.z))).collect();
-        let residuals = Residuals::of(&folder.residuals);
+        let lines = table(dir, ResidualLine::FILE, ResidualLine::COLUMNS, true)?;
+        let residuals = Residuals::of(&lines);
         let ties = keep_adjusted(&mut block, &points, &residuals);
         let effects: Vec<String> = folder.summary.effects.0.iter().map(|(name, _)| name.clone()).collect();
         let control_took_part = folder.summary.similarity.is_none();

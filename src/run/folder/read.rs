@@ -23,8 +23,6 @@ pub struct RunFolder<D> {
     pub diagnosis: Option<D>,
     /// `images.csv`.
     pub images: Vec<ImageRow>,
-    /// `residuals.csv`.
-    pub residuals: Vec<ResidualLine>,
     /// `checks.csv`.
     pub checks: Vec<CheckRow>,
     /// `gnss.csv`; empty where the block has no GNSS positions, or nothing to compare them with.
@@ -40,20 +38,11 @@ pub struct RunFolder<D> {
 }
 
 impl<D: DeserializeOwned> RunFolder<D> {
-    /// Reads the folder.
+    /// Reads the folder, without the residuals of its measurements: [`each_residual`] reads those one by one.
     ///
     /// # Errors
     /// A file that is missing, cannot be read, is of another version, or lacks the rows that the summary speaks of; by name.
     pub fn read(dir: &Path) -> Result<Self, Error> {
-        let residuals = table(dir, ResidualLine::FILE, ResidualLine::COLUMNS, true)?;
-        Ok(Self { residuals, ..Self::read_without_residuals(dir)? })
-    }
-
-    /// Reads the folder, residuals apart: [`each_residual`] reads those one by one.
-    ///
-    /// # Errors
-    /// As [`RunFolder::read`].
-    pub fn read_without_residuals(dir: &Path) -> Result<Self, Error> {
         let diagnosis = dir.join(DIAGNOSIS);
         let summary: Summary = json(&dir.join(SUMMARY))?;
         let (tied, surveyed) = (summary.tie_rms_px.is_some(), summary.control.is_some() || summary.check.is_some());
@@ -61,7 +50,6 @@ impl<D: DeserializeOwned> RunFolder<D> {
             model: text(&dir.join(MODEL))?,
             diagnosis: if diagnosis.exists() { Some(json(&diagnosis)?) } else { None },
             images: table(dir, ImageRow::FILE, ImageRow::COLUMNS, true)?,
-            residuals: Vec::new(),
             checks: table(dir, CheckRow::FILE, CheckRow::COLUMNS, surveyed)?,
             gnss: rows_where_there::<GnssRow>(dir)?,
             sensor: table(dir, SensorRow::FILE, SensorRow::COLUMNS, tied)?,
@@ -171,7 +159,12 @@ fn reader(path: &Path, columns: &[&str]) -> Result<csv::Reader<impl io::Read>, E
 }
 
 /// [`rows`] of a table that is `filled` by what the summary says.
-fn table<T: DeserializeOwned>(dir: &Path, file: &str, columns: &[&str], filled: bool) -> Result<Vec<T>, Error> {
+pub(super) fn table<T: DeserializeOwned>(
+    dir: &Path,
+    file: &str,
+    columns: &[&str],
+    filled: bool,
+) -> Result<Vec<T>, Error> {
     let path = dir.join(file);
     let rows = rows(&path, columns)?;
     if filled && rows.is_empty() {

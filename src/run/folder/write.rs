@@ -52,7 +52,7 @@ pub fn write(
     let similarity = run.comparison.as_ref().and_then(|comparison| comparison.similarity);
     let folder = Folder { block, run, alignment: similarity.unwrap_or_else(Similarity::identity), sigma0: sigma0(run) };
     io::model::write_model(model, &dir.join(MODEL))?;
-    io::block::write_images(&folder.adjusted_block(), &dir.join(ImageRow::FILE))?;
+    io::block::write_images(&folder.adjusted_images(), &dir.join(ImageRow::FILE))?;
     write_rows(dir, folder.points())?;
     write_rows(dir, lines(block, rows))?;
     write_rows(dir, folder.checks())?;
@@ -148,9 +148,9 @@ impl Folder<'_> {
         self.run.solution().covariance.as_ref().zip(self.sigma0)
     }
 
-    /// The block with the adjusted poses and, as further columns, their standard deviations and the values that effects have
+    /// The images with the adjusted poses and, as further columns, their standard deviations and the values that effects have
     /// per image.
-    fn adjusted_block(&self) -> Block {
+    fn adjusted_images(&self) -> Block {
         let poses = &self.run.solution().state.poses;
         let images: Vec<Image> = (self.block.images.iter().zip(poses))
             .map(|(image, pose)| Image { pose: self.alignment.apply_to_pose(pose), ..image.clone() })
@@ -176,7 +176,7 @@ impl Folder<'_> {
                 add(format!("sigma_{name}"), (0..images.len()).map(|i| sigma(theta(i))).collect());
             }
         }
-        Block { images, extra_image_columns: extra, ..self.block.clone() }.about(Vector3::zeros())
+        Block { images, extra_image_columns: extra, ..self.block.images_alone() }.about(Vector3::zeros())
     }
 
     /// A-posteriori standard deviation of component `k` of pose `i`.
