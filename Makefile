@@ -57,8 +57,9 @@ fuzz: setup ## libFuzzer on every reader and on simulate -> adjust, SECONDS=60 e
 		cargo fuzz run --sanitizer none $$target -- -max_total_time=$(or $(SECONDS),60) -timeout=60 -rss_limit_mb=4096 || exit 1; \
 	done
 
-bench: setup ## both solvers side by side, with the reference for speed where there is one (time and peak memory, on four blocks); testing the catalogue beside refitting it; testing for structure; plug-ins beside effects built in
+bench: setup ## both solvers side by side, with the reference for speed where there is one (time and peak memory, on four blocks); the kernels of the native one; testing the catalogue beside refitting it; testing for structure; plug-ins beside effects built in
 	cargo bench --bench solvers
+	cargo bench --bench kernels
 	cargo bench --bench screening
 	cargo bench --bench structure
 	cargo bench --bench plugin

@@ -13,6 +13,7 @@ mod evaluation;
 mod factor;
 mod in_order;
 mod iterated;
+pub mod kernels;
 mod linearise;
 pub mod lm;
 mod loss;
