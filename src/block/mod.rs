@@ -226,7 +226,7 @@ impl Block {
         Self { ties, marks, tie_points, surveyed, ..self.images_alone() }
     }
 
-    /// The same cameras, flights and images, without any point or measurement: of large blocks these are not copied in passing.
+    /// The same cameras, flights and images without any point or measurement: what a table of images needs of a block of millions.
     pub fn images_alone(&self) -> Self {
         Self {
             name: self.name.clone(),
