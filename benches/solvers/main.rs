@@ -40,6 +40,13 @@ impl Who {
     fn is_ceres(self) -> bool {
         matches!(self, Who::Ours("ceres") | Who::Reference(Program::Ceres))
     }
+
+    fn is_here(self, reference: Option<&Reference>) -> bool {
+        match self {
+            Who::Ours(_) => true,
+            Who::Reference(program) => reference.is_some_and(|reference| reference.has(program)),
+        }
+    }
 }
 
 /// Limits of the ratios: block, native to the reference per iteration, native to the reference's Ceres per iteration and to convergence.
@@ -125,7 +132,7 @@ fn side_by_side(
     ensure!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let ([measurements, images, points], weight): ([usize; 3], f64) = serde_json::from_slice(&output.stdout)?;
     println!("{name}: {measurements} measurements, {images} images, {points} points");
-    let takes_part = |who: Who| (block.with_ceres || !who.is_ceres()) && (reference.is_some() || !is_reference(who));
+    let takes_part = |who: Who| (block.with_ceres || !who.is_ceres()) && who.is_here(reference);
     let mut measured: [Vec<Measured>; SOLVERS.len()] = Default::default();
     for run in 0..runs {
         for ((who, label), results) in SOLVERS.iter().zip(&mut measured).filter(|((who, _), _)| takes_part(*who)) {
@@ -173,10 +180,6 @@ fn side_by_side(
     ratios.add("native / reference's Ceres, to convergence", name, native, by_its_ceres, all, to_convergence);
     ratios.add("ceres / reference's Ceres, per iteration", name, ceres, by_its_ceres, once, Some(CERES_LIMIT));
     Ok(())
-}
-
-fn is_reference(who: Who) -> bool {
-    matches!(who, Who::Reference(_))
 }
 
 /// The native solver with every model.

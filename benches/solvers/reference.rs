@@ -21,13 +21,24 @@ pub enum Program {
     Ceres,
 }
 
-/// The reference, built.
+impl Program {
+    const ALL: [Self; 2] = [Self::Native, Self::Ceres];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Native => "native",
+            Self::Ceres => "ceres",
+        }
+    }
+}
+
+/// The reference, as far as it can be built here: the native program needs AVX-512.
 pub struct Reference {
     folder: PathBuf,
 }
 
 impl Reference {
-    /// Builds it where it is not built yet; `None` where there is none, or none that can be built.
+    /// Builds it where it is not built yet; `None` where there is none, or nothing of it can be built.
     pub fn find() -> Result<Option<Self>> {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         let (source, folder) = (root.join(SOURCE), root.join("target/reference"));
@@ -36,20 +47,29 @@ impl Reference {
             return Ok(None);
         }
         let reference = Self { folder };
-        if !reference.is_built() {
+        let missing = || Program::ALL.into_iter().filter(|program| !reference.has(*program));
+        if missing().next().is_some() {
             // It also makes blocks of its own, which are not used here: only its programs must be there in the end.
-            Command::new(source.join("build.sh")).arg(&reference.folder).stdout(Stdio::null()).status()?;
+            let mut build = Command::new(source.join("build.sh"));
+            build.arg(&reference.folder).stdout(Stdio::null()).stderr(Stdio::null()).status()?;
         }
-        if !reference.is_built() {
-            eprintln!("skipped: {SOURCE}/build.sh makes no programs on this machine");
+        for program in missing() {
+            eprintln!("skipped: {SOURCE}/build.sh makes no program `{}` on this machine", program.name());
+        }
+        if missing().count() == Program::ALL.len() {
             return Ok(None);
         }
         std::fs::create_dir_all(reference.folder.join("data"))?;
         Ok(Some(reference))
     }
 
-    fn is_built(&self) -> bool {
-        ["native", "ceres"].iter().all(|name| self.folder.join("bin").join(name).exists())
+    /// Whether a program of it could be built.
+    pub fn has(&self, program: Program) -> bool {
+        self.path(program).exists()
+    }
+
+    fn path(&self, program: Program) -> PathBuf {
+        self.folder.join("bin").join(program.name())
     }
 
     /// Where a block's file stands.
@@ -59,8 +79,8 @@ impl Reference {
 
     /// Solves a block from its file; costs are in units of `weight`, that of the measurements.
     pub fn measure(&self, program: Program, file: &Path, weight: f64) -> Result<Measured> {
-        let name = if program == Program::Native { "native" } else { "ceres" };
-        let mut command = Command::new(self.folder.join("bin").join(name));
+        let name = program.name();
+        let mut command = Command::new(self.path(program));
         command.arg(file);
         match program {
             Program::Native => command.args(["1", MOST_ITERATIONS, "chol"]),
