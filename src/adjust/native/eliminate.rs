@@ -1,9 +1,12 @@
 //! Sums over the rows of a batch with each point taken out, in whole vectors: `S += J'J - Z'Z`, `b += J'v - Z'z`, where
 //! a point has `V = J_point' J_point = L L'`, `Z = L^-1 J_point' J` and `z = L^-1 J_point' v`.
+//!
+//! What an image shares with itself and with the border is summed as `J'(J - Q Z)`, `Q = J_point L^-T` of its two rows: two products
+//! for each number instead of five.
 
 use super::aligned::{Aligned, LINE};
 use super::point::LEAST_PIVOT;
-use super::rows::{GROUP, OfPoint, Rows};
+use super::rows::{OfPoint, Rows};
 use super::structure::{POINT, Structure};
 use super::system::System;
 use nalgebra::Matrix3;
@@ -17,27 +20,22 @@ pub struct BorderSums {
     taken: Aligned,
     /// Per image of the chunk: `J'v` and the squares of its unknowns, before points are taken out.
     images: Aligned,
-    /// Work space: `Z` of a batch.
-    z: Z,
-}
-
-struct Z {
-    /// Of the border, three rows a point.
-    shared: Aligned,
-    /// Of the images, three rows a pair.
-    image: Aligned,
+    /// Work space: `Z` of the border, three rows for each point of a batch.
+    z_shared: Aligned,
+    /// Work space: `Z` of the images of a point, three rows a pair.
+    z_images: Aligned,
 }
 
 impl BorderSums {
     /// Zeros for the images of a system.
     pub fn zeros(structure: &Structure, images: usize) -> Self {
         let square = structure.border.len().next_multiple_of(COLUMNS) * structure.width;
-        let nothing = || Aligned::zeros(0);
         Self {
             direct: Aligned::zeros(square),
             taken: Aligned::zeros(square),
             images: Aligned::zeros(2 * images * structure.stride),
-            z: Z { shared: nothing(), image: nothing() },
+            z_shared: Aligned::zeros(0),
+            z_images: Aligned::zeros(0),
         }
     }
 
@@ -80,19 +78,18 @@ impl<const D: usize> WithSimd for Eliminate<'_, D> {
         let Self { structure, rows, damping, sums, system } = self;
         let (width, border) = (structure.width, structure.border.len());
         let stride = D.next_multiple_of(LINE);
-        let BorderSums { direct, taken, images, z } = sums;
+        let BorderSums { direct, taken, images, z_shared: z_of_points, z_images } = sums;
         let pairs = rows.rank.len();
-        add_outer(simd, direct, border, width, &rows.shared[..2 * pairs.next_multiple_of(GROUP) * width]);
-        let z_rows = (3 * rows.points.len()).next_multiple_of(2 * GROUP);
-        if z.shared.len() < z_rows * width {
-            z.shared = Aligned::zeros(z_rows * width);
+        add_outer(simd, direct, border, width, &rows.shared[..2 * pairs * width]);
+        let z_rows = 3 * rows.points.len();
+        if z_of_points.len() < z_rows * width {
+            *z_of_points = Aligned::zeros(z_rows * width);
         }
-        z.shared[3 * rows.points.len() * width..].fill(0.0);
-        if z.image.len() < 3 * pairs * stride {
-            z.image = Aligned::zeros(3 * pairs * stride);
+        if z_images.len() < 3 * pairs * stride {
+            *z_images = Aligned::zeros(3 * pairs * stride);
         }
         for (number, point) in rows.points.iter().enumerate() {
-            let z_shared = &mut z.shared[3 * number * width..][..3 * width];
+            let z_shared = &mut z_of_points[3 * number * width..][..3 * width];
             multiply(simd, rows, point, z_shared);
             let normal = Normal::of(z_shared, rows.point_column());
             for g in normal.gradient {
@@ -105,94 +102,129 @@ impl<const D: usize> WithSimd for Eliminate<'_, D> {
                 system.decrement_points += z_shared[(a + 1) * width - 1].powi(2);
             }
             let of_images = point.measured.clone();
-            for pair in of_images.clone() {
+            for (pair, z) in of_images.clone().zip(z_images.chunks_exact_mut(3 * stride)) {
                 let rank = rows.rank[pair];
                 let i = rank as usize - system.rows.start;
-                let z = &mut z.image[3 * pair * stride..][..3 * stride];
                 let image_sums = &mut images[2 * i * stride..][..2 * stride];
-                let image = ImageRows::of(rows, pair);
-                image.multiply(simd, &whitening, z, image_sums);
+                let image = ImageRows::<S, D>::of(simd, rows, pair, &whitening);
+                image.multiply(simd, z, image_sums);
                 let slot = structure.row_start[rank as usize] - system.first_slot;
-                let block = &mut system.blocks[slot * D * stride..][..D * stride];
-                image.add_product(simd, (D, stride), z, image.image, z, block);
-                let strip = &mut system.strip[i * D * width..][..D * width];
-                image.add_product(simd, (D, width), z, image.shared, z_shared, strip);
+                image.add_product(simd, image.image, z, &mut system.blocks[slot * D * stride..][..D * stride]);
+                image.add_product(simd, image.shared, z_shared, &mut system.strip[i * D * width..][..D * width]);
             }
             let blocks = &mut *system.blocks;
-            for a in of_images.clone() {
-                let rank = rows.rank[a];
-                let slots = structure.slots(rank);
-                let z_a = splat_columns::<S, D>(simd, &z.image[3 * a * stride..][..3 * stride]);
-                for b in a + 1..of_images.end {
-                    let slot = slots[(rows.rank[b] - rank) as usize] as usize - system.first_slot;
-                    let block = &mut blocks[slot * D * stride..][..D * stride];
-                    take_product(simd, &z_a, &z.image[3 * b * stride..][..3 * stride], block);
+            let (z_images, ranks) = (z_images.chunks_exact(3 * stride), &rows.rank[of_images]);
+            for (a, (rank, z_a)) in ranks.iter().zip(z_images.clone()).enumerate() {
+                let slots = structure.slots(*rank);
+                let z_a = splat_columns::<S, D>(simd, z_a);
+                for (other, z_b) in ranks.iter().zip(z_images.clone()).skip(a + 1) {
+                    let slot = slots[(other - rank) as usize] as usize - system.first_slot;
+                    take_product(simd, &z_a, z_b, &mut blocks[slot * D * stride..][..D * stride]);
                 }
             }
         }
-        add_outer(simd, taken, border, width, &z.shared[..z_rows * width]);
+        add_outer(simd, taken, border, width, &z_of_points[..z_rows * width]);
         system.chi_square += rows.chi_square;
         Ok(())
     }
 }
 
-/// Sums that grow at the same time: each waits for its own last product alone.
+/// Rows of a sum that grow at the same time.
 const COLUMNS: usize = 4;
 
-/// Upper triangle of `target += X'X`, `target` of `columns` rows (filled up to a multiple of [`COLUMNS`]) and X of rows
-/// of `width`, a multiple of eight of them.
+/// Upper triangle of `target += X'X`, `target` of `columns` rows (filled up to a multiple of [`COLUMNS`]) and X of rows of `width`.
 #[inline(always)]
 fn add_outer<S: Simd>(simd: S, target: &mut [f64], columns: usize, width: usize, rows: &[f64]) {
-    const ROWS: usize = 2 * GROUP;
+    let pieces = width / S::F64_LANES;
+    for first in (0..columns).step_by(COLUMNS) {
+        let mut piece = first / S::F64_LANES;
+        while piece < pieces {
+            piece += match pieces - piece {
+                1 => add_outer_pieces::<S, 1>(simd, target, (first, piece), width, rows),
+                _ => add_outer_pieces::<S, 2>(simd, target, (first, piece), width, rows),
+            };
+        }
+    }
+}
+
+/// [`COLUMNS`] rows and `N` vectors of [`add_outer`]: they stay in registers over all rows of X, and none waits for another. Gives `N`.
+#[inline(always)]
+fn add_outer_pieces<S: Simd, const N: usize>(
+    simd: S,
+    target: &mut [f64],
+    (column, piece): (usize, usize),
+    width: usize,
+    rows: &[f64],
+) -> usize {
     let pieces = width / S::F64_LANES;
     let (target, _) = S::as_mut_simd_f64s(target);
-    for group in rows.chunks_exact(ROWS * width) {
-        let (vectors, _) = S::as_simd_f64s(group);
-        for piece in 0..pieces {
-            let mut x = [simd.splat_f64s(0.0); ROWS];
-            for row in 0..ROWS {
-                x[row] = vectors[row * pieces + piece];
-            }
-            let above = columns.min((piece + 1) * S::F64_LANES);
-            for first in (0..above).step_by(COLUMNS) {
-                let mut sums = [simd.splat_f64s(0.0); COLUMNS];
-                for k in 0..COLUMNS {
-                    sums[k] = target[(first + k) * pieces + piece];
-                }
-                for (row, x) in group.chunks_exact(width).zip(x) {
-                    for k in 0..COLUMNS {
-                        sums[k] = simd.mul_add_f64s(simd.splat_f64s(row[first + k]), x, sums[k]);
-                    }
-                }
-                for k in 0..COLUMNS {
-                    target[(first + k) * pieces + piece] = sums[k];
-                }
+    let mut sums = [[simd.splat_f64s(0.0); N]; COLUMNS];
+    for k in 0..COLUMNS {
+        for n in 0..N {
+            sums[k][n] = target[(column + k) * pieces + piece + n];
+        }
+    }
+    for row in rows.chunks_exact(width) {
+        let (x, _) = S::as_simd_f64s(row);
+        for k in 0..COLUMNS {
+            let factor = simd.splat_f64s(row[column + k]);
+            for n in 0..N {
+                sums[k][n] = simd.mul_add_f64s(factor, x[piece + n], sums[k][n]);
             }
         }
     }
+    for k in 0..COLUMNS {
+        for n in 0..N {
+            target[(column + k) * pieces + piece + n] = sums[k][n];
+        }
+    }
+    N
 }
 
 /// `J_point' J` of a point over the rows of the border, into three rows.
 #[inline(always)]
 fn multiply<S: Simd>(simd: S, rows: &Rows, point: &OfPoint, out: &mut [f64]) {
-    let (width, at) = (rows.width, rows.point_column());
-    let pieces = width / S::F64_LANES;
-    let (out, _) = S::as_mut_simd_f64s(out);
-    for piece in 0..pieces {
-        let mut sums = [simd.splat_f64s(0.0); 3];
-        for pair in point.pairs() {
-            for i in 0..2 {
-                let row = rows.shared_row(pair, i);
-                let x = S::as_simd_f64s(row).0[piece];
-                for a in 0..3 {
-                    sums[a] = simd.mul_add_f64s(simd.splat_f64s(row[at + a]), x, sums[a]);
+    let pieces = rows.width / S::F64_LANES;
+    let mut piece = 0;
+    while piece < pieces {
+        piece += match pieces - piece {
+            4.. => multiply_pieces::<S, 4>(simd, rows, point, piece, out),
+            2..4 => multiply_pieces::<S, 2>(simd, rows, point, piece, out),
+            _ => multiply_pieces::<S, 1>(simd, rows, point, piece, out),
+        };
+    }
+}
+
+/// So many vectors of [`multiply`]: sums that grow at the same time do not wait for each other. Gives their number.
+#[inline(always)]
+fn multiply_pieces<S: Simd, const N: usize>(
+    simd: S,
+    rows: &Rows,
+    point: &OfPoint,
+    first: usize,
+    out: &mut [f64],
+) -> usize {
+    let at = rows.point_column();
+    let mut sums = [[simd.splat_f64s(0.0); N]; 3];
+    for pairs in [&point.measured, &point.surveyed] {
+        for row in rows.shared_rows(pairs) {
+            let (x, _) = S::as_simd_f64s(row);
+            for a in 0..3 {
+                let by_point = simd.splat_f64s(row[at + a]);
+                for k in 0..N {
+                    sums[a][k] = simd.mul_add_f64s(by_point, x[first + k], sums[a][k]);
                 }
             }
         }
-        for a in 0..3 {
-            out[a * pieces + piece] = sums[a];
+    }
+    let (out, _) = S::as_mut_simd_f64s(out);
+    let pieces = out.len() / 3;
+    for a in 0..3 {
+        for k in 0..N {
+            out[a * pieces + first + k] = sums[a][k];
         }
     }
+    N
 }
 
 /// Normal equations of a point.
@@ -236,12 +268,19 @@ impl Whitening {
         Some(Self { inverse: [i0, i1, i2], below: [l10, l20, l21] })
     }
 
-    /// `V^-1 r`.
-    pub fn solve(&self, r: [f64; 3]) -> [f64; 3] {
+    /// `L^-1 r`.
+    #[inline(always)]
+    fn forward(&self, r: [f64; 3]) -> [f64; 3] {
         let ([i0, i1, i2], [l10, l20, l21]) = (self.inverse, self.below);
         let y0 = r[0] * i0;
         let y1 = (r[1] - l10 * y0) * i1;
-        let y2 = (r[2] - l20 * y0 - l21 * y1) * i2;
+        [y0, y1, (r[2] - l20 * y0 - l21 * y1) * i2]
+    }
+
+    /// `V^-1 r`.
+    pub fn solve(&self, r: [f64; 3]) -> [f64; 3] {
+        let ([i0, i1, i2], [l10, l20, l21]) = (self.inverse, self.below);
+        let [y0, y1, y2] = self.forward(r);
         let z = y2 * i2;
         let y = (y1 - l21 * z) * i1;
         [(y0 - l10 * y - l20 * z) * i0, y, z]
@@ -250,93 +289,82 @@ impl Whitening {
     /// Replaces three rows by `L^-1` times them.
     #[inline(always)]
     fn whiten<S: Simd>(&self, simd: S, rows: &mut [f64]) {
+        let ([i0, i1, i2], [l10, l20, l21]) = (self.inverse, self.below);
         let (rows, _) = S::as_mut_simd_f64s(rows);
         let pieces = rows.len() / 3;
         for piece in 0..pieces {
             let w = [rows[piece], rows[pieces + piece], rows[2 * pieces + piece]];
-            let z = self.whitened(simd, w);
-            for a in 0..3 {
-                rows[a * pieces + piece] = z[a];
-            }
+            let z0 = simd.mul_f64s(w[0], simd.splat_f64s(i0));
+            let w1 = take_products(simd, [l10], [z0], w[1]);
+            let z1 = simd.mul_f64s(w1, simd.splat_f64s(i1));
+            let w2 = take_products(simd, [l20, l21], [z0, z1], w[2]);
+            let z2 = simd.mul_f64s(w2, simd.splat_f64s(i2));
+            (rows[piece], rows[pieces + piece], rows[2 * pieces + piece]) = (z0, z1, z2);
         }
-    }
-
-    #[inline(always)]
-    fn whitened<S: Simd>(&self, simd: S, w: [S::f64s; 3]) -> [S::f64s; 3] {
-        let [i0, i1, i2] = self.inverse;
-        let [l10, l20, l21] = self.below;
-        let z0 = simd.mul_f64s(w[0], simd.splat_f64s(i0));
-        let w1 = take_products(simd, [l10], [z0], w[1]);
-        let z1 = simd.mul_f64s(w1, simd.splat_f64s(i1));
-        let w2 = take_products(simd, [l20, l21], [z0, z1], w[2]);
-        [z0, z1, simd.mul_f64s(w2, simd.splat_f64s(i2))]
     }
 }
 
-/// The rows of an image measurement.
-struct ImageRows<'a> {
+/// The two rows of an image measurement. `D`: unknowns of an image.
+struct ImageRows<'a, S: Simd, const D: usize> {
     shared: [&'a [f64]; 2],
     image: [&'a [f64]; 2],
+    /// `Q`: by the point, whitened.
+    by_point: [[f64; 3]; 2],
+    /// The derivatives by each unknown of the image, in all places of a register.
+    by_unknown: [[S::f64s; 2]; D],
 }
 
-impl<'a> ImageRows<'a> {
+impl<'a, S: Simd, const D: usize> ImageRows<'a, S, D> {
     #[inline(always)]
-    fn of(rows: &'a Rows, pair: usize) -> Self {
-        Self {
-            shared: [rows.shared_row(pair, 0), rows.shared_row(pair, 1)],
-            image: [rows.image_row(pair, 0), rows.image_row(pair, 1)],
+    fn of(simd: S, rows: &'a Rows, pair: usize, whitening: &Whitening) -> Self {
+        let (shared, image) =
+            ([rows.shared_row(pair, 0), rows.shared_row(pair, 1)], [rows.image_row(pair, 0), rows.image_row(pair, 1)]);
+        let (mut by_point, mut by_unknown) = ([[0.0; 3]; 2], [[simd.splat_f64s(0.0); 2]; D]);
+        for i in 0..2 {
+            let at = &shared[i][rows.point_column()..];
+            by_point[i] = whitening.forward([at[0], at[1], at[2]]);
+            for k in 0..D {
+                by_unknown[k][i] = simd.splat_f64s(image[i][k]);
+            }
         }
+        Self { shared, image, by_point, by_unknown }
     }
 
     /// `Z` of the image into three rows, and its sums before the point is taken out.
     #[inline(always)]
-    fn multiply<S: Simd>(&self, simd: S, whitening: &Whitening, z: &mut [f64], image_sums: &mut [f64]) {
+    fn multiply(&self, simd: S, z: &mut [f64], image_sums: &mut [f64]) {
         let ((x, _), (y, _)) = (S::as_simd_f64s(self.image[0]), S::as_simd_f64s(self.image[1]));
         let pieces = x.len();
-        // Read where they stand: copies of three numbers are stored in twos and loaded before they have arrived.
-        let [of_x, of_y] = self.shared.map(|row| &row[row.len() - POINT..]);
+        let [v_x, v_y] = [self.shared[0][self.shared[0].len() - 1], self.shared[1][self.shared[1].len() - 1]];
+        let [q_x, q_y] = self.by_point;
         let (z, _) = S::as_mut_simd_f64s(z);
         let (sums, _) = S::as_mut_simd_f64s(image_sums);
         for piece in 0..pieces {
             let row = [x[piece], y[piece]];
-            let mut w = [simd.splat_f64s(0.0); 3];
             for a in 0..3 {
-                w[a] = add_products(simd, [of_x[a], of_y[a]], row, w[a]);
+                z[a * pieces + piece] = add_products(simd, [q_x[a], q_y[a]], row, simd.splat_f64s(0.0));
             }
-            let whitened = whitening.whitened(simd, w);
-            for a in 0..3 {
-                z[a * pieces + piece] = whitened[a];
-            }
-            sums[piece] = add_products(simd, [of_x[3], of_y[3]], row, sums[piece]);
+            sums[piece] = add_products(simd, [v_x, v_y], row, sums[piece]);
             let squares = simd.mul_add_f64s(row[1], row[1], sums[pieces + piece]);
             sums[pieces + piece] = simd.mul_add_f64s(row[0], row[0], squares);
         }
     }
 
-    /// `target += J'X - Z'Z_x` of so many rows and columns, `X` two rows and `Z_x` three.
+    /// `target += J'(X - Q Z)`: J by the image's unknowns, `X` two rows and `Z` three.
     #[inline(always)]
-    fn add_product<S: Simd>(
-        &self,
-        simd: S,
-        (rows, columns): (usize, usize),
-        z: &[f64],
-        x: [&[f64]; 2],
-        z_x: &[f64],
-        target: &mut [f64],
-    ) {
-        let stride = z.len() / 3;
-        let (by, by_z) = ([self.image[0], self.image[1]], [&z[..stride], &z[stride..2 * stride], &z[2 * stride..]]);
+    fn add_product(&self, simd: S, x: [&[f64]; 2], z: &[f64], target: &mut [f64]) {
         let ((x, _), (y, _)) = (S::as_simd_f64s(x[0]), S::as_simd_f64s(x[1]));
-        let (z_x, _) = S::as_simd_f64s(z_x);
+        let (z, _) = S::as_simd_f64s(z);
         let (target, _) = S::as_mut_simd_f64s(target);
-        let pieces = columns / S::F64_LANES;
-        assert!(rows <= stride && target.len() == rows * pieces && z_x.len() == 3 * pieces, "rows of one shape");
+        let pieces = x.len();
+        assert!(y.len() == pieces && target.len() == D * pieces && z.len() == 3 * pieces, "rows of one shape");
         for piece in 0..pieces {
-            let factors = [x[piece], y[piece]];
-            let z_factors = [z_x[piece], z_x[pieces + piece], z_x[2 * pieces + piece]];
-            for k in 0..rows {
-                let sum = add_products(simd, [by[0][k], by[1][k]], factors, target[k * pieces + piece]);
-                target[k * pieces + piece] = take_products(simd, [by_z[0][k], by_z[1][k], by_z[2][k]], z_factors, sum);
+            let z = [z[piece], z[pieces + piece], z[2 * pieces + piece]];
+            let x = take_products(simd, self.by_point[0], z, x[piece]);
+            let y = take_products(simd, self.by_point[1], z, y[piece]);
+            for k in 0..D {
+                let sum = simd.mul_add_f64s(self.by_unknown[k][0], x, target[k * pieces + piece]);
+                target[k * pieces + piece] = simd.mul_add_f64s(self.by_unknown[k][1], y, sum);
             }
         }
     }
@@ -378,16 +406,43 @@ fn splat_columns<S: Simd, const D: usize>(simd: S, rows: &[f64]) -> [[S::f64s; 3
 /// `block -= A'B` of `D` rows, `A` and `B` three rows each, `A` by its columns.
 #[inline(always)]
 fn take_product<S: Simd, const D: usize>(simd: S, a: &[[S::f64s; 3]; D], b: &[f64], block: &mut [f64]) {
+    let pieces = D.next_multiple_of(LINE) / S::F64_LANES;
+    assert!(block.len() == D * pieces * S::F64_LANES && b.len() == 3 * pieces * S::F64_LANES, "blocks of one shape");
+    let mut piece = 0;
+    while piece < pieces {
+        piece += match pieces - piece {
+            1 => take_product_pieces::<S, D, 1>(simd, a, b, piece, block),
+            _ => take_product_pieces::<S, D, 2>(simd, a, b, piece, block),
+        };
+    }
+}
+
+/// `N` vectors of each row of [`take_product`]: what `A` gives is loaded once for all of them. Gives `N`.
+#[inline(always)]
+fn take_product_pieces<S: Simd, const D: usize, const N: usize>(
+    simd: S,
+    a: &[[S::f64s; 3]; D],
+    b: &[f64],
+    piece: usize,
+    block: &mut [f64],
+) -> usize {
     let (b, _) = S::as_simd_f64s(b);
     let (block, _) = S::as_mut_simd_f64s(block);
-    let pieces = D.next_multiple_of(LINE) / S::F64_LANES;
-    assert!(block.len() == D * pieces && b.len() == 3 * pieces, "blocks of one shape");
-    for piece in 0..pieces {
-        let [x, y, z] = [b[piece], b[pieces + piece], b[2 * pieces + piece]];
-        for k in 0..D {
-            let sum = simd.negate_mul_add_f64s(a[k][0], x, block[k * pieces + piece]);
-            let sum = simd.negate_mul_add_f64s(a[k][1], y, sum);
-            block[k * pieces + piece] = simd.negate_mul_add_f64s(a[k][2], z, sum);
+    let pieces = b.len() / 3;
+    let mut factors = [[simd.splat_f64s(0.0); 3]; N];
+    for n in 0..N {
+        for i in 0..3 {
+            factors[n][i] = b[i * pieces + piece + n];
         }
     }
+    for k in 0..D {
+        for n in 0..N {
+            let mut sum = block[k * pieces + piece + n];
+            for i in 0..3 {
+                sum = simd.negate_mul_add_f64s(a[k][i], factors[n][i], sum);
+            }
+            block[k * pieces + piece + n] = sum;
+        }
+    }
+    N
 }

@@ -22,20 +22,15 @@ use std::ops::Range;
 /// that cannot be computed; a point that its rays do not fix.
 pub fn linearise(at: &Prepared<'_>, damping: f64, curvature: Curvature) -> Result<System, AdjustError> {
     let structure = at.structure;
-    let chunk = |points: Range<usize>, part: &mut System| match structure.dim {
-        6 => add_chunk::<6>(at, points, damping, curvature, part),
-        7 => add_chunk::<7>(at, points, damping, curvature, part),
-        8 => add_chunk::<8>(at, points, damping, curvature, part),
-        _ => add_chunk::<MAX_DIM>(at, points, damping, curvature, part),
+    let chunk = |number: usize, part: &mut System| match structure.dim {
+        6 => add_chunk::<6>(at, number, damping, curvature, part),
+        7 => add_chunk::<7>(at, number, damping, curvature, part),
+        8 => add_chunk::<8>(at, number, damping, curvature, part),
+        _ => add_chunk::<MAX_DIM>(at, number, damping, curvature, part),
     };
     let mut total = System::zeros(structure, 0..structure.images);
     // A private system each, added in the order of the chunks, so that the sum is the same for every number of threads.
-    add_in_order(
-        structure.chunks.len(),
-        || System::zeros(structure, 0..0),
-        |number, part| chunk(structure.chunks[number].clone(), part),
-        |part| total.add(structure, part),
-    )?;
+    add_in_order(structure.chunks.len(), || System::zeros(structure, 0..0), chunk, |part| total.add(structure, part))?;
     for row in position_rows(at)? {
         let image = row.image.as_ref().map(|(rank, row)| (*rank, row.as_slice()));
         total.add_row(structure, image, &row.shared, row.v);
@@ -43,24 +38,16 @@ pub fn linearise(at: &Prepared<'_>, damping: f64, curvature: Curvature) -> Resul
     Ok(total)
 }
 
-/// Ranks of the images that see the points.
-fn ranks_of(at: &Prepared<'_>, points: &Range<usize>) -> Range<usize> {
-    let starts = &at.problem.point_start;
-    let observations = &at.problem.observations[starts[points.start]..starts[points.end]];
-    let ranks = observations.iter().map(|o| at.structure.rank[o.image as usize] as usize);
-    let first = ranks.clone().min().unwrap_or(0);
-    first..ranks.max().map_or(first, |last| last + 1)
-}
-
 /// The points of a chunk, in `system`, which starts anew.
 fn add_chunk<const D: usize>(
     at: &Prepared<'_>,
-    points: Range<usize>,
+    number: usize,
     damping: f64,
     curvature: Curvature,
     system: &mut System,
 ) -> Result<(), AdjustError> {
-    system.restart(at.structure, ranks_of(at, &points));
+    let points = at.structure.chunks[number].clone();
+    system.restart(at.structure, at.structure.chunk_ranks[number].clone());
     match at.structure.wide_border() {
         false => add_narrow::<D>(at, points, damping, curvature, system),
         true => add_wide::<D>(at, points, damping, curvature, system),

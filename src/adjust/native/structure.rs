@@ -96,6 +96,8 @@ pub struct Structure {
     band: Vec<u32>,
     /// Points in fixed chunks.
     pub chunks: Vec<Range<usize>>,
+    /// Ranks of the images that see the points of each.
+    pub chunk_ranks: Vec<Range<usize>>,
 }
 
 impl Structure {
@@ -200,6 +202,7 @@ impl Structure {
             slot_column,
             band_start,
             band,
+            chunk_ranks: chunks.iter().map(|points| ranks_of(problem, points)).collect(),
             chunks,
         }
     }
@@ -307,6 +310,14 @@ fn pair_slots(problem: &Problem, rank: &[u32]) -> (Vec<usize>, Vec<u32>, Vec<usi
     }
     row_start.push(slot_column.len());
     (row_start, slot_column, band_start, band)
+}
+
+/// Ranks of the images that see the points.
+fn ranks_of(problem: &Problem, points: &Range<usize>) -> Range<usize> {
+    let observations = &problem.observations[problem.point_start[points.start]..problem.point_start[points.end]];
+    let ranks = observations.iter().map(|o| problem.image_ranks[o.image as usize] as usize);
+    let first = ranks.clone().min().unwrap_or(0);
+    first..ranks.max().map_or(first, |last| last + 1)
 }
 
 /// Splits the points into chunks of as many measurements each. They depend on the problem alone, so that results do not depend on the number of threads.

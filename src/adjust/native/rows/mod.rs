@@ -15,11 +15,10 @@ use crate::problem::Problem;
 use fill::FillMeasured;
 pub use spread::Contents;
 use std::ops::Range;
+use std::slice::ChunksExact;
 
 /// Measurements of a batch: their rows stay in the nearest cache.
 const BATCH_MEASUREMENTS: usize = 64;
-/// A sum over rows takes them in groups of so many pairs; the last group is filled up with zeros.
-pub const GROUP: usize = 4;
 
 /// Rows of the measurements of some points, in pairs: x and y of an image measurement; of a surveyed point x and y, then z and nothing.
 pub struct Rows {
@@ -50,13 +49,6 @@ pub struct OfPoint {
     pub measured: Range<usize>,
     /// Its surveyed coordinates.
     pub surveyed: Range<usize>,
-}
-
-impl OfPoint {
-    /// All of them.
-    pub fn pairs(&self) -> impl Iterator<Item = usize> + Clone {
-        self.measured.clone().chain(self.surveyed.clone())
-    }
 }
 
 /// Points in groups of some measurements each.
@@ -95,6 +87,12 @@ impl Rows {
         &self.shared[(2 * pair + i) * self.width..][..self.width]
     }
 
+    /// Rows of the border of both coordinates of some pairs.
+    #[inline(always)]
+    pub fn shared_rows(&self, pairs: &Range<usize>) -> ChunksExact<'_, f64> {
+        self.shared[2 * pairs.start * self.width..2 * pairs.end * self.width].chunks_exact(self.width)
+    }
+
     /// Row of the image's unknowns.
     #[inline(always)]
     pub fn image_row(&self, pair: usize, i: usize) -> &[f64] {
@@ -114,7 +112,7 @@ impl Rows {
         let measurements = starts[points.start]..starts[points.end];
         let controls = problem.control.partition_point(|c| (c.index as usize) < points.start)
             ..problem.control.partition_point(|c| (c.index as usize) < points.end);
-        self.clear(measurements.len() + 2 * controls.len());
+        self.clear(measurements.len(), measurements.len() + 2 * controls.len());
         self.rank.resize(measurements.len() + 2 * controls.len(), NONE);
         let mut surveyed = measurements.len();
         for j in points.clone() {
@@ -131,14 +129,13 @@ impl Rows {
         Ok(())
     }
 
-    fn clear(&mut self, pairs: usize) {
-        let room = pairs.next_multiple_of(GROUP);
-        if self.shared.len() < 2 * room * self.width {
-            self.shared = Aligned::zeros(2 * room * self.width);
-            self.image = Aligned::zeros(2 * room * self.stride);
+    /// Room for so many pairs; zeros in the rows behind those of image measurements, which are filled as a whole.
+    fn clear(&mut self, measured: usize, pairs: usize) {
+        if self.shared.len() < 2 * pairs * self.width {
+            self.shared = Aligned::zeros(2 * pairs * self.width);
+            self.image = Aligned::zeros(2 * pairs * self.stride);
         } else {
-            self.shared[..2 * room * self.width].fill(0.0);
-            self.image[..2 * room * self.stride].fill(0.0);
+            self.shared[2 * measured * self.width..2 * pairs * self.width].fill(0.0);
         }
         self.rank.clear();
         self.points.clear();
