@@ -6,8 +6,8 @@
 
 use super::aligned::{Aligned, LINE};
 use super::point::LEAST_PIVOT;
-use super::rows::{OfPoint, Rows};
-use super::structure::{POINT, Structure};
+use super::rows::{OfPoint, Rows, SECOND};
+use super::structure::Structure;
 use super::system::System;
 use nalgebra::Matrix3;
 use pulp::{Simd, WithSimd};
@@ -91,11 +91,10 @@ impl<const D: usize> WithSimd for Eliminate<'_, D> {
         for (number, point) in rows.points.iter().enumerate() {
             let z_shared = &mut z_of_points[3 * number * width..][..3 * width];
             multiply(simd, rows, point, z_shared);
-            let normal = Normal::of(z_shared, rows.point_column());
-            for g in normal.gradient {
-                system.gradient_points_max = system.gradient_points_max.max(g.abs());
+            for row in z_shared.chunks_exact(width) {
+                system.gradient_points_max = system.gradient_points_max.max(row[width - 1].abs());
             }
-            let whitening = Whitening::of_damped(&normal.matrix, damping).ok_or(point.number)?;
+            let whitening = Whitening::of_damped(&normal(rows, point), damping).ok_or(point.number)?;
             whitening.whiten(simd, z_shared);
             let z_shared = &*z_shared;
             for a in 0..3 {
@@ -204,21 +203,22 @@ fn multiply_pieces<S: Simd, const N: usize>(
     first: usize,
     out: &mut [f64],
 ) -> usize {
-    let at = rows.point_column();
+    let pieces = rows.width / S::F64_LANES;
     let mut sums = [[simd.splat_f64s(0.0); N]; 3];
     for pairs in [&point.measured, &point.surveyed] {
-        for row in rows.shared_rows(pairs) {
-            let (x, _) = S::as_simd_f64s(row);
-            for a in 0..3 {
-                let by_point = simd.splat_f64s(row[at + a]);
-                for k in 0..N {
-                    sums[a][k] = simd.mul_add_f64s(by_point, x[first + k], sums[a][k]);
+        for (shared, by_point) in rows.shared_and_points(pairs) {
+            let (x, _) = S::as_simd_f64s(shared);
+            for i in 0..2 {
+                for a in 0..3 {
+                    let factor = simd.splat_f64s(by_point[SECOND * i + a]);
+                    for k in 0..N {
+                        sums[a][k] = simd.mul_add_f64s(factor, x[i * pieces + first + k], sums[a][k]);
+                    }
                 }
             }
         }
     }
     let (out, _) = S::as_mut_simd_f64s(out);
-    let pieces = out.len() / 3;
     for a in 0..3 {
         for k in 0..N {
             out[a * pieces + first + k] = sums[a][k];
@@ -227,23 +227,20 @@ fn multiply_pieces<S: Simd, const N: usize>(
     N
 }
 
-/// Normal equations of a point.
-pub struct Normal {
-    /// `V`.
-    pub matrix: Matrix3<f64>,
-    /// `J_point' v`.
-    pub gradient: [f64; 3],
-}
-
-impl Normal {
-    /// Out of the three rows of `J_point' J`.
-    fn of(rows: &[f64], at: usize) -> Self {
-        let width = at + POINT;
-        Self {
-            matrix: Matrix3::from_fn(|a, b| rows[a * width + at + b]),
-            gradient: std::array::from_fn(|a| rows[a * width + at + 3]),
+/// `V` of a point.
+#[inline(always)]
+fn normal(rows: &Rows, point: &OfPoint) -> Matrix3<f64> {
+    let mut v = Matrix3::zeros();
+    for pairs in [&point.measured, &point.surveyed] {
+        for by_point in &rows.by_point[pairs.clone()] {
+            for a in 0..3 {
+                for b in 0..=a {
+                    v[(a, b)] += by_point[a] * by_point[b] + by_point[SECOND + a] * by_point[SECOND + b];
+                }
+            }
         }
     }
+    v
 }
 
 /// `L^-1` of `V = L L'`: by rows `1/l00`; `l10, 1/l11`; `l20, l21, 1/l22`.
@@ -253,7 +250,7 @@ pub struct Whitening {
 }
 
 impl Whitening {
-    /// Of `V` with its diagonal raised by the factor `1 + damping`; `None` where rays do not meet.
+    /// Of `V`, of which the lower triangle counts, with its diagonal raised by the factor `1 + damping`; `None` where rays do not meet.
     pub fn of_damped(v: &Matrix3<f64>, damping: f64) -> Option<Self> {
         let d = |i: usize| v[(i, i)] * (1.0 + damping);
         let known = |i: usize, pivot: f64| {
@@ -321,7 +318,7 @@ impl<'a, S: Simd, const D: usize> ImageRows<'a, S, D> {
             ([rows.shared_row(pair, 0), rows.shared_row(pair, 1)], [rows.image_row(pair, 0), rows.image_row(pair, 1)]);
         let (mut by_point, mut by_unknown) = ([[0.0; 3]; 2], [[simd.splat_f64s(0.0); 2]; D]);
         for i in 0..2 {
-            let at = &shared[i][rows.point_column()..];
+            let at = &rows.by_point[pair][SECOND * i..];
             by_point[i] = whitening.forward([at[0], at[1], at[2]]);
             for k in 0..D {
                 by_unknown[k][i] = simd.splat_f64s(image[i][k]);

@@ -22,9 +22,6 @@ const MAX_CHUNKS: usize = 64;
 /// Up to this many shared unknowns every row holds all of them: a sum over whole rows is then faster than one over those that a row touches.
 const WIDEST_DENSE_BORDER: usize = 44;
 
-/// Numbers at the end of a whole row of the border: the derivatives by the point, and the misclosure.
-pub const POINT: usize = 4;
-
 /// Unknowns of a pose, the first of an image.
 pub const POSE: usize = 6;
 
@@ -63,7 +60,8 @@ pub struct Structure {
     pub dim: usize,
     /// Numbers from row to row of an image block: whole cache lines.
     pub stride: usize,
-    /// Numbers from row to row of the border: with [`POINT`] more and zeros between, whole cache lines; of a wide border its columns alone.
+    /// Numbers from row to row of the border: with zeros and the misclosure behind its columns, whole cache lines; of a wide border its columns
+    /// alone.
     pub width: usize,
     /// Images.
     pub images: usize,
@@ -179,7 +177,7 @@ impl Structure {
         let (row_start, slot_column, band_start, band) = pair_slots(problem, &rank);
         let chunks = chunks(problem);
         let width = match border.len() {
-            narrow if narrow <= WIDEST_DENSE_BORDER => (narrow + POINT).next_multiple_of(LINE),
+            narrow if narrow <= WIDEST_DENSE_BORDER => (narrow + 1).next_multiple_of(LINE),
             wide => wide,
         };
         Self {

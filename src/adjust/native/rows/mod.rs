@@ -8,21 +8,25 @@ use super::aligned::Aligned;
 use super::loss::Curvature;
 use super::point::Prepared;
 use super::side_by_side::Workspace;
-use super::structure::{FIRST_THETA, NONE, POINT, Structure};
+use super::structure::{FIRST_THETA, NONE, Structure};
+use crate::math::lane::{LANES, Lane};
 use crate::math::vectors::dispatch;
 use crate::measure::{self, MeasureError};
 use crate::problem::Problem;
 use fill::FillMeasured;
 pub use spread::Contents;
+use std::iter::Zip;
 use std::ops::Range;
-use std::slice::ChunksExact;
+use std::slice::{ChunksExact, Iter};
 
 /// Measurements of a batch: their rows stay in the nearest cache.
 const BATCH_MEASUREMENTS: usize = 64;
+/// Where the derivatives of a pair's second coordinate by the point begin in [`Rows::by_point`]; those of the first begin at zero.
+pub const SECOND: usize = LANES / 2;
 
 /// Rows of the measurements of some points, in pairs: x and y of an image measurement; of a surveyed point x and y, then z and nothing.
 pub struct Rows {
-    /// Numbers of a row of the border: its columns, zeros, the point (3) and the misclosure.
+    /// Numbers of a row of the border: its columns, zeros and the misclosure.
     pub width: usize,
     /// Numbers of a row of an image's unknowns: the unknowns, and zeros.
     pub stride: usize,
@@ -30,6 +34,8 @@ pub struct Rows {
     pub shared: Aligned,
     /// Two rows of the image for each pair.
     pub image: Aligned,
+    /// Of each pair, by the point: three numbers of the first coordinate, and from [`SECOND`] on three of the second.
+    pub by_point: Vec<Lane>,
     /// Rank of each pair's image; [`NONE`] for surveyed coordinates.
     pub rank: Vec<u32>,
     /// Pairs of each point.
@@ -73,6 +79,7 @@ impl Rows {
             stride,
             shared: Aligned::zeros(0),
             image: Aligned::zeros(0),
+            by_point: Vec::new(),
             rank: Vec::new(),
             points: Vec::new(),
             chi_square: 0.0,
@@ -87,22 +94,17 @@ impl Rows {
         &self.shared[(2 * pair + i) * self.width..][..self.width]
     }
 
-    /// Rows of the border of both coordinates of some pairs.
+    /// Of each of some pairs: both rows of the border, one behind the other, and what is by the point.
     #[inline(always)]
-    pub fn shared_rows(&self, pairs: &Range<usize>) -> ChunksExact<'_, f64> {
-        self.shared[2 * pairs.start * self.width..2 * pairs.end * self.width].chunks_exact(self.width)
+    pub fn shared_and_points(&self, pairs: &Range<usize>) -> Zip<ChunksExact<'_, f64>, Iter<'_, Lane>> {
+        let shared = self.shared[2 * pairs.start * self.width..2 * pairs.end * self.width].chunks_exact(2 * self.width);
+        shared.zip(&self.by_point[pairs.clone()])
     }
 
     /// Row of the image's unknowns.
     #[inline(always)]
     pub fn image_row(&self, pair: usize, i: usize) -> &[f64] {
         &self.image[(2 * pair + i) * self.stride..][..self.stride]
-    }
-
-    /// Position of the derivatives by the point in a row of the border; the misclosure follows.
-    #[inline(always)]
-    pub fn point_column(&self) -> usize {
-        self.width - POINT
     }
 
     /// Linearises some points. Errors: an observation that cannot be computed.
@@ -137,6 +139,8 @@ impl Rows {
         } else {
             self.shared[2 * measured * self.width..2 * pairs * self.width].fill(0.0);
         }
+        self.by_point.clear();
+        self.by_point.resize(pairs, Lane::default());
         self.rank.clear();
         self.points.clear();
         self.chi_square = 0.0;
@@ -149,7 +153,7 @@ impl Rows {
         let j = observation.index as usize;
         let p = measure::predict_surveyed(problem, &structure.stages, &state.theta, &state.points[j])
             .ok_or_else(|| MeasureError::surveyed(problem, j))?;
-        let (width, point) = (self.width, self.point_column());
+        let width = self.width;
         for i in 0..3 {
             let weight = 1.0 / observation.sigma[i];
             let row = &mut self.shared[(2 * pair + i) * width..][..width];
@@ -158,11 +162,12 @@ impl Rows {
                 let d = p.d_theta[(column.source - FIRST_THETA) as usize][i];
                 row[column.column as usize] = d * weight * column.scale;
             }
-            for k in 0..3 {
-                row[point + k] = p.derivative[(i, 3 + k)] * weight;
-            }
             let v = (observation.position[i] - p.position[i]) * weight;
-            row[point + 3] = v;
+            row[width - 1] = v;
+            let by_point = &mut self.by_point[pair + i / 2][SECOND * (i % 2)..];
+            for k in 0..3 {
+                by_point[k] = p.derivative[(i, 3 + k)] * weight;
+            }
             self.chi_square += v * v;
         }
         Ok(())

@@ -2,8 +2,8 @@
 
 use super::super::point::Prepared;
 use super::super::side_by_side::Eight;
-use super::super::structure::{self, FIRST_THETA, POSE, Structure};
-use super::Rows;
+use super::super::structure::{FIRST_THETA, POSE, Structure};
+use super::{Rows, SECOND};
 use crate::measure::lanes::{CAMERA, LANES, Lane, MISCLOSURE, NOTHING, POINT, Predictions, ROTATION, THETA};
 use crate::measure::transpose;
 use pulp::Simd;
@@ -38,8 +38,8 @@ impl Contents {
         for k in 0..POSE {
             image[k].place = ROTATION + k;
         }
-        for (k, content) in shared[width - structure::POINT..].iter_mut().enumerate() {
-            content.place = if k < 3 { POINT + k } else { MISCLOSURE };
+        if let Some(last) = shared.last_mut() {
+            last.place = MISCLOSURE;
         }
         if *one_list {
             for column in local.first().into_iter().flatten() {
@@ -67,6 +67,7 @@ impl Rows {
             spread_rows(simd, &self.contents.shared, row, &eight.weights, &mut shared[i * width..]);
             spread_rows(simd, &self.contents.image, row, &eight.weights, &mut image[i * stride..]);
         }
+        spread_points(simd, p, &eight.weights, &mut self.by_point[pair..][..count]);
         let images = problem.observations[eight.numbers.clone()].iter().map(|o| o.image as usize);
         for (lane, of_image) in images.enumerate() {
             let rank = structure.rank[of_image];
@@ -90,6 +91,24 @@ impl Rows {
                 structure.hold_pose(rank, image);
             }
         }
+    }
+}
+
+/// Fills what is by the points.
+#[inline(always)]
+fn spread_points<S: Simd>(simd: S, p: &Predictions, weights: &Lane, by_point: &mut [Lane]) {
+    let mut square = [Lane::default(); LANES];
+    for (first, row) in [0, SECOND].into_iter().zip(&p.rows) {
+        for a in 0..3 {
+            for piece in 0..LANES / S::F64_LANES {
+                let weighed = simd.mul_f64s(row[POINT + a].get::<S>(piece), weights.get::<S>(piece));
+                square[first + a].set::<S>(piece, weighed);
+            }
+        }
+    }
+    transpose(simd, &mut square);
+    for (to, numbers) in by_point.iter_mut().zip(&square) {
+        *to = *numbers;
     }
 }
 
