@@ -13,6 +13,7 @@ use crate::math::{Several, Wide, rotation};
 use crate::problem::{ImageObservation, Problem};
 use nalgebra::{Matrix3, Vector3};
 use pulp::{Simd, WithSimd};
+use std::sync::Arc;
 
 /// Work space for what effects answer.
 #[derive(Debug, Clone)]
@@ -183,8 +184,7 @@ impl<'a, S: Simd> Eight<'a, S> {
         let Some(first) = chains[0] else { return };
         // Most effects add to the same few numbers in every image.
         let adds_alike = |chain: &InteriorChain| {
-            let places = chain.d_theta.iter().map(|entry| (entry.0, entry.1));
-            let alike = places.eq(first.d_theta.iter().map(|entry| (entry.0, entry.1)));
+            let alike = Arc::ptr_eq(&chain.places, &first.places);
             alike && chain.d_interior.is_none() && chain.d_rotation.is_none()
         };
         if !chains.iter().flatten().all(|chain| adds_alike(chain)) {
@@ -194,10 +194,10 @@ impl<'a, S: Simd> Eight<'a, S> {
             return;
         }
         let mut rows = Rows { simd: self.simd, rows };
-        for (k, (local, entry, _)) in first.d_theta.iter().enumerate() {
+        for (k, (local, entry)) in first.places.iter().enumerate() {
             let mut values = Lane::default();
             for (slot, chain) in values.iter_mut().zip(chains.iter().flatten()) {
-                *slot = chain.d_theta[k].2;
+                *slot = chain.d_theta[k];
             }
             for i in 0..2 {
                 let by_theta = rows.get(i, THETA + local);

@@ -9,7 +9,9 @@ use crate::math::lane::Lane;
 use crate::math::rotation;
 use crate::problem::{Problem, State};
 use nalgebra::{Matrix3, SMatrix, Vector3};
+use std::collections::BTreeSet;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Numbers that an interior effect gets.
 const INPUTS: usize = Stage::Interior.inputs();
@@ -117,8 +119,29 @@ pub struct InteriorChain {
     pub d_interior: Option<SMatrix<f64, COUNT, COUNT>>,
     /// 12x3, by the rotation `w`; `None` where no effect depends on it (zero).
     pub d_rotation: Option<SMatrix<f64, COUNT, 3>>,
-    /// 12 per local parameter, the entries that are not zero: local parameter, entry, value. Most effects move one or four of twelve numbers.
-    pub d_theta: Vec<(usize, usize, f64)>,
+    /// Local parameters, and entries of the twelve, that `d_theta` is of: those where it is not zero in any image. Most effects move one or four of
+    /// twelve numbers. Images that are prepared together have it in common.
+    pub places: Arc<[(usize, usize)]>,
+    /// By the local parameters.
+    pub d_theta: Vec<f64>,
+}
+
+impl InteriorChain {
+    /// Derivatives by local parameters: the parameter, the entry, the value.
+    pub fn by_theta(&self) -> impl Iterator<Item = (usize, usize, f64)> {
+        self.places.iter().zip(&self.d_theta).map(|((local, entry), value)| (*local, *entry, *value))
+    }
+
+    /// Takes other places, which have all that are not zero among them.
+    fn at_places(&mut self, places: &Arc<[(usize, usize)]>) {
+        let mut d_theta = vec![0.0; places.len()];
+        for (local, entry, value) in self.by_theta() {
+            if let Ok(k) = places.binary_search(&(local, entry)) {
+                d_theta[k] = value;
+            }
+        }
+        (self.places, self.d_theta) = (places.clone(), d_theta);
+    }
 }
 
 /// One image at a state.
@@ -231,14 +254,19 @@ impl Frame {
                 }
             }
         }
-        let d_theta = d_theta.iter().enumerate().flat_map(|(local, column)| {
-            let entries = column.iter().enumerate().filter(|(_, value)| **value != 0.0);
-            entries.map(move |(entry, value)| (local, entry, *value))
-        });
+        let (places, d_theta): (Vec<_>, Vec<f64>) = d_theta
+            .iter()
+            .enumerate()
+            .flat_map(|(local, column)| {
+                let entries = column.iter().enumerate().filter(|(_, value)| **value != 0.0);
+                entries.map(move |(entry, value)| ((local, entry), *value))
+            })
+            .unzip();
         self.interior_chain = Some(Box::new(InteriorChain {
             d_interior: (d_interior != SMatrix::<f64, COUNT, COUNT>::identity()).then_some(d_interior),
             d_rotation: (d_rotation != SMatrix::<f64, COUNT, 3>::zeros()).then_some(d_rotation),
-            d_theta: d_theta.collect(),
+            places: places.into(),
+            d_theta,
         }));
         Ok(())
     }
@@ -259,5 +287,10 @@ pub(super) fn plain(rotation: &Matrix3<f64>, centre: &Vector3<f64>) -> [Lane; 2]
 pub fn frames(problem: &Problem, stages: &Stages, state: &State) -> Result<Vec<Frame>, MeasureError> {
     let frame =
         |image: usize| Frame::new(problem, stages, state, image).map_err(|_| MeasureError::interior(problem, image));
-    (0..state.poses.len()).map(frame).collect()
+    let mut frames: Vec<Frame> = (0..state.poses.len()).map(frame).collect::<Result<_, _>>()?;
+    let chains = || frames.iter().filter_map(|frame| frame.interior_chain.as_deref());
+    let all: BTreeSet<(usize, usize)> = chains().flat_map(|chain| chain.places.iter().copied()).collect();
+    let all: Arc<[(usize, usize)]> = all.into_iter().collect();
+    frames.iter_mut().filter_map(|frame| frame.interior_chain.as_mut()).for_each(|chain| chain.at_places(&all));
+    Ok(frames)
 }

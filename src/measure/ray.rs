@@ -5,7 +5,7 @@ use super::frame::{Frame, Stages};
 use super::matrices::{dot, identity, is_identity, times_six};
 use crate::effects::Stage;
 use crate::effects::formula::Answer;
-use crate::math::Several;
+use crate::math::{Number, Several};
 use crate::problem::Problem;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
@@ -179,8 +179,8 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             let (d_in, d_own) = (&mut self.d_in[..27], &mut self.d_own[..3 * count]);
             rays.ask(e, &input, Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
             if !is_identity(seed, &self.d_in[..27], 3, 6) {
-                self.bends = true;
                 self.go_through(rays, by_pose.as_ref(), &centre_by_pose);
+                self.bends = true;
             }
             for (p, column) in self.by_theta[places].iter_mut().enumerate() {
                 for i in 0..3 {
@@ -221,8 +221,15 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             true => of_matrices(rays, |frame| &frame.d_rotation_vector),
             false => [K::default(); 9],
         };
+        // Of a ray that was straight: most have one such effect.
+        let first = !self.bends && !turns;
         for i in 0..3 {
             let row = 9 * i;
+            if first {
+                self.shift_by_pose[6 * i + 3..][..3].copy_from_slice(&d_in[row + 3..][..3]);
+                self.shift_by_point[3 * i..][..3].copy_from_slice(&d_in[row + 6..][..3]);
+                continue;
+            }
             for k in 0..6 {
                 let by_centre = dot(seed, (d_in, row + 3, 1), (centre_by_pose, k, 6), 3);
                 let mut sum = by_centre + dot(seed, (d_in, row + 6, 1), (&before_pose, k, 6), 3);
@@ -239,6 +246,13 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         }
         for (column, pose) in self.by_theta.iter_mut().zip(&self.pose_by_theta) {
             let before = *column;
+            let mut size = seed.like(0.0);
+            for number in before.iter().chain(pose) {
+                size = size + seed.of(*number).abs();
+            }
+            if size.is_zero() {
+                continue;
+            }
             for i in 0..3 {
                 let row = 9 * i;
                 let by_point = dot(seed, (d_in, row + 6, 1), (&before, 3, 1), 3);

@@ -101,7 +101,7 @@ pub(super) fn through_image<D: Derivatives>(
 /// From derivatives by the interior orientation after its effects to those by that before them.
 pub(super) fn through_interior(d: &mut impl Derivatives<Number = f64>, chain: &InteriorChain) {
     for i in 0..2 {
-        for (local, entry, value) in &chain.d_theta {
+        for (local, entry, value) in chain.by_theta() {
             d.set(i, THETA + local, d.get(i, THETA + local) + value * d.get(i, CAMERA + entry));
         }
         if chain.d_rotation.is_none() && chain.d_interior.is_none() {
