@@ -1,5 +1,8 @@
 //! Cholesky factorisation of a dense matrix in panels: what is right of a panel is split among the threads of the current pool, in pieces that
 //! do not depend on their number, so that neither does the result. Outside of any pool one thread does it all.
+//!
+//! Images see what their neighbours along the block see, and nothing far away: a column is zero from some row on. So is its column of `L`, where
+//! no column before it goes farther, and those rows are passed over (the envelope of George and Liu 1981, by panels).
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization, cholesky_in_place, cholesky_in_place_scratch};
@@ -16,30 +19,62 @@ const SOLVED: usize = 16;
 /// `L` of `A = L L'`.
 pub struct Dense {
     lower: Mat<f64>,
+    panels: Vec<Panel>,
+}
+
+/// Columns that are factorised at a time: `first..first + size`, of which nothing is left from row `end` on.
+#[derive(Debug, Clone, Copy)]
+struct Panel {
+    first: usize,
+    size: usize,
+    end: usize,
+}
+
+impl Panel {
+    /// Those of a matrix whose column `j` is zero from row `ends[j]` on.
+    fn all(ends: &[usize]) -> Vec<Self> {
+        let mut end = 0;
+        let panel = |(number, ends): (usize, &[usize])| {
+            let (first, size) = (number * PANEL, ends.len());
+            // What a column has, those to the right of it get.
+            end = ends.iter().fold(end.max(first + size), |end, of_column| end.max(*of_column));
+            Self { first, size, end }
+        };
+        ends.chunks(PANEL).enumerate().map(panel).collect()
+    }
+
+    /// Rows below its diagonal block.
+    fn below(&self) -> usize {
+        self.end - self.first - self.size
+    }
+
+    /// Of a right-hand side: the rows of its own columns, and those below.
+    fn rows<'a>(&self, right: MatMut<'a, f64>) -> (MatMut<'a, f64>, MatMut<'a, f64>) {
+        right.subrows_mut(self.first, self.end - self.first).split_at_row_mut(self.size)
+    }
 }
 
 impl Dense {
-    /// Factorises the lower triangle of `matrix` (n x n).
+    /// Factorises the lower triangle of `matrix` (n x n), whose column `j` is zero from row `ends[j]` on.
     ///
     /// # Errors
     /// The row of the first pivot that is not positive.
-    pub fn new(mut matrix: Mat<f64>) -> Result<Self, usize> {
-        let n = matrix.nrows();
+    pub fn new(mut matrix: Mat<f64>, ends: &[usize]) -> Result<Self, usize> {
+        let panels = Panel::all(ends);
         let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(PANEL, Par::Seq, Default::default()));
-        for first in (0..n).step_by(PANEL) {
-            let size = PANEL.min(n - first);
+        for panel in &panels {
+            let Panel { first, size, end } = *panel;
             let (_, right) = matrix.as_mut().split_at_col_mut(first);
-            let (panel, right) = right.subrows_mut(first, n - first).split_at_col_mut(size);
-            let (mut diagonal, below) = panel.split_at_row_mut(size);
+            let (columns, right) = right.subrows_mut(first, end - first).split_at_col_mut(size);
+            let (mut diagonal, below) = columns.split_at_row_mut(size);
             let stack = MemStack::new(&mut memory);
             let regularisation = LltRegularization::default();
             cholesky_in_place(diagonal.as_mut(), regularisation, Par::Seq, stack, Default::default())
                 .map_err(|LltError::NonPositivePivot { index }| first + index)?;
             let diagonal = diagonal.as_ref();
-            let right = right.subrows_mut(size, n - first - size);
-            take_panel(diagonal, below, right);
+            take_panel(diagonal, below, right.get_mut(size.., ..panel.below()));
         }
-        Ok(Self { lower: matrix })
+        Ok(Self { lower: matrix, panels })
     }
 
     /// `L`; what stands above its diagonal means nothing.
@@ -49,11 +84,26 @@ impl Dense {
 
     /// Replaces `right` (n x any) by `A^-1 right`.
     pub fn solve(&self, right: MatMut<'_, f64>) {
-        let lower = self.lower();
         each(pieces(right, SOLVED, MatMut::split_at_col_mut, |right| right.ncols()), |_, mut right| {
-            solve_lower_triangular_in_place(lower, right.as_mut(), Par::Seq);
-            solve_upper_triangular_in_place(lower.transpose(), right, Par::Seq);
+            for panel in &self.panels {
+                let (diagonal, below) = self.columns(panel);
+                let (mut own, rest) = panel.rows(right.as_mut());
+                solve_lower_triangular_in_place(diagonal, own.as_mut(), Par::Seq);
+                matmul(rest, Accum::Add, below, own.as_ref(), -1.0, Par::Seq);
+            }
+            for panel in self.panels.iter().rev() {
+                let (diagonal, below) = self.columns(panel);
+                let (mut own, rest) = panel.rows(right.as_mut());
+                matmul(own.as_mut(), Accum::Add, below.transpose(), rest.as_ref(), -1.0, Par::Seq);
+                solve_upper_triangular_in_place(diagonal.transpose(), own, Par::Seq);
+            }
         });
+    }
+
+    /// The diagonal block of a panel, and what is below it.
+    fn columns(&self, panel: &Panel) -> (MatRef<'_, f64>, MatRef<'_, f64>) {
+        let Panel { first, size, end } = *panel;
+        self.lower.as_ref().submatrix(first, first, end - first, size).split_at_row(size)
     }
 }
 
@@ -108,11 +158,41 @@ mod tests {
         &root * root.transpose() + Mat::<f64>::identity(n, n)
     }
 
+    /// Nothing is known of its zeros.
+    fn factor(matrix: Mat<f64>) -> Result<Dense, usize> {
+        let n = matrix.nrows();
+        Dense::new(matrix, &vec![n; n])
+    }
+
     fn solved(n: usize, threads: usize) -> Mat<f64> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         let mut right = Mat::<f64>::from_fn(n, 2 * SOLVED + 1, |i, j| (i + j) as f64);
-        pool.install(|| Dense::new(matrix(n)).expect("positive definite").solve(right.as_mut()));
+        pool.install(|| factor(matrix(n)).expect("positive definite").solve(right.as_mut()));
         right
+    }
+
+    #[test]
+    fn rows_that_a_column_does_not_reach_are_not_read() {
+        let n = 3 * PANEL + 7;
+        for reach in [1, 30, PANEL, 2 * PANEL + 3] {
+            // Columns that go less far than some before them, too.
+            let ends: Vec<usize> = (0..n).map(|j| (j + 1 + reach * ((1 + j * 7) % 5) / 4).min(n)).collect();
+            let inside = |i: usize, j: usize| i.max(j) < ends[i.min(j)];
+            let mut banded = matrix(n);
+            // Larger on the diagonal than all others of the row together: positive definite with any of them zero.
+            let sum: f64 = (0..n).map(|i| (0..n).map(|j| banded[(i, j)].abs()).sum::<f64>()).fold(0.0, f64::max);
+            banded = Mat::from_fn(n, n, |i, j| match inside(i, j) {
+                true => banded[(i, j)] + if i == j { sum } else { 0.0 },
+                false => 0.0,
+            });
+            let lower = Mat::from_fn(n, n, |i, j| if i >= j && inside(i, j) { banded[(i, j)] } else { 0.0 });
+            let mut right = Mat::<f64>::from_fn(n, 3, |i, j| (i + j) as f64);
+            let mut wanted = right.clone();
+            factor(lower.clone()).expect("positive definite").solve(wanted.as_mut());
+            Dense::new(lower, &ends).expect("positive definite").solve(right.as_mut());
+            assert!((&right - &wanted).norm_max() < 1e-13 * wanted.norm_max(), "{reach}");
+            assert!((&banded * &right - Mat::<f64>::from_fn(n, 3, |i, j| (i + j) as f64)).norm_max() < 1e-9, "{reach}");
+        }
     }
 
     #[test]
@@ -130,7 +210,7 @@ mod tests {
         let [one, two, four] = [1, 2, 4].map(|threads| solved(3 * PANEL + 7, threads));
         assert!(one == two && one == four);
         let mut alone = Mat::<f64>::from_fn(one.nrows(), one.ncols(), |i, j| (i + j) as f64);
-        Dense::new(matrix(one.nrows())).expect("positive definite").solve(alone.as_mut());
+        factor(matrix(one.nrows())).expect("positive definite").solve(alone.as_mut());
         assert!(one == alone, "outside of a pool");
     }
 
@@ -139,7 +219,7 @@ mod tests {
         for row in [0, 3, PANEL, PANEL + 5, 2 * PANEL + 1] {
             let mut broken = matrix(3 * PANEL);
             broken[(row, row)] -= 1e6;
-            assert_eq!(Dense::new(broken.clone()).err(), Some(row));
+            assert_eq!(factor(broken.clone()).err(), Some(row));
             assert!(broken.llt(Side::Lower).is_err());
         }
     }

@@ -12,7 +12,8 @@ use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Up to this many image unknowns the dense factorisation is as fast as the sparse one even on a corridor (2000 unknowns: 0.2 s).
+/// Up to this many image unknowns the dense factorisation is as fast as the sparse one even on a corridor, the more as it leaves out the rows
+/// that a column does not reach.
 const DENSE_UNKNOWNS: usize = 2000;
 
 /// Smallest diagonal entry of an unknown (in scaled units) that the damping and the scaling see: a column that vanishes at the
@@ -122,7 +123,9 @@ fn factorise_images(
                     }
                 }
             }
-            let factor = Dense::new(matrix).map_err(Breakdown::Images)?;
+            let last = |a: usize| structure.slot_column[structure.row_start[a + 1] - 1] as usize;
+            let ends: Vec<usize> = (0..n).map(|column| (last(column / dim) + 1) * dim).collect();
+            let factor = Dense::new(matrix, &ends).map_err(Breakdown::Images)?;
             let lower = factor.lower();
             if let Some(pivot) = (0..n).find(|i| lower[(*i, *i)].powi(2) < SMALLEST_PIVOT) {
                 return Err(Breakdown::Images(pivot));
