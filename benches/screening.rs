@@ -1,5 +1,6 @@
 //! What it costs to test the whole catalogue beside what it costs to refit: part of `make bench`, or `cargo bench --bench screening`.
-//! `MISCLOSURE_BENCH_THREADS` sets the number of threads (2); with `MISCLOSURE_BENCH_LARGE` a corridor of two million measurements takes part.
+//! `MISCLOSURE_BENCH_THREADS` sets the number of threads (2); with `MISCLOSURE_BENCH_LARGE` a corridor of two million measurements takes part. A text
+//! behind `--` runs those that have it in their name.
 
 use anyhow::{Context, Result};
 use misclosure::adjust::Options;
@@ -41,18 +42,24 @@ fn main() -> Result<()> {
         .text("block", "")
         .number("images", "")
         .number("measurements", "")
+        .number("columns", "")
         .number("fit", "s")
         .number("screening", "s")
         .number("of two fits", "")
         .number("improve", "s")
         .number("steps", "")
         .text("found", "");
+    let texts: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    let asked = |name: &str| texts.is_empty() || texts.iter().any(|text| name.contains(text));
     let large = std::env::var_os("MISCLOSURE_BENCH_LARGE").map(|_| LARGE);
     for (preset, points, error) in SIMULATED.into_iter().chain(large) {
-        let name = format!("{preset} {error}");
+        let name = if points > 0.0 { format!("{preset} of {points}") } else { format!("{preset} {error}") };
+        if !asked(&name) {
+            continue;
+        }
         row(&mut table, &name, &simulated(preset, points, error)?, &Model::default(), threads)?;
     }
-    for path in REAL.map(Path::new) {
+    for path in REAL.map(Path::new).into_iter().filter(|path| asked(&path.display().to_string())) {
         if !path.exists() {
             eprintln!("skipped: no {}", path.display());
             continue;
@@ -86,18 +93,19 @@ fn row(table: &mut Table, name: &str, block: &Block, model: &Model, threads: usi
         Settings { plugins: &[], options: options.clone(), significance: SIGNIFICANCE, snoop: true, tell: &|_| {} };
     let (base, of_fit) = timed(|| fit(block, &model, None, &options));
     let base = base?;
-    let (tested, of_screening) = timed(|| -> Result<usize> {
+    let (columns, of_screening) = timed(|| -> Result<usize> {
         let linearised = linearise(block, &base, &Added::default(), false, &Places::new(), &settings)?;
         let situation = linearised.situation(&settings, &BTreeSet::new());
-        Ok(situation.judge_all(&situation.beside()).len())
+        situation.judge_all(&situation.beside());
+        Ok(linearised.scores.score.len())
     });
-    tested?;
     let (diagnosed, of_diagnosis) = timed(|| diagnose(block, &model, &settings));
     let diagnosis = diagnosed?.diagnosis;
     table.row([
         name.to_string(),
         block.images.len().to_string(),
         block.ties.len().to_string(),
+        columns?.to_string(),
         fixed(of_fit, 2),
         fixed(of_screening, 2),
         fixed(of_screening / (2.0 * of_fit), 2),
