@@ -10,6 +10,7 @@ use super::{frames, pool, rank, structure};
 use crate::adjust::{AdjustError, LinearSolver};
 use crate::problem::Problem;
 use rayon::ThreadPool;
+use std::sync::Arc;
 
 /// Next to none, as near a solution.
 const DAMPING: f64 = 1e-9;
@@ -18,7 +19,7 @@ const DAMPING: f64 = 1e-9;
 pub struct Kernels<'a> {
     problem: &'a Problem,
     structure: Structure,
-    pattern: Option<Pattern>,
+    pattern: Option<Arc<Pattern>>,
     pool: ThreadPool,
     start: BundleState,
     system: System,
@@ -32,16 +33,16 @@ impl<'a> Kernels<'a> {
     /// Start values that cannot be projected; a singular problem.
     pub fn new(problem: &'a Problem, threads: usize) -> Result<Self, AdjustError> {
         let (structure, pool) = (structure(problem)?, pool(threads)?);
-        let pattern = Pattern::new(&structure, LinearSolver::Auto);
+        let pattern = Pattern::of(&structure, LinearSolver::Auto);
         let start = BundleState { state: problem.start.clone(), frames: frames(problem, &structure, &problem.start)? };
-        let bundle = Bundle { problem, structure: &structure, pattern: pattern.as_ref(), pool: &pool };
+        let bundle = Bundle { problem, structure: &structure, pattern: pattern.as_deref(), pool: &pool };
         let system = bundle.linearise(&start, DAMPING, Curvature::Weights)?;
-        let step = rank::factor_of_full_rank(problem, &structure, &system, pattern.as_ref())?.solve();
+        let step = rank::factor_of_full_rank(problem, &structure, &system, pattern.as_deref())?.solve();
         Ok(Self { problem, structure, pattern, pool, start, system, step })
     }
 
     fn bundle(&self) -> Bundle<'_> {
-        Bundle { problem: self.problem, structure: &self.structure, pattern: self.pattern.as_ref(), pool: &self.pool }
+        Bundle { problem: self.problem, structure: &self.structure, pattern: self.pattern.as_deref(), pool: &self.pool }
     }
 
     /// Derivatives of every measurement, its point eliminated at once: chi-square.

@@ -69,16 +69,16 @@ impl Solver for Native {
         // Numerical derivatives of a plug-in would cost more than all the rest; those of its values are taken where solvers are compared.
         let problem = &*problem.with_own_derivatives();
         let structure = structure(problem)?;
-        let pattern = Pattern::new(&structure, *linear_solver);
+        let pattern = Pattern::of(&structure, *linear_solver);
         // The progress callback need not be Send: the iterations stay on this thread, their passes go to the pool.
         let pool = pool(*threads)?;
         let started = Instant::now();
-        let bundle = Bundle { problem, structure: &structure, pattern: pattern.as_ref(), pool: &pool };
+        let bundle = Bundle { problem, structure: &structure, pattern: pattern.as_deref(), pool: &pool };
         let (state, frames) = (problem.start.clone(), frames(problem, &structure, &problem.start)?);
         let outcome = lm::minimise(&bundle, BundleState { state, frames }, options, progress)?;
         let BundleState { state, frames } = outcome.state;
         let seconds = started.elapsed().as_secs_f64();
-        let factor = rank::factor_of_full_rank(problem, &structure, &outcome.system, pattern.as_ref())?;
+        let factor = rank::factor_of_full_rank(problem, &structure, &outcome.system, pattern.as_deref())?;
         let at = Prepared { problem, structure: &structure, state: &state, frames: &frames };
         let covariance = pool.install(|| covariance::covariance(&at, &factor, *covariance))?;
         Ok(Solution {
@@ -110,8 +110,8 @@ impl Solver for Native {
         let frames = frames(problem, &structure, state)?;
         let at = Prepared { problem, structure: &structure, state, frames: &frames };
         let system = linearise::linearise(&at, 0.0, Curvature::Weights)?;
-        let pattern = Pattern::new(&structure, LinearSolver::Auto);
-        let factor = rank::factor_of_full_rank(problem, &structure, &system, pattern.as_ref())?;
+        let pattern = Pattern::of(&structure, LinearSolver::Auto);
+        let factor = rank::factor_of_full_rank(problem, &structure, &system, pattern.as_deref())?;
         Ok(covariance::shared(&at, &factor))
     }
 }
@@ -126,8 +126,8 @@ pub fn one_step(problem: &Problem, state: &State, threads: usize) -> Result<Stat
     let frames = frames(problem, &structure, state)?;
     let at = Prepared { problem, structure: &structure, state, frames: &frames };
     let system = pool(threads)?.install(|| linearise::linearise(&at, 0.0, Curvature::Weights))?;
-    let pattern = Pattern::new(&structure, LinearSolver::Auto);
-    let (images, border) = rank::factor_of_full_rank(problem, &structure, &system, pattern.as_ref())?.solve();
+    let pattern = Pattern::of(&structure, LinearSolver::Auto);
+    let (images, border) = rank::factor_of_full_rank(problem, &structure, &system, pattern.as_deref())?.solve();
     let mut next = state.clone();
     step::move_images_and_border(problem, &structure, &mut next, &images, &border);
     Ok(next)

@@ -119,8 +119,8 @@ impl NullModel {
         let system = pool.install(|| linearise::linearise(&at, 0.0, Curvature::Weights))?;
         structure.stages = all_stages;
         let frames = frames_of(&problem, &structure, &state)?;
-        let pattern = Pattern::new(&structure, LinearSolver::Auto);
-        let factor = factor_of_full_rank(&problem, &structure, &system, pattern.as_ref())?;
+        let pattern = Pattern::of(&structure, LinearSolver::Auto);
+        let factor = factor_of_full_rank(&problem, &structure, &system, pattern.as_deref())?;
         let mut model = Self {
             acting,
             frames,
