@@ -1,10 +1,11 @@
 //! Bundle problems, for the Levenberg-Marquardt loop: the reduced system is what it linearises and solves.
 
 use super::bend;
-use super::factor::{Factor, Pattern};
+use super::factor::Factor;
 use super::linearise;
 use super::lm::{Advanced, Attempt, Iterated};
 use super::loss::Curvature;
+use super::pattern::Pattern;
 use super::point::Prepared;
 use super::rank::factor_of_full_rank;
 use super::step::try_step;

@@ -1,9 +1,9 @@
 //! The passes of an iteration one by one, for measuring them: `cargo bench --bench kernels`. A solve puts them together.
 
 use super::bundle::{Bundle, BundleState};
-use super::factor::Pattern;
 use super::lm::Iterated;
 use super::loss::Curvature;
+use super::pattern::Pattern;
 use super::structure::Structure;
 use super::system::System;
 use super::{frames, pool, rank, structure};

@@ -19,6 +19,7 @@ pub mod lm;
 mod loss;
 mod nonlinear;
 pub mod null_model;
+mod pattern;
 mod point;
 mod rank;
 mod rows;
@@ -36,7 +37,7 @@ pub use loss::Curvature;
 pub use rank::EFFECT_DOMAIN;
 
 use bundle::{Bundle, BundleState, gradient_max};
-use factor::Pattern;
+use pattern::Pattern;
 use point::Prepared;
 use std::time::Instant;
 use structure::Structure;

@@ -1,6 +1,7 @@
 //! Rank of a system: which directions the measurements do not determine, by name.
 
-use super::factor::{Breakdown, Factor, Pattern, ReducedBorder};
+use super::factor::{Breakdown, Factor, ReducedBorder};
+use super::pattern::Pattern;
 use super::structure::Structure;
 use super::system::System;
 use crate::adjust::{AdjustError, NullDirection};

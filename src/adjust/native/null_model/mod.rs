@@ -31,9 +31,10 @@ pub use image_cells::{GROUPINGS, ImageCell, ImageCells};
 pub use measurements::{Local, measurements_at};
 pub use parts::Parts;
 
-use super::factor::{Factor, Pattern};
+use super::factor::Factor;
 use super::linearise;
 use super::loss::Curvature;
+use super::pattern::Pattern;
 use super::point::Prepared;
 use super::rank::factor_of_full_rank;
 use super::structure::Structure;
