@@ -19,6 +19,35 @@ pub struct Answer<'a, K> {
     pub d_theta: Option<&'a mut [K]>,
 }
 
+/// Inputs on which an answer depends otherwise than by handing them on. Bit `k` stands for input `k`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Inputs(u32);
+
+impl Inputs {
+    /// It hands on what it gets.
+    pub const NONE: Self = Self(0);
+    /// Any of them: its derivatives tell.
+    pub const ANY: Self = Self(u32::MAX);
+
+    /// Adds input `k`.
+    #[inline(always)]
+    pub fn insert(&mut self, k: usize) {
+        self.0 |= 1 << k;
+    }
+
+    /// Is input `k` among them?
+    #[inline(always)]
+    pub fn contains(self, k: usize) -> bool {
+        self.0 & (1 << k) != 0
+    }
+
+    /// Is none among them?
+    #[inline(always)]
+    pub fn is_empty(self) -> bool {
+        self == Self::NONE
+    }
+}
+
 /// Numbers of what was observed that a formula has, at the most.
 pub const OBSERVED: usize = 4;
 /// Parameters of an effect that are kept without an allocation; those of the empirical fields are more.
@@ -67,7 +96,7 @@ impl<F: Formula> Effect for F {
         input: &[Lane],
         thetas: &[&[f64]; LANES],
         answer: Answer<'_, Lane>,
-    ) -> Result<(), usize> {
+    ) -> Result<Inputs, usize> {
         of_eight::<F>(contexts, input, thetas, answer)
     }
 }
@@ -110,6 +139,7 @@ impl<T: Several> Given<'_, T> {
 pub struct Sum<'s, 'a, T: Several> {
     seed: T,
     columns: [usize; 2],
+    inputs: Inputs,
     answer: &'s mut Answer<'a, T::Kept>,
 }
 
@@ -129,6 +159,7 @@ impl<T: Several> Sum<'_, '_, T> {
     /// Adds to the derivative of output `i` by number `k` of the input.
     #[inline(always)]
     pub fn by_input(&mut self, i: usize, k: usize, value: T) {
+        self.inputs.insert(k);
         if let Some(matrix) = &mut self.answer.d_input {
             let place = &mut matrix[i * self.columns[0] + k];
             *place = (self.seed.of(*place) + value).keep();
@@ -152,28 +183,36 @@ pub fn of_one<F: Formula>(
     mut answer: Answer<'_, f64>,
 ) -> Result<(), OutsideDomain> {
     let observed = F::observe(context)?;
-    match answered::<F, f64>(0.0, &observed, input, theta, &mut answer) > 0.0 {
+    match answered::<F, f64>(0.0, &observed, input, theta, &mut answer).0 > 0.0 {
         true => Ok(()),
         false => Err(OutsideDomain),
     }
 }
 
-/// Answers of eight measurements side by side; `Err`: the place of the first outside the domain.
+/// Answers of eight measurements side by side, and the inputs that it depends on; `Err`: the place of the first outside the domain.
 pub fn of_eight<F: Formula>(
     contexts: &[Context<'_>; LANES],
     input: &[Lane],
     thetas: &[&[f64]; LANES],
     answer: Answer<'_, Lane>,
-) -> Result<(), usize> {
+) -> Result<Inputs, usize> {
     let mut observed = [Lane::default(); OBSERVED];
-    let mut theta: SmallVec<[Lane; FEW_PARAMETERS]> = smallvec![Lane::default(); thetas[0].len()];
+    let (mut few, mut many) = ([Lane::default(); FEW_PARAMETERS], Vec::new());
+    let theta = match few.get_mut(..thetas[0].len()) {
+        Some(theta) => theta,
+        None => {
+            many.resize(thetas[0].len(), Lane::default());
+            &mut *many
+        }
+    };
     for lane in 0..LANES {
         let numbers = F::observe(&contexts[lane]).map_err(|_| lane)?;
         observed.iter_mut().zip(numbers).for_each(|(to, value)| to[lane] = value);
         theta.iter_mut().zip(thetas[lane]).for_each(|(to, value)| to[lane] = *value);
     }
-    let holds = dispatch(SideBySide::<F> { observed: &observed, input, theta: &theta, answer, formula: PhantomData });
-    Wide::<pulp::Scalar>::not_positive(&holds).map_or(Ok(()), Err)
+    let question = SideBySide::<F> { observed: &observed, input, theta, answer, formula: PhantomData };
+    let (holds, inputs) = dispatch(question);
+    Wide::<pulp::Scalar>::not_positive(&holds).map_or(Ok(inputs), Err)
 }
 
 struct SideBySide<'a, F> {
@@ -185,16 +224,18 @@ struct SideBySide<'a, F> {
 }
 
 impl<F: Formula> WithSimd for SideBySide<'_, F> {
-    type Output = Lane;
+    type Output = (Lane, Inputs);
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Lane {
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { observed, input, theta, mut answer, .. } = self;
         let seed = Wide { simd, lane: Lane::default() };
-        answered::<F, Wide<S>>(seed, observed, input, theta, &mut answer).keep()
+        let (holds, inputs) = answered::<F, Wide<S>>(seed, observed, input, theta, &mut answer);
+        (holds.keep(), inputs)
     }
 }
 
+/// The number that [`Formula::add`] gives, and the inputs that the answer depends on.
 #[inline(always)]
 fn answered<F: Formula, T: Several>(
     seed: T,
@@ -202,7 +243,7 @@ fn answered<F: Formula, T: Several>(
     input: &[T::Kept],
     theta: &[T::Kept],
     answer: &mut Answer<'_, T::Kept>,
-) -> T {
+) -> (T, Inputs) {
     let (columns, offset) = (F::STAGE.inputs(), F::STAGE.identity_offset());
     answer.out.copy_from_slice(&input[offset..offset + F::STAGE.outputs()]);
     if let Some(matrix) = &mut answer.d_input {
@@ -215,7 +256,8 @@ fn answered<F: Formula, T: Several>(
         matrix.fill(T::splat(0.0));
     }
     let given = Given { seed, observed, input, theta };
-    F::add(&given, &mut Sum { seed, columns: [columns, theta.len()], answer })
+    let mut sum = Sum { seed, columns: [columns, theta.len()], inputs: Inputs::NONE, answer };
+    (F::add(&given, &mut sum), sum.inputs)
 }
 
 /// Asks an effect about eight measurements, one after the other.
@@ -225,7 +267,7 @@ pub fn one_by_one<E: Effect + ?Sized>(
     input: &[Lane],
     thetas: &[&[f64]; LANES],
     answer: Answer<'_, Lane>,
-) -> Result<(), usize> {
+) -> Result<Inputs, usize> {
     /// The most inputs and outputs that any stage has.
     const INPUTS: usize = Stage::Interior.inputs();
     const OUTPUTS: usize = Stage::Interior.outputs();
@@ -247,5 +289,5 @@ pub fn one_by_one<E: Effect + ?Sized>(
             matrix.iter_mut().zip(&*by_theta).for_each(|(to, value)| to[lane] = *value);
         }
     }
-    Ok(())
+    Ok(Inputs::ANY)
 }

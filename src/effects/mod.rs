@@ -57,7 +57,7 @@ pub use registry::{catalogue, find};
 pub use stage::{IMAGE_INTERIOR, Stage, fill_identity};
 
 use crate::math::lane::{LANES, Lane};
-use formula::Answer;
+use formula::{Answer, Inputs};
 
 /// The effect cannot be evaluated there (outside its domain).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -82,7 +82,8 @@ pub trait Effect: Send + Sync {
     ) -> Result<(), OutsideDomain>;
 
     /// The same of eight measurements, each with its own `theta`; `input` and answer have one [`Lane`] a number. Here it asks one by one; an effect
-    /// whose [`formula`] is written for any number answers them side by side.
+    /// whose [`formula`] is written for any number answers them side by side. Gives the inputs on which the answers may depend otherwise than by
+    /// handing them on: the columns of all others in `d_input` are those of the identity.
     ///
     /// # Errors
     /// The place of the first that lies outside the effect's domain.
@@ -92,7 +93,7 @@ pub trait Effect: Send + Sync {
         input: &[Lane],
         thetas: &[&[f64]; LANES],
         answer: Answer<'_, Lane>,
-    ) -> Result<(), usize> {
+    ) -> Result<Inputs, usize> {
         formula::one_by_one(self, contexts, input, thetas, answer)
     }
 

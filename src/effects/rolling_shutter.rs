@@ -19,7 +19,7 @@
 //! with omega = (0, 0, 0.5) and R = 1, row 4000 has the rotation vector (0, 0, -0.005).
 
 use super::common::{add_block, add_column, estimated, known, known_vector, vector};
-use super::formula::{Answer, Formula, Given, OBSERVED, Sum, of_eight, of_one, one_by_one};
+use super::formula::{Answer, Formula, Given, Inputs, OBSERVED, Sum, of_eight, of_one, one_by_one};
 use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage};
 use crate::math::Several;
 use crate::math::lane::{LANES, Lane};
@@ -99,7 +99,7 @@ impl Effect for RollingShutter {
         input: &[Lane],
         thetas: &[&[f64]; LANES],
         answer: Answer<'_, Lane>,
-    ) -> Result<(), usize> {
+    ) -> Result<Inputs, usize> {
         // Of a camera that turns, too, each has a rotation of its own.
         match contexts.iter().any(|context| context.image.angular_velocity != Vector3::zeros()) {
             true => one_by_one(self, contexts, input, thetas, answer),

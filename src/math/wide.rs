@@ -117,7 +117,12 @@ impl<S: Simd> Several for Wide<S> {
 
     #[inline(always)]
     fn is_zero(self) -> bool {
-        self.lane.iter().all(|value| *value == 0.0)
+        let mut zero = true;
+        for piece in 0..pieces::<S>() {
+            let is_zero = self.simd.equal_f64s(self.lane.get::<S>(piece), self.simd.splat_f64s(0.0));
+            zero &= self.simd.first_true_m64s(self.simd.not_m64s(is_zero)) == S::F64_LANES;
+        }
+        zero
     }
 
     #[inline(always)]

@@ -4,10 +4,11 @@ use super::frame::{Frame, Stages, by_rows};
 use super::lanes::{MISCLOSURE, POINT, ROTATION, THETA};
 use super::matrices::is_identity;
 use super::plain::PlainView;
-use super::ray::{Ray, Rays};
+use super::ray::Ray;
+use super::rays::Rays;
 use super::through::{Derivatives, IMAGE_INPUTS, through_image, through_interior, through_ray};
 use crate::camera::{DCX, DCY, PARAMETER_COUNT, PPX, PPY, fraser};
-use crate::effects::formula::Answer;
+use crate::effects::formula::{Answer, Inputs};
 use crate::effects::{Context, IMAGE_INTERIOR, Stage};
 use crate::math::rotation;
 use crate::problem::{ImageObservation, Problem};
@@ -176,9 +177,10 @@ impl Rays for One<'_> {
         std::array::from_fn(|k| matrix[(k / 3, k % 3)])
     }
 
-    fn ask(&self, e: usize, input: &[f64], Answer { out, d_input, d_theta }: Answer<'_, f64>) -> Result<(), usize> {
+    fn ask(&self, e: usize, input: &[f64], Answer { out, d_input, d_theta }: Answer<'_, f64>) -> Result<Inputs, usize> {
         let theta = &self.frame.theta[self.stages.locals(self.problem, e)];
-        self.problem.effects[e].effect.eval(&self.context, input, theta, out, d_input, d_theta).map_err(|_| 0)
+        self.problem.effects[e].effect.eval(&self.context, input, theta, out, d_input, d_theta).map_err(|_| 0usize)?;
+        Ok(Inputs::ANY)
     }
 }
 
@@ -231,8 +233,8 @@ fn apply_image_effects(
         let effect = &problem.effects[e].effect;
         effect.eval(context, &input, theta, &mut out.point, Some(&mut d_in), Some(&mut d_own)).ok()?;
         // At zero, where candidates are tested, an effect hands its input on.
-        let identity = is_identity(0.0, &d_in, 2, 0);
-        through_image(out, (&d_in, &d_own), own, stages.before(problem, position), identity);
+        let inputs = if is_identity(0.0, &d_in, 2, 0, Inputs::ANY) { Inputs::NONE } else { Inputs::ANY };
+        through_image(out, (&d_in, &d_own), own, stages.before(problem, position), inputs);
     }
     out.work.d_own = d_own;
     Some(())

@@ -4,9 +4,10 @@ use super::chain::context;
 use super::frame::{Frame, InteriorChain, Stages};
 use super::lanes::{CAMERA, Predictions, THETA, Views};
 use super::matrices::is_identity;
-use super::ray::{Ray, Rays};
+use super::ray::Ray;
+use super::rays::Rays;
 use super::through::{Derivatives, IMAGE_INPUTS, through_image, through_interior, through_ray};
-use crate::effects::formula::Answer;
+use crate::effects::formula::{Answer, Inputs};
 use crate::effects::{Context, IMAGE_INTERIOR, Stage};
 use crate::math::lane::{LANES, Lane};
 use crate::math::{Several, Wide, rotation};
@@ -100,9 +101,11 @@ impl Seen<'_> {
             let (d_in, d_own) = (&mut answers.d_in, &mut answers.d_own[..2 * own.len()]);
             let input = image_input(&out.point, views);
             let answer = Answer { out: &mut out.point, d_input: Some(&mut *d_in), d_theta: Some(&mut *d_own) };
-            eight.ask(e, &input, answer)?;
-            let identity = is_identity(eight.seed(), d_in, 2, 0);
-            through_image(&mut Rows { simd, rows: &mut out.rows }, (&*d_in, &*d_own), own, before, identity);
+            let mut inputs = eight.ask(e, &input, answer)?;
+            if is_identity(eight.seed(), d_in, 2, 0, inputs) {
+                inputs = Inputs::NONE;
+            }
+            through_image(&mut Rows { simd, rows: &mut out.rows }, (&*d_in, &*d_own), own, before, inputs);
         }
         eight.through_interiors(&mut out.rows);
         if problem.tie_dc_to_pp {
@@ -241,7 +244,7 @@ impl<S: Simd> Rays for Eight<'_, S> {
         rows
     }
 
-    fn ask(&self, e: usize, input: &[Lane], answer: Answer<'_, Lane>) -> Result<(), usize> {
+    fn ask(&self, e: usize, input: &[Lane], answer: Answer<'_, Lane>) -> Result<Inputs, usize> {
         let own = self.stages.locals(self.problem, e);
         let thetas = self.frames.map(|frame| &frame.theta[own.clone()]);
         self.problem.effects[e].effect.eval_eight(&self.contexts, input, &thetas, answer)

@@ -1,5 +1,6 @@
 //! Small matrices of numbers of one measurement or of several, kept row by row.
 
+use crate::effects::formula::Inputs;
 use crate::math::Several;
 
 /// The sum of `count` products: `a` from `.0` on by steps of `.1` with `b` likewise.
@@ -17,16 +18,33 @@ pub(super) fn dot<T: Several>(
     sum
 }
 
-/// Is a matrix `[0 I 0]`, `I` from column `first` on? All of it is looked at: one sum costs less than a way out at each number.
+/// Is a matrix `[0 I 0]`, `I` from column `first` on? Those of its columns are looked at that may be others, and all of these: one sum costs less
+/// than a way out at each number.
 #[inline(always)]
-pub(super) fn is_identity<T: Several>(seed: T, matrix: &[T::Kept], rows: usize, first: usize) -> bool {
+pub(super) fn is_identity<T: Several>(
+    seed: T,
+    matrix: &[T::Kept],
+    rows: usize,
+    first: usize,
+    may_differ: Inputs,
+) -> bool {
     let columns = matrix.len() / rows;
     let mut apart = seed.like(0.0);
-    for i in 0..rows {
-        for k in 0..columns {
+    for k in (0..columns).filter(|k| may_differ.contains(*k)) {
+        for i in 0..rows {
             let of_identity = seed.like(if k == first + i { 1.0 } else { 0.0 });
             apart = apart + (seed.of(matrix[i * columns + k]) - of_identity).abs();
         }
+    }
+    apart.is_zero()
+}
+
+/// Are two lists of numbers the same? All of them are looked at, as in [`is_identity`].
+#[inline(always)]
+pub(super) fn are_equal<T: Several>(seed: T, a: &[T::Kept], b: &[T::Kept]) -> bool {
+    let mut apart = seed.like(0.0);
+    for k in 0..a.len() {
+        apart = apart + (seed.of(a[k]) - seed.of(b[k])).abs();
     }
     apart.is_zero()
 }

@@ -13,6 +13,7 @@ mod plain;
 mod position;
 mod predictor;
 mod ray;
+mod rays;
 mod through;
 mod transpose;
 

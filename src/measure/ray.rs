@@ -1,35 +1,14 @@
 //! A ray that effects bend or move on its way: the exposure stage moves the pose, the ray stage the object point as the camera sees it. One text for
 //! one ray and for eight side by side.
 
-use super::frame::{Frame, Stages};
-use super::matrices::{dot, identity, is_identity, times_six};
+use super::frame::Stages;
+use super::matrices::{are_equal, dot, identity, is_identity, times_six};
+use super::rays::{Rays, of_matrices, of_rotation_vectors};
 use crate::effects::Stage;
-use crate::effects::formula::Answer;
+use crate::effects::formula::{Answer, Inputs};
 use crate::math::{Number, Several};
 use crate::problem::Problem;
-use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
-
-/// Rays to be bent: one, or eight side by side.
-pub(super) trait Rays {
-    /// What their numbers are computed with.
-    type Number: Several;
-
-    /// A number like those of the rays.
-    fn seed(&self) -> Self::Number;
-
-    /// A number of the image of each.
-    fn of_frames(&self, number: impl Fn(&Frame) -> f64) -> Kept<Self>;
-
-    /// A matrix that follows from a vector of each, row by row.
-    fn matrices(&self, vector: &[Kept<Self>; 3], matrix: fn(&Vector3<f64>) -> Matrix3<f64>) -> [Kept<Self>; 9];
-
-    /// Asks effect `e`. `Err`: the place of the first ray outside its domain.
-    fn ask(&self, e: usize, input: &[Kept<Self>], answer: Answer<'_, Kept<Self>>) -> Result<(), usize>;
-}
-
-/// A number of rays in memory.
-pub(super) type Kept<R> = <<R as Rays>::Number as Several>::Kept;
 
 /// Rays as they reach the camera. What follows an unknown follows it by a turn of the camera (a small vector from the left, as `w`) and a shift of
 /// the point against the projection centre. Matrices are kept row by row.
@@ -43,11 +22,13 @@ pub(super) struct Ray<K> {
     pub centre: [K; 3],
     /// `P'`.
     pub point: [K; 3],
-    /// Whether pose and point move the ray otherwise than a straight one.
-    pub bends: bool,
     /// Whether effects turn the camera, by anything.
     pub turns: bool,
-    /// Turn by (w, C), 3 x 6.
+    /// Whether pose and point move the ray otherwise than a straight one: what follows means something only there.
+    pub bends: bool,
+    /// Whether the shift, too, follows a turn.
+    pub shifts_by_turn: bool,
+    /// Turn by (w, C), 3 x 6; where effects turn the camera.
     pub turn_by_pose: [K; 18],
     /// Shift by (w, C), 3 x 6.
     pub shift_by_pose: [K; 18],
@@ -73,6 +54,7 @@ impl<K: Copy + Default> Default for Ray<K> {
             point: [nothing; 3],
             bends: false,
             turns: false,
+            shifts_by_turn: false,
             turn_by_pose: [nothing; 18],
             shift_by_pose: [nothing; 18],
             shift_by_point: [nothing; 9],
@@ -110,10 +92,10 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             let mut next = [nothing; 6];
             self.d_own.resize(self.d_own.len().max(6 * count), nothing);
             let (d_in, d_own) = (&mut self.d_in, &mut self.d_own[..6 * count]);
-            rays.ask(e, &pose, Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
+            let inputs = rays.ask(e, &pose, Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
             let d_in = &self.d_in;
             // Most move the centre alone, and none does anything at zero, where candidates are tested.
-            if !is_identity(seed, d_in, 6, 0) {
+            if !is_identity(seed, d_in, 6, 0, inputs) {
                 by_pose = Some(match by_pose {
                     Some(before) => times_six(seed, d_in, &before),
                     None => *d_in,
@@ -134,8 +116,11 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         }
         let [r0, r1, r2, centre @ ..] = pose;
         (self.rotation_vector, self.centre) = ([r0, r1, r2], centre);
-        self.turned = self.rotation_vector != of_r;
-        self.turns = by_pose.is_some() || self.pose_by_theta.iter().any(|column| column[..3] != [nothing; 3]);
+        self.turned = !are_equal(seed, &self.rotation_vector, &of_r);
+        self.turns = by_pose.is_some();
+        for column in &self.pose_by_theta {
+            self.turns |= !are_equal(seed, &column[..3], &[nothing; 3]);
+        }
 
         // By (w, C): the turn, and the centre.
         let left_jacobian: [K; 9] = match (self.turns, self.turned) {
@@ -143,8 +128,9 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             (true, false) => of_matrices(rays, |frame| &frame.left_jacobian),
             (true, true) => rays.matrices(&self.rotation_vector, crate::math::rotation::left_jacobian),
         };
-        self.turn_by_pose = identity::<R::Number, 18>(3, 0);
-        let mut centre_by_pose: [K; 18] = identity::<R::Number, 18>(3, 3);
+        if self.turns {
+            self.turn_by_pose = identity::<R::Number, 18>(3, 0);
+        }
         if let Some(by_pose) = &mut by_pose {
             let d_rotation_vector: [K; 9] = of_matrices(rays, |frame| &frame.d_rotation_vector);
             for i in 0..6 {
@@ -159,14 +145,14 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
                     self.turn_by_pose[6 * i + k] = dot(seed, (&left_jacobian, 3 * i, 1), (&*by_pose, k, 6), 3).keep();
                 }
             }
-            centre_by_pose.copy_from_slice(&by_pose[18..]);
         }
 
         // Ray: P, with derivatives by P before, (w, C) and the parameters.
-        self.bends = by_pose.is_some();
+        (self.bends, self.shifts_by_turn) = (false, by_pose.is_some());
+        if by_pose.is_some() {
+            self.begin_to_bend::<R::Number>();
+        }
         self.point = *point;
-        self.shift_by_point = identity::<R::Number, 9>(3, 0);
-        self.shift_by_pose = [nothing; 18];
         self.by_theta.clear();
         self.by_theta.resize(stages.ray_locals.len(), [nothing; 6]);
         for &e in stages.of(Stage::Ray) {
@@ -177,10 +163,9 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             let mut next = [nothing; 3];
             self.d_own.resize(self.d_own.len().max(3 * count), nothing);
             let (d_in, d_own) = (&mut self.d_in[..27], &mut self.d_own[..3 * count]);
-            rays.ask(e, &input, Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
-            if !is_identity(seed, &self.d_in[..27], 3, 6) {
-                self.go_through(rays, by_pose.as_ref(), &centre_by_pose);
-                self.bends = true;
+            let inputs = rays.ask(e, &input, Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
+            if !is_identity(seed, &self.d_in[..27], 3, 6, inputs) {
+                self.go_through(rays, by_pose.as_ref(), inputs);
             }
             for (p, column) in self.by_theta[places].iter_mut().enumerate() {
                 for i in 0..3 {
@@ -191,8 +176,17 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         }
 
         // The shift is that of the point against the centre.
-        for k in 0..18 {
-            self.shift_by_pose[k] = (seed.of(self.shift_by_pose[k]) - seed.of(centre_by_pose[k])).keep();
+        for i in 0..3 {
+            for k in 0..6 {
+                let by_centre = match &by_pose {
+                    Some(by_pose) => seed.of(by_pose[18 + 6 * i + k]),
+                    None if k == 3 + i => seed.like(1.0),
+                    None => continue,
+                };
+                if self.bends {
+                    self.shift_by_pose[6 * i + k] = (seed.of(self.shift_by_pose[6 * i + k]) - by_centre).keep();
+                }
+            }
         }
         for (column, pose) in self.by_theta.iter_mut().zip(&self.pose_by_theta) {
             for i in 0..3 {
@@ -205,43 +199,62 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         Ok(())
     }
 
-    /// Derivatives so far, through a ray effect that has just been asked.
+    /// A ray that is straight, as one that may bend.
     #[inline(always)]
-    fn go_through<R: Rays<Number: Several<Kept = K>>>(
-        &mut self,
-        rays: &R,
-        by_pose: Option<&[K; 36]>,
-        centre_by_pose: &[K; 18],
-    ) {
+    fn begin_to_bend<T: Several<Kept = K>>(&mut self) {
+        self.bends = true;
+        self.shift_by_pose = [K::default(); 18];
+        self.shift_by_point = identity::<T, 9>(3, 0);
+    }
+
+    /// Derivatives so far, through a ray effect that has just been asked, with the `inputs` that it may depend on.
+    #[inline(always)]
+    fn go_through<R: Rays<Number: Several<Kept = K>>>(&mut self, rays: &R, by_pose: Option<&[K; 36]>, inputs: Inputs) {
         let (seed, d_in) = (rays.seed(), &self.d_in[..27]);
-        let (before_pose, before_point) = (self.shift_by_pose, self.shift_by_point);
-        let nothing = [K::default(); 3];
-        let turns = d_in[..3] != nothing || d_in[9..12] != nothing || d_in[18..21] != nothing;
-        let d_rotation_vector: [K; 9] = match turns && by_pose.is_none() {
-            true => of_matrices(rays, |frame| &frame.d_rotation_vector),
-            false => [K::default(); 9],
-        };
-        // Of a ray that was straight: most have one such effect.
-        let first = !self.bends && !turns;
-        for i in 0..3 {
-            let row = 9 * i;
-            if first {
-                self.shift_by_pose[6 * i + 3..][..3].copy_from_slice(&d_in[row + 3..][..3]);
-                self.shift_by_point[3 * i..][..3].copy_from_slice(&d_in[row + 6..][..3]);
-                continue;
+        let mut by_rotation = seed.like(0.0);
+        for k in (0..3).filter(|k| inputs.contains(*k)) {
+            for i in 0..3 {
+                by_rotation = by_rotation + seed.of(d_in[9 * i + k]).abs();
             }
-            for k in 0..6 {
-                let by_centre = dot(seed, (d_in, row + 3, 1), (centre_by_pose, k, 6), 3);
-                let mut sum = by_centre + dot(seed, (d_in, row + 6, 1), (&before_pose, k, 6), 3);
-                match by_pose {
-                    Some(by_pose) if turns => sum = sum + dot(seed, (d_in, row, 1), (by_pose, k, 6), 3),
-                    None if turns && k < 3 => sum = sum + dot(seed, (d_in, row, 1), (&d_rotation_vector, k, 3), 3),
-                    _ => {}
+        }
+        let turns = !by_rotation.is_zero();
+        self.shifts_by_turn |= turns;
+        let was_straight = !self.bends;
+        if was_straight {
+            self.begin_to_bend::<R::Number>();
+        }
+        let d_in = &self.d_in[..27];
+        if was_straight && !turns {
+            // Most models have no more than this.
+            for i in 0..3 {
+                self.shift_by_pose[6 * i + 3..][..3].copy_from_slice(&d_in[9 * i + 3..][..3]);
+                self.shift_by_point[3 * i..][..3].copy_from_slice(&d_in[9 * i + 6..][..3]);
+            }
+        } else {
+            let (before_pose, before_point) = (self.shift_by_pose, self.shift_by_point);
+            let d_rotation_vector: [K; 9] = match turns && by_pose.is_none() {
+                true => of_matrices(rays, |frame| &frame.d_rotation_vector),
+                false => [K::default(); 9],
+            };
+            for i in 0..3 {
+                let row = 9 * i;
+                for k in 0..6 {
+                    let mut sum = dot(seed, (d_in, row + 6, 1), (&before_pose, k, 6), 3);
+                    match by_pose {
+                        Some(by_pose) => sum = sum + dot(seed, (d_in, row + 3, 1), (by_pose, 18 + k, 6), 3),
+                        None if k >= 3 => sum = sum + seed.of(d_in[row + k]),
+                        None => {}
+                    }
+                    match by_pose {
+                        Some(by_pose) if turns => sum = sum + dot(seed, (d_in, row, 1), (by_pose, k, 6), 3),
+                        None if turns && k < 3 => sum = sum + dot(seed, (d_in, row, 1), (&d_rotation_vector, k, 3), 3),
+                        _ => {}
+                    }
+                    self.shift_by_pose[6 * i + k] = sum.keep();
                 }
-                self.shift_by_pose[6 * i + k] = sum.keep();
-            }
-            for k in 0..3 {
-                self.shift_by_point[3 * i + k] = dot(seed, (d_in, row + 6, 1), (&before_point, k, 3), 3).keep();
+                for k in 0..3 {
+                    self.shift_by_point[3 * i + k] = dot(seed, (d_in, row + 6, 1), (&before_point, k, 3), 3).keep();
+                }
             }
         }
         for (column, pose) in self.by_theta.iter_mut().zip(&self.pose_by_theta) {
@@ -292,7 +305,7 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         }
         let [r0, r1, r2, centre @ ..] = pose;
         (self.rotation_vector, self.centre) = ([r0, r1, r2], centre);
-        self.turned = self.rotation_vector != of_r;
+        self.turned = !are_equal(rays.seed(), &self.rotation_vector, &of_r);
         Ok(())
     }
 }
@@ -302,22 +315,4 @@ fn places(problem: &Problem, stages: &Stages, e: usize) -> Range<usize> {
     let own = stages.locals(problem, e);
     let first = stages.ray_locals.partition_point(|k| *k < own.start);
     first..first + own.len()
-}
-
-#[inline(always)]
-fn of_rotation_vectors<R: Rays>(rays: &R) -> [Kept<R>; 3] {
-    let mut vector = [Kept::<R>::default(); 3];
-    for (k, slot) in vector.iter_mut().enumerate() {
-        *slot = rays.of_frames(|frame| frame.rotation_vector[k]);
-    }
-    vector
-}
-
-#[inline(always)]
-fn of_matrices<R: Rays>(rays: &R, matrix: impl Fn(&Frame) -> &Matrix3<f64>) -> [Kept<R>; 9] {
-    let mut rows = [Kept::<R>::default(); 9];
-    for (k, slot) in rows.iter_mut().enumerate() {
-        *slot = rays.of_frames(|frame| matrix(frame)[(k / 3, k % 3)]);
-    }
-    rows
 }

@@ -4,6 +4,7 @@ use super::frame::InteriorChain;
 use super::lanes::{CAMERA, CENTRE, MISCLOSURE, POINT, ROTATION, THETA};
 use super::ray::Ray;
 use crate::camera::PARAMETER_COUNT;
+use crate::effects::formula::Inputs;
 use crate::effects::{IMAGE_INTERIOR, Stage};
 use crate::math::Several;
 use nalgebra::SMatrix;
@@ -31,6 +32,10 @@ pub(super) fn through_ray<D: Derivatives>(d: &mut D, ray: &Ray<Kept<D>>, locals:
         let by_shift = [d.get(i, POINT), d.get(i, POINT + 1), d.get(i, POINT + 2)];
         if ray.bends {
             for k in 0..6 {
+                // By a turn of the camera that moves nothing else there is what there was.
+                if k < CENTRE - ROTATION && !ray.turns && !ray.shifts_by_turn {
+                    continue;
+                }
                 let mut sum = product(&by_shift, &ray.shift_by_pose, k, 6);
                 if ray.turns {
                     sum = sum + product(&by_turn, &ray.turn_by_pose, k, 6);
@@ -64,18 +69,18 @@ fn product<T: Several>(a: &[T; 3], kept: &[T::Kept], first: usize, step: usize) 
 pub(super) const IMAGE_INPUTS: usize = Stage::Image.inputs();
 
 /// Through an image effect with derivatives `d_in` (2 x [`IMAGE_INPUTS`]) by what it got and `d_own` by its own
-/// parameters, which stand from `own` on in the local list; `before` are those of the effects before it. `identity`: it
-/// hands on what it gets.
+/// parameters, which stand from `own` on in the local list; `before` are those of the effects before it. All but `inputs` it
+/// hands on.
 #[inline(always)]
 pub(super) fn through_image<D: Derivatives>(
     d: &mut D,
     (d_in, d_own): (&[Kept<D>], &[Kept<D>]),
     own: Range<usize>,
     before: impl Iterator<Item = usize>,
-    identity: bool,
+    inputs: Inputs,
 ) {
     let seed = d.get(0, CAMERA);
-    if !identity {
+    if !inputs.is_empty() {
         let of = [seed.of(d_in[0]), seed.of(d_in[1]), seed.of(d_in[IMAGE_INPUTS]), seed.of(d_in[IMAGE_INPUTS + 1])];
         let by_point = [[of[0], of[1]], [of[2], of[3]]];
         for place in (CAMERA..MISCLOSURE).chain(before.map(|k| THETA + k)) {
@@ -84,8 +89,8 @@ pub(super) fn through_image<D: Derivatives>(
                 d.set(i, place, by_point[i][0] * x + by_point[i][1] * y);
             }
         }
-        for i in 0..2 {
-            for k in 0..PARAMETER_COUNT {
+        for k in (0..PARAMETER_COUNT).filter(|k| inputs.contains(IMAGE_INTERIOR + k)) {
+            for i in 0..2 {
                 d.set(i, CAMERA + k, d.get(i, CAMERA + k) + seed.of(d_in[i * IMAGE_INPUTS + IMAGE_INTERIOR + k]));
             }
         }

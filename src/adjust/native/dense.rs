@@ -2,7 +2,7 @@
 //! do not depend on their number, so that neither does the result. Outside of any pool one thread does it all.
 //!
 //! Images see what their neighbours along the block see, and nothing far away: a column is zero from some row on. So is its column of `L`, where
-//! no column before it goes farther, and those rows are passed over (the envelope of George and Liu 1981, by panels).
+//! no column before it goes farther, and those rows are not even kept (the envelope of George and Liu 1981, by panels).
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization, cholesky_in_place, cholesky_in_place_scratch};
@@ -12,117 +12,129 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 /// Columns of a panel: products of this depth run at the speed of large ones, and what a panel itself takes, on one thread, is little.
-const PANEL: usize = 96;
+const PANEL: usize = 64;
 /// Right-hand sides that are solved for at a time.
 const SOLVED: usize = 16;
 
 /// `L` of `A = L L'`.
 pub struct Dense {
-    lower: Mat<f64>,
     panels: Vec<Panel>,
 }
 
-/// Columns that are factorised at a time: `first..first + size`, of which nothing is left from row `end` on.
-#[derive(Debug, Clone, Copy)]
+/// Columns that are factorised at a time.
 struct Panel {
+    /// The first of them.
     first: usize,
-    size: usize,
+    /// Row after the last one that is not zero.
     end: usize,
+    /// `first..end` by the columns: their square, and what is below.
+    columns: Mat<f64>,
 }
 
 impl Panel {
-    /// Those of a matrix whose column `j` is zero from row `ends[j]` on.
+    /// Those of a matrix whose column `j` is zero from row `ends[j]` on, each for [`Self::columns`] of zeros.
     fn all(ends: &[usize]) -> Vec<Self> {
         let mut end = 0;
         let panel = |(number, ends): (usize, &[usize])| {
-            let (first, size) = (number * PANEL, ends.len());
+            let first = number * PANEL;
             // What a column has, those to the right of it get.
-            end = ends.iter().fold(end.max(first + size), |end, of_column| end.max(*of_column));
-            Self { first, size, end }
+            end = ends.iter().fold(end.max(first + ends.len()), |end, of_column| end.max(*of_column));
+            Self { first, end, columns: Mat::new() }
         };
         ends.chunks(PANEL).enumerate().map(panel).collect()
     }
 
-    /// Rows below its diagonal block.
-    fn below(&self) -> usize {
-        self.end - self.first - self.size
+    /// How many columns.
+    fn size(&self) -> usize {
+        self.columns.ncols()
+    }
+
+    /// The square, and what is below.
+    fn split(&self) -> (MatRef<'_, f64>, MatRef<'_, f64>) {
+        self.columns.as_ref().split_at_row(self.size())
     }
 
     /// Of a right-hand side: the rows of its own columns, and those below.
     fn rows<'a>(&self, right: MatMut<'a, f64>) -> (MatMut<'a, f64>, MatMut<'a, f64>) {
-        right.subrows_mut(self.first, self.end - self.first).split_at_row_mut(self.size)
+        right.subrows_mut(self.first, self.end - self.first).split_at_row_mut(self.size())
+    }
+
+    /// Its columns of `L`, once all panels before it are taken from it.
+    ///
+    /// # Errors
+    /// The row of the first pivot that is not positive.
+    fn factorise(&mut self) -> Result<(), usize> {
+        let size = self.size();
+        let (mut square, below) = self.columns.as_mut().split_at_row_mut(size);
+        let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(size, Par::Seq, Default::default()));
+        let (stack, regularisation) = (MemStack::new(&mut memory), LltRegularization::default());
+        cholesky_in_place(square.as_mut(), regularisation, Par::Seq, stack, Default::default())
+            .map_err(|LltError::NonPositivePivot { index }| self.first + index)?;
+        let square = square.as_ref();
+        each(pieces(below, PANEL, MatMut::split_at_row_mut, |rows| rows.nrows()), |_, rows| {
+            solve_lower_triangular_in_place(square, rows.transpose_mut(), Par::Seq);
+        });
+        Ok(())
+    }
+
+    /// Takes the products of a finished panel before it, from the diagonal on.
+    fn take(&mut self, before: &Panel) {
+        let (_, below) = before.split();
+        let left = below.get(self.first - before.first - before.size().., ..);
+        let (rows, count) = (left.nrows(), self.size().min(left.nrows()));
+        let columns = self.columns.submatrix_mut(0, 0, rows, count);
+        matmul(columns, Accum::Add, left, left.subrows(0, count).transpose(), -1.0, Par::Seq);
     }
 }
 
 impl Dense {
-    /// Factorises the lower triangle of `matrix` (n x n), whose column `j` is zero from row `ends[j]` on.
+    /// Factorises a matrix (n x n) whose column `j` is zero from row `ends[j]` on. `fill` is given the number of a column and zeros for so many
+    /// columns from there on, whose first row is that of the diagonal; it puts the lower triangle there.
     ///
     /// # Errors
     /// The row of the first pivot that is not positive.
-    pub fn new(mut matrix: Mat<f64>, ends: &[usize]) -> Result<Self, usize> {
-        let panels = Panel::all(ends);
-        let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(PANEL, Par::Seq, Default::default()));
-        for panel in &panels {
-            let Panel { first, size, end } = *panel;
-            let (_, right) = matrix.as_mut().split_at_col_mut(first);
-            let (columns, right) = right.subrows_mut(first, end - first).split_at_col_mut(size);
-            let (mut diagonal, below) = columns.split_at_row_mut(size);
-            let stack = MemStack::new(&mut memory);
-            let regularisation = LltRegularization::default();
-            cholesky_in_place(diagonal.as_mut(), regularisation, Par::Seq, stack, Default::default())
-                .map_err(|LltError::NonPositivePivot { index }| first + index)?;
-            let diagonal = diagonal.as_ref();
-            take_panel(diagonal, below, right.get_mut(size.., ..panel.below()));
+    pub fn new(ends: &[usize], fill: impl Fn(usize, MatMut<'_, f64>) + Sync) -> Result<Self, usize> {
+        let mut panels = Panel::all(ends);
+        each(panels.iter_mut().collect(), |_, panel: &mut Panel| {
+            panel.columns = Mat::zeros(panel.end - panel.first, PANEL.min(ends.len() - panel.first));
+            fill(panel.first, panel.columns.as_mut());
+        });
+        for number in 0..panels.len() {
+            let (done, rest) = panels.split_at_mut(number + 1);
+            let Some(panel) = done.last_mut() else { continue };
+            panel.factorise()?;
+            let reached = rest.iter_mut().take_while(|other| other.first < panel.end);
+            each(reached.collect(), |_, other: &mut Panel| other.take(panel));
         }
-        Ok(Self { lower: matrix, panels })
+        Ok(Self { panels })
     }
 
-    /// `L`; what stands above its diagonal means nothing.
-    pub fn lower(&self) -> MatRef<'_, f64> {
-        self.lower.as_ref()
+    /// Diagonal of `L`.
+    pub fn diagonal(&self) -> impl Iterator<Item = f64> {
+        self.panels.iter().flat_map(|panel| (0..panel.size()).map(|k| panel.columns[(k, k)]))
     }
 
     /// Replaces `right` (n x any) by `A^-1 right`.
     pub fn solve(&self, right: MatMut<'_, f64>) {
         each(pieces(right, SOLVED, MatMut::split_at_col_mut, |right| right.ncols()), |_, mut right| {
             for panel in &self.panels {
-                let (diagonal, below) = self.columns(panel);
+                let (square, below) = panel.split();
                 let (mut own, rest) = panel.rows(right.as_mut());
-                solve_lower_triangular_in_place(diagonal, own.as_mut(), Par::Seq);
+                solve_lower_triangular_in_place(square, own.as_mut(), Par::Seq);
                 matmul(rest, Accum::Add, below, own.as_ref(), -1.0, Par::Seq);
             }
             for panel in self.panels.iter().rev() {
-                let (diagonal, below) = self.columns(panel);
+                let (square, below) = panel.split();
                 let (mut own, rest) = panel.rows(right.as_mut());
                 matmul(own.as_mut(), Accum::Add, below.transpose(), rest.as_ref(), -1.0, Par::Seq);
-                solve_upper_triangular_in_place(diagonal.transpose(), own, Par::Seq);
+                solve_upper_triangular_in_place(square.transpose(), own, Par::Seq);
             }
         });
     }
-
-    /// The diagonal block of a panel, and what is below it.
-    fn columns(&self, panel: &Panel) -> (MatRef<'_, f64>, MatRef<'_, f64>) {
-        let Panel { first, size, end } = *panel;
-        self.lower.as_ref().submatrix(first, first, end - first, size).split_at_row(size)
-    }
-}
-
-/// Finishes the rows below a panel's diagonal block, and takes their products from the lower triangle of what is to the right of them.
-fn take_panel(diagonal: MatRef<'_, f64>, mut below: MatMut<'_, f64>, right: MatMut<'_, f64>) {
-    each(pieces(below.as_mut(), PANEL, MatMut::split_at_row_mut, |rows| rows.nrows()), |_, rows| {
-        solve_lower_triangular_in_place(diagonal, rows.transpose_mut(), Par::Seq);
-    });
-    let below = below.as_ref();
-    each(pieces(right, PANEL, MatMut::split_at_col_mut, |columns| columns.ncols()), |number, columns| {
-        let (first, count) = (number * PANEL, columns.ncols());
-        let left = below.subrows(first, below.nrows() - first);
-        let columns = columns.subrows_mut(first, left.nrows());
-        matmul(columns, Accum::Add, left, left.subrows(0, count).transpose(), -1.0, Par::Seq);
-    });
 }
 
 /// Works on numbered pieces. Only in a pool side by side: that of the whole program has more threads than were asked for.
-fn each<'a>(pieces: Vec<MatMut<'a, f64>>, work: impl Fn(usize, MatMut<'a, f64>) + Sync + Send) {
+fn each<T: Send>(pieces: Vec<T>, work: impl Fn(usize, T) + Sync + Send) {
     match rayon::current_thread_index() {
         Some(_) => pieces.into_par_iter().enumerate().for_each(|(number, piece)| work(number, piece)),
         None => pieces.into_iter().enumerate().for_each(|(number, piece)| work(number, piece)),
@@ -161,7 +173,12 @@ mod tests {
     /// Nothing is known of its zeros.
     fn factor(matrix: Mat<f64>) -> Result<Dense, usize> {
         let n = matrix.nrows();
-        Dense::new(matrix, &vec![n; n])
+        Dense::new(&vec![n; n], |first, columns| fill(&matrix, first, columns))
+    }
+
+    fn fill(matrix: &Mat<f64>, first: usize, mut columns: MatMut<'_, f64>) {
+        let (rows, count) = (columns.nrows(), columns.ncols());
+        columns.copy_from(matrix.as_ref().submatrix(first, first, rows, count));
     }
 
     fn solved(n: usize, threads: usize) -> Mat<f64> {
@@ -185,13 +202,16 @@ mod tests {
                 true => banded[(i, j)] + if i == j { sum } else { 0.0 },
                 false => 0.0,
             });
-            // Below what the columns up to the end of its panel reach, no number at all: read, it would be in the solution.
+            // Above the diagonal, and below what the columns up to the end of its panel reach, no number at all: read, it would be in the
+            // solution.
             let reached = |j: usize| ends[..n.min((j / PANEL + 1) * PANEL)].iter().max().copied();
-            let unread = |i: usize, j: usize| if Some(i) >= reached(j) { f64::NAN } else { banded[(i, j)] };
+            let unread = |i: usize, j: usize| if i < j || Some(i) >= reached(j) { f64::NAN } else { banded[(i, j)] };
             let given = Mat::<f64>::from_fn(n, 3, |i, j| (i + j) as f64);
             let (mut found, mut wanted) = (given.clone(), given.clone());
             factor(banded.clone()).expect("positive definite").solve(wanted.as_mut());
-            Dense::new(Mat::from_fn(n, n, unread), &ends).expect("positive definite").solve(found.as_mut());
+            let with_nothing = Mat::from_fn(n, n, unread);
+            let of_envelope = Dense::new(&ends, |first, columns| fill(&with_nothing, first, columns));
+            of_envelope.expect("positive definite").solve(found.as_mut());
             // A condition of a few units, and sums of n numbers.
             assert!((&found - &wanted).norm_max() < 1e-13 * wanted.norm_max(), "{reach}");
             assert!((&banded * &found - &given).norm_max() < 1e-13 * n as f64 * given.norm_max(), "{reach}");

@@ -70,22 +70,22 @@ fn factorise_images(
     };
     let images = match pattern {
         None => {
-            let mut matrix = Mat::<f64>::zeros(n, n);
-            for a in 0..structure.images {
-                for slot in structure.row_start[a]..structure.row_start[a + 1] {
-                    let b = structure.slot_column[slot] as usize;
-                    for k in 0..dim {
+            let last = |a: usize| structure.slot_column[structure.row_start[a + 1] - 1] as usize;
+            let ends: Vec<usize> = (0..n).map(|column| (last(column / dim) + 1) * dim).collect();
+            let fill = |first: usize, mut columns: MatMut<'_, f64>| {
+                for number in 0..columns.ncols() {
+                    let (a, k) = ((first + number) / dim, (first + number) % dim);
+                    for slot in structure.row_start[a]..structure.row_start[a + 1] {
+                        let b = structure.slot_column[slot] as usize;
                         for l in if a == b { k } else { 0 }..dim {
-                            matrix[(b * dim + l, a * dim + k)] = entry(slot, k, l, a * dim + k, b * dim + l);
+                            let row = b * dim + l;
+                            columns[(row - first, number)] = entry(slot, k, l, first + number, row);
                         }
                     }
                 }
-            }
-            let last = |a: usize| structure.slot_column[structure.row_start[a + 1] - 1] as usize;
-            let ends: Vec<usize> = (0..n).map(|column| (last(column / dim) + 1) * dim).collect();
-            let factor = Dense::new(matrix, &ends).map_err(Breakdown::Images)?;
-            let lower = factor.lower();
-            if let Some(pivot) = (0..n).find(|i| lower[(*i, *i)].powi(2) < SMALLEST_PIVOT) {
+            };
+            let factor = Dense::new(&ends, fill).map_err(Breakdown::Images)?;
+            if let Some(pivot) = factor.diagonal().position(|diagonal| diagonal.powi(2) < SMALLEST_PIVOT) {
                 return Err(Breakdown::Images(pivot));
             }
             Images::Dense(factor)

@@ -4,11 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Parts that are made and not yet added, by number, and those that were added and can be filled again.
-struct Waiting<P, E> {
-    made: BTreeMap<usize, Result<P, E>>,
-    free: Vec<P>,
-}
+/// Parts that are made and not yet added, by number.
+type Made<P, E> = BTreeMap<usize, Result<P, E>>;
 
 /// What has been added: all parts before the next one.
 struct Sum<'a, P, E> {
@@ -17,27 +14,29 @@ struct Sum<'a, P, E> {
     error: Option<E>,
 }
 
-/// Fills `count` parts, numbered from 0, on the threads of the current pool, and adds each.
+/// Fills `count` parts, numbered from 0, on the threads of the current pool, and adds each. Those in `spare` are filled again before new ones are
+/// made; all end up there.
 ///
 /// # Errors
 /// Of the first part, in their order, that cannot be filled.
 pub fn add_in_order<P: Send, E: Send>(
     count: usize,
+    spare: &Mutex<Vec<P>>,
     new: impl Fn() -> P + Sync,
     fill: impl Fn(usize, &mut P) -> Result<(), E> + Sync,
     mut add: impl FnMut(&P) + Send,
 ) -> Result<(), E> {
     let claimed = AtomicUsize::new(0);
-    let waiting = Mutex::new(Waiting { made: BTreeMap::new(), free: Vec::new() });
+    let waiting = Mutex::new(Made::new());
     let sum = Mutex::new(Sum { next: 0, add: &mut add, error: None });
     let add_waiting = |sum: &mut Sum<'_, P, E>| {
         loop {
-            let next = locked(&waiting).made.remove(&sum.next);
+            let next = locked(&waiting).remove(&sum.next);
             match next {
                 Some(Ok(part)) => {
                     (sum.add)(&part);
                     sum.next += 1;
-                    locked(&waiting).free.push(part);
+                    locked(spare).push(part);
                 }
                 Some(Err(error)) => {
                     sum.error = Some(error);
@@ -55,10 +54,10 @@ pub fn add_in_order<P: Send, E: Send>(
             if number >= count {
                 return;
             }
-            let free = locked(&waiting).free.pop();
-            let mut part = free.unwrap_or_else(&new);
+            let again = locked(spare).pop();
+            let mut part = again.unwrap_or_else(&new);
             let made = fill(number, &mut part).map(|()| part);
-            locked(&waiting).made.insert(number, made);
+            locked(&waiting).insert(number, made);
             // Another that adds now may miss this one; it is added with the next, or at the end.
             if let Ok(mut sum) = sum.try_lock() {
                 add_waiting(&mut sum);
@@ -96,7 +95,8 @@ mod tests {
                 *part = number;
                 Ok::<(), ()>(())
             };
-            let done = on_threads(threads, || add_in_order(20, || 0, slow_first, |part| added.push(*part)));
+            let done =
+                on_threads(threads, || add_in_order(20, &Mutex::default(), || 0, slow_first, |part| added.push(*part)));
             assert_eq!((done, added), (Ok(()), (0..20).collect()), "{threads} threads");
         }
     }
@@ -110,7 +110,8 @@ mod tests {
                 *part = number;
                 if number == 5 || number == 6 { Err(number) } else { Ok(()) }
             };
-            let done = on_threads(threads, || add_in_order(20, || 0, fails, |part| added.push(*part)));
+            let done =
+                on_threads(threads, || add_in_order(20, &Mutex::default(), || 0, fails, |part| added.push(*part)));
             assert_eq!((done, added), (Err(5), (0..5).collect()), "{threads} threads");
         }
     }

@@ -30,7 +30,8 @@ pub fn linearise(at: &Prepared<'_>, damping: f64, curvature: Curvature) -> Resul
     };
     let mut total = System::zeros(structure, 0..structure.images);
     // A private system each, added in the order of the chunks, so that the sum is the same for every number of threads.
-    add_in_order(structure.chunks.len(), || System::zeros(structure, 0..0), chunk, |part| total.add(structure, part))?;
+    let (count, nothing) = (structure.chunks.len(), || System::zeros(structure, 0..0));
+    add_in_order(count, &structure.spare, nothing, chunk, |part| total.add(structure, part))?;
     for row in position_rows(at)? {
         let image = row.image.as_ref().map(|(rank, row)| (*rank, row.as_slice()));
         total.add_row(structure, image, &row.shared, row.v);

@@ -5,6 +5,7 @@ mod aligned;
 mod back_substitution;
 mod bend;
 mod bundle;
+mod chunks;
 mod columns;
 mod covariance;
 mod dense;

@@ -53,11 +53,15 @@ pub fn try_step(
         (true, 8) => step.wide::<8>(points),
         (true, _) => step.wide::<MAX_DIM>(points),
     };
-    let moved: Vec<Moved> = structure.chunks.par_iter().map(chunk).collect::<Option<_>>()?;
+    // Begun in their order, because the last ones are small; and kept in it.
+    let chunks = structure.chunks.iter().enumerate().par_bridge();
+    let mut moved: Vec<(usize, Moved)> =
+        chunks.map(|(number, points)| Some((number, chunk(points)?))).collect::<Option<_>>()?;
+    moved.sort_unstable_by_key(|(number, _)| *number);
     let mut chi_square = 0.0;
     let mut predicted_drop = 0.0;
     let mut first = 0;
-    for part in moved {
+    for (_, part) in moved {
         next.points[first..first + part.points.len()].copy_from_slice(&part.points);
         first += part.points.len();
         chi_square += part.chi_square;

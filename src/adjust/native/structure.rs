@@ -2,22 +2,18 @@
 //! parameters), and a border of the unknowns that images share (cameras, effects).
 
 use super::aligned::LINE;
+use super::chunks::chunks;
 use super::nonlinear;
+use super::system::System;
 use crate::camera::PARAMETER_COUNT;
 use crate::effects::Scope;
 use crate::measure::Stages;
 use crate::problem::Problem;
 use std::ops::Range;
+use std::sync::Mutex;
 
 /// Marks "not an unknown" in the index tables.
 pub const NONE: u32 = u32::MAX;
-
-/// Measurements per chunk: below this the overhead of a private system shows.
-const CHUNK_MEASUREMENTS: usize = 16_384;
-/// Several chunks are so many or a multiple: two threads, or four, then end together.
-const WAVE_CHUNKS: usize = 4;
-/// Chunks at most: each costs one pass over the touched part of the reduced system.
-const MAX_CHUNKS: usize = 64;
 
 /// Up to this many shared unknowns every row holds all of them: a sum over whole rows is then faster than one over those that a row touches.
 const WIDEST_DENSE_BORDER: usize = 44;
@@ -52,7 +48,7 @@ pub struct ImageColumn {
 }
 
 /// The reduced system's structure; depends on the problem alone, not on the state.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Structure {
     /// Effects by stage.
     pub stages: Stages,
@@ -96,6 +92,8 @@ pub struct Structure {
     pub chunks: Vec<Range<usize>>,
     /// Ranks of the images that see the points of each.
     pub chunk_ranks: Vec<Range<usize>>,
+    /// Systems of chunks that were added: the next linearisation fills their memory again.
+    pub spare: Mutex<Vec<System>>,
 }
 
 impl Structure {
@@ -175,7 +173,7 @@ impl Structure {
 
         let holds_pose = image_unknowns.chunks_exact(dim).map(|own| own[..POSE].contains(&usize::MAX)).collect();
         let (row_start, slot_column, band_start, band) = pair_slots(problem, &rank);
-        let chunks = chunks(problem);
+        let chunks = chunks(&problem.point_start);
         let width = match border.len() {
             narrow if narrow <= WIDEST_DENSE_BORDER => (narrow + 1).next_multiple_of(LINE),
             wide => wide,
@@ -202,6 +200,7 @@ impl Structure {
             band,
             chunk_ranks: chunks.iter().map(|points| ranks_of(problem, points)).collect(),
             chunks,
+            spare: Mutex::default(),
         }
     }
 
@@ -316,20 +315,4 @@ fn ranks_of(problem: &Problem, points: &Range<usize>) -> Range<usize> {
     let ranks = observations.iter().map(|o| problem.image_ranks[o.image as usize] as usize);
     let first = ranks.clone().min().unwrap_or(0);
     first..ranks.max().map_or(first, |last| last + 1)
-}
-
-/// Splits the points into chunks of as many measurements each. They depend on the problem alone, so that results do not depend on the number of threads.
-fn chunks(problem: &Problem) -> Vec<Range<usize>> {
-    let (starts, points) = (&problem.point_start, problem.point_sources.len());
-    let measurements = problem.observations.len();
-    let count = match measurements.div_ceil(CHUNK_MEASUREMENTS).min(MAX_CHUNKS) {
-        several @ 2.. => several.next_multiple_of(WAVE_CHUNKS),
-        _ => 1,
-    };
-    let boundary = |k: usize| match k {
-        k if k == count => points,
-        k => starts.partition_point(|start| *start < k * measurements / count).min(points),
-    };
-    let chunks = (0..count).map(|k| boundary(k)..boundary(k + 1));
-    chunks.filter(|points| !points.is_empty()).collect()
 }

@@ -48,7 +48,13 @@ fn together(effect: &dyn Effect, eight: &[Sample]) -> Found {
     let contexts = std::array::from_fn(|lane| eight[lane].context());
     let thetas: [&[f64]; LANES] = std::array::from_fn(|lane| &*eight[lane].theta);
     let answer = Answer { out: &mut out, d_input: Some(&mut d_input), d_theta: Some(&mut d_theta) };
-    effect.eval_eight(&contexts, &input, &thetas, answer).map_err(|_| ())?;
+    let inputs = effect.eval_eight(&contexts, &input, &thetas, answer).map_err(|_| ())?;
+    // Nobody looks at the derivatives by inputs that the effect says to hand on.
+    for k in (0..n).filter(|k| !inputs.contains(*k)) {
+        for i in 0..m {
+            d_input[i * n + k] = Lane::splat(if k == stage.identity_offset() + i { 1.0 } else { 0.0 });
+        }
+    }
     let all = || out.iter().chain(&d_input).chain(&d_theta);
     Ok((0..LANES).map(|lane| all().map(|number| number[lane].to_bits()).collect()).collect())
 }
