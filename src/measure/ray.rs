@@ -155,9 +155,9 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         self.point = *point;
         self.by_theta.clear();
         self.by_theta.resize(stages.ray_locals.len(), [nothing; 6]);
-        for &e in stages.of(Stage::Ray) {
-            let places = places(problem, stages, e);
-            let count = places.len();
+        for (position, &e) in stages.of(Stage::Ray).iter().enumerate() {
+            let own = places(problem, stages, e);
+            let count = own.len();
             let [p0, p1, p2] = self.point;
             let input = [pose[0], pose[1], pose[2], pose[3], pose[4], pose[5], p0, p1, p2];
             let mut next = [nothing; 3];
@@ -165,9 +165,12 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             let (d_in, d_own) = (&mut self.d_in[..27], &mut self.d_own[..3 * count]);
             let inputs = rays.ask(e, &input, Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
             if !is_identity(seed, &self.d_in[..27], 3, 6, inputs) {
-                self.go_through(rays, by_pose.as_ref(), inputs);
+                let turns = self.go_through(rays, by_pose.as_ref(), inputs);
+                for &before in stages.of(Stage::Exposure).iter().chain(&stages.of(Stage::Ray)[..position]) {
+                    self.carry(seed, places(problem, stages, before), turns);
+                }
             }
-            for (p, column) in self.by_theta[places].iter_mut().enumerate() {
+            for (p, column) in self.by_theta[own].iter_mut().enumerate() {
                 for i in 0..3 {
                     column[3 + i] = (seed.of(column[3 + i]) + seed.of(self.d_own[count * i + p])).keep();
                 }
@@ -207,9 +210,15 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         self.shift_by_point = identity::<T, 9>(3, 0);
     }
 
-    /// Derivatives so far, through a ray effect that has just been asked, with the `inputs` that it may depend on.
+    /// Derivatives by pose and point so far, through a ray effect that has just been asked, with the `inputs` that it may depend on. Does it
+    /// depend on the rotation?
     #[inline(always)]
-    fn go_through<R: Rays<Number: Several<Kept = K>>>(&mut self, rays: &R, by_pose: Option<&[K; 36]>, inputs: Inputs) {
+    fn go_through<R: Rays<Number: Several<Kept = K>>>(
+        &mut self,
+        rays: &R,
+        by_pose: Option<&[K; 36]>,
+        inputs: Inputs,
+    ) -> bool {
         let (seed, d_in) = (rays.seed(), &self.d_in[..27]);
         let mut by_rotation = seed.like(0.0);
         for k in (0..3).filter(|k| inputs.contains(*k)) {
@@ -257,15 +266,15 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
                 }
             }
         }
-        for (column, pose) in self.by_theta.iter_mut().zip(&self.pose_by_theta) {
+        turns
+    }
+
+    /// What the parameters at `places` do to the point and the pose, through the ray effect that has just been asked.
+    #[inline(always)]
+    fn carry<T: Several<Kept = K>>(&mut self, seed: T, places: Range<usize>, turns: bool) {
+        let d_in = &self.d_in[..27];
+        for (column, pose) in self.by_theta[places.clone()].iter_mut().zip(&self.pose_by_theta[places]) {
             let before = *column;
-            let mut size = seed.like(0.0);
-            for number in before.iter().chain(pose) {
-                size = size + seed.of(*number).abs();
-            }
-            if size.is_zero() {
-                continue;
-            }
             for i in 0..3 {
                 let row = 9 * i;
                 let by_point = dot(seed, (d_in, row + 6, 1), (&before, 3, 1), 3);
