@@ -1,6 +1,6 @@
 //! Effects whose formula is one text for one measurement and for eight side by side, in vector registers of any width.
 
-use super::{Context, Descriptor, Effect, OutsideDomain, Stage};
+use super::{Context, Descriptor, Effect, OutsideDomain, Stage, fill_identity};
 use crate::math::lane::{LANES, Lane};
 use crate::math::vectors::dispatch;
 use crate::math::{Several, Wide};
@@ -139,6 +139,7 @@ impl<T: Several> Given<'_, T> {
 pub struct Sum<'s, 'a, T: Several> {
     seed: T,
     columns: [usize; 2],
+    offset: usize,
     inputs: Inputs,
     answer: &'s mut Answer<'a, T::Kept>,
 }
@@ -159,11 +160,13 @@ impl<T: Several> Sum<'_, '_, T> {
     /// Adds to the derivative of output `i` by number `k` of the input.
     #[inline(always)]
     pub fn by_input(&mut self, i: usize, k: usize, value: T) {
-        self.inputs.insert(k);
-        if let Some(matrix) = &mut self.answer.d_input {
-            let place = &mut matrix[i * self.columns[0] + k];
-            *place = (self.seed.of(*place) + value).keep();
+        let Some(matrix) = &mut self.answer.d_input else { return };
+        if !self.inputs.contains(k) {
+            fill_column::<T>(matrix, self.columns[0], self.offset, k);
+            self.inputs.insert(k);
         }
+        let place = &mut matrix[i * self.columns[0] + k];
+        *place = (self.seed.of(*place) + value).keep();
     }
 
     /// Sets the derivative of output `i` by parameter `p`.
@@ -183,6 +186,9 @@ pub fn of_one<F: Formula>(
     mut answer: Answer<'_, f64>,
 ) -> Result<(), OutsideDomain> {
     let observed = F::observe(context)?;
+    if let Some(matrix) = &mut answer.d_input {
+        fill_identity(F::STAGE, matrix);
+    }
     match answered::<F, f64>(0.0, &observed, input, theta, &mut answer).0 > 0.0 {
         true => Ok(()),
         false => Err(OutsideDomain),
@@ -235,6 +241,14 @@ impl<F: Formula> WithSimd for SideBySide<'_, F> {
     }
 }
 
+/// Column `k` of `columns` of the identity, which hands on the input from `offset` on.
+#[inline(always)]
+pub fn fill_column<T: Several>(matrix: &mut [T::Kept], columns: usize, offset: usize, k: usize) {
+    for i in 0..matrix.len() / columns {
+        matrix[i * columns + k] = T::splat(if k == offset + i { 1.0 } else { 0.0 });
+    }
+}
+
 /// The number that [`Formula::add`] gives, and the inputs that the answer depends on.
 #[inline(always)]
 fn answered<F: Formula, T: Several>(
@@ -246,17 +260,11 @@ fn answered<F: Formula, T: Several>(
 ) -> (T, Inputs) {
     let (columns, offset) = (F::STAGE.inputs(), F::STAGE.identity_offset());
     answer.out.copy_from_slice(&input[offset..offset + F::STAGE.outputs()]);
-    if let Some(matrix) = &mut answer.d_input {
-        matrix.fill(T::splat(0.0));
-        for i in 0..F::STAGE.outputs() {
-            matrix[i * columns + offset + i] = T::splat(1.0);
-        }
-    }
     if let Some(matrix) = &mut answer.d_theta {
         matrix.fill(T::splat(0.0));
     }
     let given = Given { seed, observed, input, theta };
-    let mut sum = Sum { seed, columns: [columns, theta.len()], inputs: Inputs::NONE, answer };
+    let mut sum = Sum { seed, columns: [columns, theta.len()], offset, inputs: Inputs::NONE, answer };
     (F::add(&given, &mut sum), sum.inputs)
 }
 

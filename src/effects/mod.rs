@@ -83,7 +83,7 @@ pub trait Effect: Send + Sync {
 
     /// The same of eight measurements, each with its own `theta`; `input` and answer have one [`Lane`] a number. Here it asks one by one; an effect
     /// whose [`formula`] is written for any number answers them side by side. Gives the inputs on which the answers may depend otherwise than by
-    /// handing them on: the columns of all others in `d_input` are those of the identity.
+    /// handing them on: the columns of all others in `d_input` are those of the identity, and are not written.
     ///
     /// # Errors
     /// The place of the first that lies outside the effect's domain.

@@ -3,7 +3,7 @@
 use super::chain::context;
 use super::frame::{Frame, InteriorChain, Stages};
 use super::lanes::{CAMERA, Predictions, THETA, Views};
-use super::matrices::is_identity;
+use super::matrices::{fill_left_out, is_identity};
 use super::ray::Ray;
 use super::rays::Rays;
 use super::through::{Derivatives, IMAGE_INPUTS, through_image, through_interior, through_ray};
@@ -102,8 +102,10 @@ impl Seen<'_> {
             let input = image_input(&out.point, views);
             let answer = Answer { out: &mut out.point, d_input: Some(&mut *d_in), d_theta: Some(&mut *d_own) };
             let mut inputs = eight.ask(e, &input, answer)?;
-            if is_identity(eight.seed(), d_in, 2, 0, inputs) {
-                inputs = Inputs::NONE;
+            match is_identity(eight.seed(), d_in, 2, 0, inputs) {
+                true => inputs = Inputs::NONE,
+                // Of the rest those alone are read that were written.
+                false => fill_left_out::<Wide<S>>(d_in, 2, 0, 0..IMAGE_INTERIOR, inputs),
             }
             through_image(&mut Rows { simd, rows: &mut out.rows }, (&*d_in, &*d_own), own, before, inputs);
         }

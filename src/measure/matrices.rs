@@ -1,7 +1,8 @@
 //! Small matrices of numbers of one measurement or of several, kept row by row.
 
-use crate::effects::formula::Inputs;
+use crate::effects::formula::{Inputs, fill_column};
 use crate::math::Several;
+use std::ops::Range;
 
 /// The sum of `count` products: `a` from `.0` on by steps of `.1` with `b` likewise.
 #[inline(always)]
@@ -37,6 +38,21 @@ pub(super) fn is_identity<T: Several>(
         }
     }
     apart.is_zero()
+}
+
+/// Fills the columns of `[0 I 0]` that an answer left out because they are these.
+#[inline(always)]
+pub(super) fn fill_left_out<T: Several>(
+    matrix: &mut [T::Kept],
+    rows: usize,
+    first: usize,
+    columns: Range<usize>,
+    written: Inputs,
+) {
+    let count = matrix.len() / rows;
+    for k in columns.filter(|k| !written.contains(*k)) {
+        fill_column::<T>(matrix, count, first, k);
+    }
 }
 
 /// Are two lists of numbers the same? All of them are looked at, as in [`is_identity`].

@@ -2,7 +2,7 @@
 //! one ray and for eight side by side.
 
 use super::frame::Stages;
-use super::matrices::{are_equal, dot, identity, is_identity, times_six};
+use super::matrices::{are_equal, dot, fill_left_out, identity, is_identity, times_six};
 use super::rays::{Rays, of_matrices, of_rotation_vectors};
 use crate::effects::Stage;
 use crate::effects::formula::{Answer, Inputs};
@@ -93,9 +93,10 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             self.d_own.resize(self.d_own.len().max(6 * count), nothing);
             let (d_in, d_own) = (&mut self.d_in, &mut self.d_own[..6 * count]);
             let inputs = rays.ask(e, &pose, Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
-            let d_in = &self.d_in;
             // Most move the centre alone, and none does anything at zero, where candidates are tested.
-            if !is_identity(seed, d_in, 6, 0, inputs) {
+            if !is_identity(seed, &self.d_in, 6, 0, inputs) {
+                fill_left_out::<R::Number>(&mut self.d_in, 6, 0, 0..6, inputs);
+                let d_in = &self.d_in;
                 by_pose = Some(match by_pose {
                     Some(before) => times_six(seed, d_in, &before),
                     None => *d_in,
@@ -165,6 +166,7 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             let (d_in, d_own) = (&mut self.d_in[..27], &mut self.d_own[..3 * count]);
             let inputs = rays.ask(e, &input, Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
             if !is_identity(seed, &self.d_in[..27], 3, 6, inputs) {
+                fill_left_out::<R::Number>(&mut self.d_in[..27], 3, 6, 0..9, inputs);
                 let turns = self.go_through(rays, by_pose.as_ref(), inputs);
                 for &before in stages.of(Stage::Exposure).iter().chain(&stages.of(Stage::Ray)[..position]) {
                     self.carry(seed, places(problem, stages, before), turns);

@@ -3,7 +3,8 @@
 use super::sample::{Evaluation, evaluate};
 use super::{SAMPLES, Sample, Violation, samples, violation};
 use crate::effects::Effect;
-use crate::effects::formula::Answer;
+use crate::effects::formula::{Answer, fill_column};
+use crate::math::Wide;
 use crate::math::lane::{LANES, Lane};
 use nalgebra::Vector3;
 
@@ -49,11 +50,8 @@ fn together(effect: &dyn Effect, eight: &[Sample]) -> Found {
     let thetas: [&[f64]; LANES] = std::array::from_fn(|lane| &*eight[lane].theta);
     let answer = Answer { out: &mut out, d_input: Some(&mut d_input), d_theta: Some(&mut d_theta) };
     let inputs = effect.eval_eight(&contexts, &input, &thetas, answer).map_err(|_| ())?;
-    // Nobody looks at the derivatives by inputs that the effect says to hand on.
     for k in (0..n).filter(|k| !inputs.contains(*k)) {
-        for i in 0..m {
-            d_input[i * n + k] = Lane::splat(if k == stage.identity_offset() + i { 1.0 } else { 0.0 });
-        }
+        fill_column::<Wide<pulp::Scalar>>(&mut d_input, n, stage.identity_offset(), k);
     }
     let all = || out.iter().chain(&d_input).chain(&d_theta);
     Ok((0..LANES).map(|lane| all().map(|number| number[lane].to_bits()).collect()).collect())
