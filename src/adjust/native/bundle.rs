@@ -15,6 +15,7 @@ use crate::adjust::AdjustError;
 use crate::measure::Frame;
 use crate::problem::{Loss, Problem, State};
 use rayon::ThreadPool;
+use std::sync::PoisonError;
 
 /// A bundle problem with what is prepared once.
 pub struct Bundle<'a> {
@@ -57,6 +58,10 @@ impl Iterated for Bundle<'_> {
 
     fn linearise(&self, state: &BundleState, damping: f64, curvature: Curvature) -> Result<System, AdjustError> {
         self.pool.install(|| linearise::linearise(&self.at(state), damping, curvature))
+    }
+
+    fn is_done_with(&self, system: System) {
+        *self.structure.spare.whole.lock().unwrap_or_else(PoisonError::into_inner) = Some(system);
     }
 
     fn chi_square(&self, system: &System) -> f64 {

@@ -13,8 +13,8 @@ use rayon::prelude::*;
 
 /// Columns of a panel: products of this depth run at the speed of large ones, and what a panel itself takes, on one thread, is little.
 const PANEL: usize = 64;
-/// Right-hand sides that are solved for at a time.
-const SOLVED: usize = 16;
+/// Right-hand sides that are solved for at a time: a vector register.
+const SOLVED: usize = 8;
 
 /// `L` of `A = L L'`.
 pub struct Dense {

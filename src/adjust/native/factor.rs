@@ -139,22 +139,22 @@ impl ReducedBorder {
         let ImageFactor { images, scale: scale_images } = factorise_images(structure, system, pattern, damping)?;
         let scale = scaling(&system.diagonal_border);
         let strip = Mat::<f64>::from_fn(n, m, |i, j| system.strip(i, j) * scale_images[i] * scale[j]);
-        let mut solved_strip = strip.clone();
+        let scaled: Vec<f64> = system.rhs_images.iter().zip(&scale_images).map(|(r, s)| r * s).collect();
+        // The right-hand side is one column more.
+        let mut solved_strip = Mat::<f64>::from_fn(n, m + 1, |i, j| if j < m { strip[(i, j)] } else { scaled[i] });
         images.solve(solved_strip.as_mut());
+        let solved_rhs = (0..n).map(|i| solved_strip[(i, m)]).collect();
+        solved_strip.truncate(n, m);
         let product = strip.transpose() * &solved_strip;
         let matrix = DMatrix::from_fn(m, m, |i, j| {
             let (a, b) = (i.min(j), i.max(j));
             let damped = if i == j { damping } else { 0.0 };
             system.border(a, b) * scale[i] * scale[j] + damped - 0.5 * (product[(i, j)] + product[(j, i)])
         });
-        let scaled: Vec<f64> = system.rhs_images.iter().zip(&scale_images).map(|(r, s)| r * s).collect();
         let rhs = DVector::from_fn(m, |j, _| {
             let carried: f64 = (0..n).map(|i| solved_strip[(i, j)] * scaled[i]).sum();
             system.rhs_border[j] * scale[j] - carried
         });
-        let mut solved = Mat::<f64>::from_fn(n, 1, |i, _| scaled[i]);
-        images.solve(solved.as_mut());
-        let solved_rhs = (0..n).map(|i| solved[(i, 0)]).collect();
         Ok(Self { images, scale_images, scale, solved_strip, matrix, rhs, solved_rhs })
     }
 

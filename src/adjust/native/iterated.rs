@@ -28,6 +28,9 @@ pub trait Iterated {
     /// A state that cannot be predicted.
     fn linearise(&self, state: &Self::State, damping: f64, curvature: Curvature) -> Result<Self::System, AdjustError>;
 
+    /// Takes a system back that nobody needs any more: its memory may serve the next one.
+    fn is_done_with(&self, _system: Self::System) {}
+
     /// Chi-square at the state of a system.
     fn chi_square(&self, system: &Self::System) -> f64;
 

@@ -17,6 +17,7 @@ use crate::problem::Problem;
 use nalgebra::Matrix3;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
+use std::sync::PoisonError;
 
 /// Reduced system at a prepared state, the points damped by `damping` times their own diagonal. Errors: an observation
 /// that cannot be computed; a point that its rays do not fix.
@@ -28,10 +29,12 @@ pub fn linearise(at: &Prepared<'_>, damping: f64, curvature: Curvature) -> Resul
         8 => add_chunk::<8>(at, number, damping, curvature, part),
         _ => add_chunk::<MAX_DIM>(at, number, damping, curvature, part),
     };
-    let mut total = System::zeros(structure, 0..structure.images);
+    let spare = structure.spare.whole.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let mut total = spare.unwrap_or_else(|| System::zeros(structure, 0..0));
+    total.restart(structure, 0..structure.images);
     // A private system each, added in the order of the chunks, so that the sum is the same for every number of threads.
-    let (count, nothing) = (structure.chunks.len(), || System::zeros(structure, 0..0));
-    add_in_order(count, &structure.spare, nothing, chunk, |part| total.add(structure, part))?;
+    let (count, room) = (structure.chunks.len(), || System::zeros(structure, structure.largest_part()));
+    add_in_order(count, &structure.spare.parts, room, chunk, |part| total.add(structure, part))?;
     for row in position_rows(at)? {
         let image = row.image.as_ref().map(|(rank, row)| (*rank, row.as_slice()));
         total.add_row(structure, image, &row.shared, row.v);

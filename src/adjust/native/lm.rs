@@ -167,6 +167,7 @@ pub fn minimise<P: Iterated>(
             let system = problem.linearise(&state, 0.0, Curvature::Weights)?;
             return Ok(Outcome { state, iterations, system });
         }
+        problem.is_done_with(system);
     }
 }
 

@@ -92,8 +92,17 @@ pub struct Structure {
     pub chunks: Vec<Range<usize>>,
     /// Ranks of the images that see the points of each.
     pub chunk_ranks: Vec<Range<usize>>,
-    /// Systems of chunks that were added: the next linearisation fills their memory again.
-    pub spare: Mutex<Vec<System>>,
+    /// What the next linearisation fills again.
+    pub spare: Spare,
+}
+
+/// Systems that nobody needs any more: memory that was asked for once need not be asked for again.
+#[derive(Debug, Default)]
+pub struct Spare {
+    /// Of chunks.
+    pub parts: Mutex<Vec<System>>,
+    /// Of all images.
+    pub whole: Mutex<Option<System>>,
 }
 
 impl Structure {
@@ -200,8 +209,14 @@ impl Structure {
             band,
             chunk_ranks: chunks.iter().map(|points| ranks_of(problem, points)).collect(),
             chunks,
-            spare: Mutex::default(),
+            spare: Spare::default(),
         }
+    }
+
+    /// Ranks of the images of the chunk that touches the most blocks: memory for these is enough for every chunk.
+    pub fn largest_part(&self) -> Range<usize> {
+        let blocks = |ranks: &&Range<usize>| self.row_start[ranks.end] - self.row_start[ranks.start];
+        self.chunk_ranks.iter().max_by_key(blocks).cloned().unwrap_or_default()
     }
 
     /// Whether rows hold the columns of the border that they touch, and not all of them.
