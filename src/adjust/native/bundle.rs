@@ -8,6 +8,7 @@ use super::loss::Curvature;
 use super::pattern::Pattern;
 use super::point::Prepared;
 use super::rank::factor_of_full_rank;
+use super::spare::Spare;
 use super::step::try_step;
 use super::structure::Structure;
 use super::system::System;
@@ -15,7 +16,6 @@ use crate::adjust::AdjustError;
 use crate::measure::Frame;
 use crate::problem::{Loss, Problem, State};
 use rayon::ThreadPool;
-use std::sync::PoisonError;
 
 /// A bundle problem with what is prepared once.
 pub struct Bundle<'a> {
@@ -27,6 +27,8 @@ pub struct Bundle<'a> {
     pub pattern: Option<&'a Pattern>,
     /// Where the passes over the points run.
     pub pool: &'a ThreadPool,
+    /// Memory of earlier linearisations.
+    pub spare: &'a Spare,
 }
 
 /// Values of the unknowns, and the images at these.
@@ -57,11 +59,11 @@ impl Iterated for Bundle<'_> {
     }
 
     fn linearise(&self, state: &BundleState, damping: f64, curvature: Curvature) -> Result<System, AdjustError> {
-        self.pool.install(|| linearise::linearise(&self.at(state), damping, curvature))
+        self.pool.install(|| linearise::linearise(&self.at(state), damping, curvature, self.spare))
     }
 
     fn is_done_with(&self, system: System) {
-        *self.structure.spare.whole.lock().unwrap_or_else(PoisonError::into_inner) = Some(system);
+        self.spare.keep(system);
     }
 
     fn chi_square(&self, system: &System) -> f64 {

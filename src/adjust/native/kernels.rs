@@ -4,6 +4,7 @@ use super::bundle::{Bundle, BundleState};
 use super::lm::Iterated;
 use super::loss::Curvature;
 use super::pattern::Pattern;
+use super::spare::Spare;
 use super::structure::Structure;
 use super::system::System;
 use super::{frames, pool, rank, structure};
@@ -21,6 +22,7 @@ pub struct Kernels<'a> {
     structure: Structure,
     pattern: Option<Arc<Pattern>>,
     pool: ThreadPool,
+    spare: Spare,
     start: BundleState,
     system: System,
     step: (Vec<f64>, Vec<f64>),
@@ -35,14 +37,16 @@ impl<'a> Kernels<'a> {
         let (structure, pool) = (structure(problem)?, pool(threads)?);
         let pattern = Pattern::of(&structure, LinearSolver::Auto);
         let start = BundleState { state: problem.start.clone(), frames: frames(problem, &structure, &problem.start)? };
-        let bundle = Bundle { problem, structure: &structure, pattern: pattern.as_deref(), pool: &pool };
+        let spare = Spare::default();
+        let bundle = Bundle { problem, structure: &structure, pattern: pattern.as_deref(), pool: &pool, spare: &spare };
         let system = bundle.linearise(&start, DAMPING, Curvature::Weights)?;
         let step = rank::factor_of_full_rank(problem, &structure, &system, pattern.as_deref())?.solve();
-        Ok(Self { problem, structure, pattern, pool, start, system, step })
+        Ok(Self { problem, structure, pattern, pool, spare, start, system, step })
     }
 
     fn bundle(&self) -> Bundle<'_> {
-        Bundle { problem: self.problem, structure: &self.structure, pattern: self.pattern.as_deref(), pool: &self.pool }
+        let Self { problem, structure, pattern, pool, spare, .. } = self;
+        Bundle { problem, structure, pattern: pattern.as_deref(), pool, spare }
     }
 
     /// Derivatives of every measurement, its point eliminated at once: chi-square.

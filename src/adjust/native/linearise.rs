@@ -8,6 +8,7 @@ use super::loss::Curvature;
 use super::point::{ControlRows, PointRows, Prepared, inverse_of_damped};
 use super::rows::{Rows, batches};
 use super::side_by_side::Workspace;
+use super::spare::Spare;
 use super::structure::{FIRST_THETA, Structure};
 use super::system::System;
 use crate::adjust::AdjustError;
@@ -17,11 +18,10 @@ use crate::problem::Problem;
 use nalgebra::Matrix3;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
-use std::sync::PoisonError;
 
 /// Reduced system at a prepared state, the points damped by `damping` times their own diagonal. Errors: an observation
 /// that cannot be computed; a point that its rays do not fix.
-pub fn linearise(at: &Prepared<'_>, damping: f64, curvature: Curvature) -> Result<System, AdjustError> {
+pub fn linearise(at: &Prepared<'_>, damping: f64, curvature: Curvature, spare: &Spare) -> Result<System, AdjustError> {
     let structure = at.structure;
     let chunk = |number: usize, part: &mut System| match structure.dim {
         6 => add_chunk::<6>(at, number, damping, curvature, part),
@@ -29,12 +29,11 @@ pub fn linearise(at: &Prepared<'_>, damping: f64, curvature: Curvature) -> Resul
         8 => add_chunk::<8>(at, number, damping, curvature, part),
         _ => add_chunk::<MAX_DIM>(at, number, damping, curvature, part),
     };
-    let spare = structure.spare.whole.lock().unwrap_or_else(PoisonError::into_inner).take();
-    let mut total = spare.unwrap_or_else(|| System::zeros(structure, 0..0));
+    let mut total = spare.take().unwrap_or_else(|| System::zeros(structure, 0..0));
     total.restart(structure, 0..structure.images);
     // A private system each, added in the order of the chunks, so that the sum is the same for every number of threads.
     let (count, room) = (structure.chunks.len(), || System::zeros(structure, structure.largest_part()));
-    add_in_order(count, &structure.spare.parts, room, chunk, |part| total.add(structure, part))?;
+    add_in_order(count, &spare.parts, room, chunk, |part| total.add(structure, part))?;
     for row in position_rows(at)? {
         let image = row.image.as_ref().map(|(rank, row)| (*rank, row.as_slice()));
         total.add_row(structure, image, &row.shared, row.v);

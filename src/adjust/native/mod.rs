@@ -26,6 +26,7 @@ mod rank;
 mod rows;
 mod second_look;
 mod side_by_side;
+mod spare;
 mod step;
 mod structure;
 mod system;
@@ -40,6 +41,7 @@ pub use rank::EFFECT_DOMAIN;
 use bundle::{Bundle, BundleState, gradient_max};
 use pattern::Pattern;
 use point::Prepared;
+use spare::Spare;
 use std::time::Instant;
 use structure::Structure;
 
@@ -75,7 +77,8 @@ impl Solver for Native {
         // The progress callback need not be Send: the iterations stay on this thread, their passes go to the pool.
         let pool = pool(*threads)?;
         let started = Instant::now();
-        let bundle = Bundle { problem, structure: &structure, pattern: pattern.as_deref(), pool: &pool };
+        let spare = Spare::default();
+        let bundle = Bundle { problem, structure: &structure, pattern: pattern.as_deref(), pool: &pool, spare: &spare };
         let (state, frames) = (problem.start.clone(), frames(problem, &structure, &problem.start)?);
         let outcome = lm::minimise(&bundle, BundleState { state, frames }, options, progress)?;
         let BundleState { state, frames } = outcome.state;
@@ -103,7 +106,7 @@ impl Solver for Native {
         let structure = structure(&plain)?;
         let frames = frames(&plain, &structure, state)?;
         let at = Prepared { problem: &plain, structure: &structure, state, frames: &frames };
-        let system = linearise::linearise(&at, 0.0, Curvature::Weights)?;
+        let system = linearise::linearise(&at, 0.0, Curvature::Weights, &Spare::default())?;
         Ok(evaluation::reduced(&structure, &system))
     }
 
@@ -111,7 +114,7 @@ impl Solver for Native {
         let structure = structure(problem)?;
         let frames = frames(problem, &structure, state)?;
         let at = Prepared { problem, structure: &structure, state, frames: &frames };
-        let system = linearise::linearise(&at, 0.0, Curvature::Weights)?;
+        let system = linearise::linearise(&at, 0.0, Curvature::Weights, &Spare::default())?;
         let pattern = Pattern::of(&structure, LinearSolver::Auto);
         let factor = rank::factor_of_full_rank(problem, &structure, &system, pattern.as_deref())?;
         Ok(covariance::shared(&at, &factor))
@@ -127,7 +130,7 @@ pub fn one_step(problem: &Problem, state: &State, threads: usize) -> Result<Stat
     let structure = structure(problem)?;
     let frames = frames(problem, &structure, state)?;
     let at = Prepared { problem, structure: &structure, state, frames: &frames };
-    let system = pool(threads)?.install(|| linearise::linearise(&at, 0.0, Curvature::Weights))?;
+    let system = pool(threads)?.install(|| linearise::linearise(&at, 0.0, Curvature::Weights, &Spare::default()))?;
     let pattern = Pattern::of(&structure, LinearSolver::Auto);
     let (images, border) = rank::factor_of_full_rank(problem, &structure, &system, pattern.as_deref())?.solve();
     let mut next = state.clone();

@@ -4,13 +4,11 @@
 use super::aligned::LINE;
 use super::chunks::chunks;
 use super::nonlinear;
-use super::system::System;
 use crate::camera::PARAMETER_COUNT;
 use crate::effects::Scope;
 use crate::measure::Stages;
 use crate::problem::Problem;
 use std::ops::Range;
-use std::sync::Mutex;
 
 /// Marks "not an unknown" in the index tables.
 pub const NONE: u32 = u32::MAX;
@@ -92,17 +90,6 @@ pub struct Structure {
     pub chunks: Vec<Range<usize>>,
     /// Ranks of the images that see the points of each.
     pub chunk_ranks: Vec<Range<usize>>,
-    /// What the next linearisation fills again.
-    pub spare: Spare,
-}
-
-/// Systems that nobody needs any more: memory that was asked for once need not be asked for again.
-#[derive(Debug, Default)]
-pub struct Spare {
-    /// Of chunks.
-    pub parts: Mutex<Vec<System>>,
-    /// Of all images.
-    pub whole: Mutex<Option<System>>,
 }
 
 impl Structure {
@@ -209,7 +196,6 @@ impl Structure {
             band,
             chunk_ranks: chunks.iter().map(|points| ranks_of(problem, points)).collect(),
             chunks,
-            spare: Spare::default(),
         }
     }
 

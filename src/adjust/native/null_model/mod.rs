@@ -37,6 +37,7 @@ use super::loss::Curvature;
 use super::pattern::Pattern;
 use super::point::Prepared;
 use super::rank::factor_of_full_rank;
+use super::spare::Spare;
 use super::structure::Structure;
 use super::system::System;
 use super::{frames as frames_of, pool, step, structure as structure_of};
@@ -117,7 +118,7 @@ impl NullModel {
         let frames = frames_of(&problem, &structure, &state)?;
         let at = Prepared { problem: &problem, structure: &structure, state: &state, frames: &frames };
         let pool = pool(threads)?;
-        let system = pool.install(|| linearise::linearise(&at, 0.0, Curvature::Weights))?;
+        let system = pool.install(|| linearise::linearise(&at, 0.0, Curvature::Weights, &Spare::default()))?;
         structure.stages = all_stages;
         let frames = frames_of(&problem, &structure, &state)?;
         let pattern = Pattern::of(&structure, LinearSolver::Auto);
