@@ -73,9 +73,10 @@ impl Formula for Unflatness {
         for (p, (j, k)) in ORDERS.into_iter().enumerate() {
             let c = given.theta(p);
             z = z + c * px[j] * py[k];
-            z_x = z_x + c * px_slope[j] * py[k] * 2.0 / width;
-            z_y = z_y + c * px[j] * py_slope[k] * 2.0 / height;
+            z_x = z_x + c * px_slope[j] * py[k];
+            z_y = z_y + c * px[j] * py_slope[k];
         }
+        let (z_x, z_y, z_per_f) = (z_x * 2.0 / width, z_y * 2.0 / height, z / f);
         // Slopes of the ray against the axis.
         let slope = [(x - given.input(IMAGE_INTERIOR + PPX)) / f, (y - given.input(IMAGE_INTERIOR + PPY)) / f];
         for axis in 0..2 {
@@ -83,9 +84,9 @@ impl Formula for Unflatness {
             if answer.wants_input() {
                 answer.by_input(axis, 0, slope[axis] * z_x);
                 answer.by_input(axis, 1, slope[axis] * z_y);
-                answer.by_input(axis, axis, z / f);
-                answer.by_input(axis, IMAGE_INTERIOR + F, -(slope[axis] * z / f));
-                answer.by_input(axis, IMAGE_INTERIOR + PPX + axis, -(z / f));
+                answer.by_input(axis, axis, z_per_f);
+                answer.by_input(axis, IMAGE_INTERIOR + F, -(slope[axis] * z_per_f));
+                answer.by_input(axis, IMAGE_INTERIOR + PPX + axis, -z_per_f);
             }
             for (p, (j, k)) in ORDERS.into_iter().enumerate() {
                 answer.by_theta(axis, p, slope[axis] * px[j] * py[k]);

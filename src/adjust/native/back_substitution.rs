@@ -5,10 +5,10 @@ use super::eliminate::Whitening;
 use super::loss::Curvature;
 use super::point::Prepared;
 use super::rows::Contents;
-use super::side_by_side::{Cameras, Eights, Workspace, add_costs};
+use super::side_by_side::{Eights, Workspace, add_costs};
 use super::structure::FIRST_THETA;
 use crate::measure::lanes::{LANES, Lane, MISCLOSURE, POINT, Predictions};
-use crate::measure::{self, MeasureError, Predict, Seen, transpose};
+use crate::measure::{self, MeasureError, transpose};
 use nalgebra::{Matrix3, Vector3};
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
@@ -221,23 +221,13 @@ impl WithSimd for Costs<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Option<f64> {
-        let Self { after, points, objects, work: Workspace { views, eight, predictions, answers } } = self;
-        let cameras @ Cameras { problem, stages, frames } = after.cameras();
-        let mut eights = Eights::new(cameras, objects, points, views);
+        let Self { after, points, objects, work } = self;
+        let cameras = after.cameras();
+        let mut eights = Eights::new(cameras, objects, points, &mut work.views);
         let mut costs = Lane::default();
-        while eights.next(simd, views, eight) {
-            if stages.plain_image() {
-                views.project(simd, predictions);
-                if eight.behind(&predictions.depth).is_some() {
-                    return None;
-                }
-            } else {
-                let observations = &problem.observations[eight.numbers.clone()];
-                let seen = Seen { problem, stages, frames, observations };
-                simd.vectorize(Predict { seen, views, out: predictions, answers, derivatives: false }).ok()?;
-            }
-            let (_, squares) = eight.misclosures(simd, &predictions.point);
-            add_costs(simd, problem.loss, &squares, &mut costs);
+        while work.predict(simd, cameras, &mut eights)? {
+            let (_, squares) = work.eight.misclosures(simd, &work.predictions.point);
+            add_costs(simd, cameras.problem.loss, &squares, &mut costs);
         }
         Some(costs.iter().sum())
     }

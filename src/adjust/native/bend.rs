@@ -7,11 +7,15 @@
 
 use super::linearise::chi_square_beside_points;
 use super::point::Prepared;
+use super::side_by_side::{Eights, Workspace};
 use super::step::{loss_of, move_images_and_border, surveyed_chi_square};
+use crate::math::vectors::dispatch;
 use crate::measure;
 use crate::problem::{Problem, State};
 use nalgebra::Vector3;
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Share of the step over which the bend is measured: far below one, so that it is that at the start, and far above rounding (a
@@ -70,14 +74,35 @@ pub fn chi_square(at: &Prepared<'_>) -> Option<f64> {
 }
 
 fn predicted(at: &Prepared<'_>) -> Option<Predicted> {
-    let Prepared { problem, structure, state, frames } = *at;
+    let Prepared { problem, structure, frames, .. } = *at;
     let stages = &structure.stages;
-    let of_point = |j: usize| {
-        let own = &problem.observations[problem.point_start[j]..problem.point_start[j + 1]];
-        own.iter().map(move |o| measure::predict_point(problem, stages, &frames[o.image as usize], o, &state.points[j]))
-    };
-    let points = (0..state.points.len()).into_par_iter().flat_map_iter(of_point).collect::<Option<_>>()?;
+    let of_chunk = |points: &Range<usize>| dispatch(PredictPoints { at, points: points.clone() });
+    let points: Vec<Vec<[f64; 2]>> = structure.chunks.par_iter().map(of_chunk).collect::<Option<_>>()?;
     let antenna = |image: usize| Some(measure::predict_antenna(problem, stages, &frames[image], image)?.position);
     let antennas = problem.gnss.iter().map(|observation| antenna(observation.index as usize)).collect::<Option<_>>()?;
-    Some(Predicted { points, antennas })
+    Some(Predicted { points: points.concat(), antennas })
+}
+
+/// The image measurements of some points, in their order. `None`: one that cannot be predicted.
+struct PredictPoints<'a> {
+    at: &'a Prepared<'a>,
+    points: Range<usize>,
+}
+
+impl WithSimd for PredictPoints<'_> {
+    type Output = Option<Vec<[f64; 2]>>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { at, points } = self;
+        let starts = &at.problem.point_start;
+        let mut predicted = Vec::with_capacity(starts[points.end] - starts[points.start]);
+        let (cameras, mut work) = (at.cameras(), Workspace::new(&at.structure.stages));
+        let mut eights = Eights::new(cameras, &at.state.points[points.clone()], points, &mut work.views);
+        while work.predict(simd, cameras, &mut eights)? {
+            let [x, y] = &work.predictions.point;
+            predicted.extend((0..work.eight.numbers.len()).map(|lane| [x[lane], y[lane]]));
+        }
+        Some(predicted)
+    }
 }

@@ -148,6 +148,26 @@ impl Workspace {
     }
 }
 
+impl Workspace {
+    /// Predicts the next of `eights`, without derivatives. `Some(false)` where there are none, `None` where one cannot be predicted.
+    #[inline(always)]
+    pub fn predict<S: Simd>(&mut self, simd: S, cameras: Cameras<'_>, eights: &mut Eights<'_>) -> Option<bool> {
+        let Self { views, eight, predictions, answers } = self;
+        let Cameras { problem, stages, frames } = cameras;
+        if !eights.next(simd, views, eight) {
+            return Some(false);
+        }
+        if stages.plain_image() {
+            views.project(simd, predictions);
+            return eight.behind(&predictions.depth).is_none().then_some(true);
+        }
+        let observations = &problem.observations[eight.numbers.clone()];
+        let seen = Seen { problem, stages, frames, observations };
+        simd.vectorize(Predict { seen, views, out: predictions, answers, derivatives: false }).ok()?;
+        Some(true)
+    }
+}
+
 impl Eight {
     /// The first measurement that lies behind its camera.
     #[inline(always)]
