@@ -23,32 +23,37 @@ const INTERSECTION_STEPS: usize = 2;
 /// Typical error per coordinate of predicted tie-point measurements, px: from the median, which badly intersected points do not move, of errors
 /// that are each divided by the precision of their intersection. NaN where no point has three rays.
 pub fn held_out_px(fitted: &Fit, threads: usize) -> Result<f64, AdjustError> {
-    let Fit { problem, solution, .. } = fitted;
-    let state = &solution.state;
-    let pool = pool(threads)?;
-    let mut squares = Vec::new();
-    for fold in 0..FOLDS {
-        let left_out = |j: &usize| matches!(problem.point_sources[*j], PointSource::Tie(_)) && j % FOLDS == fold;
-        let (left_out, kept): (Vec<usize>, Vec<usize>) = (0..problem.point_sources.len()).partition(left_out);
-        let (mut part, at) = problem.with_points(state, &kept);
-        let unoriented = part.hold_unoriented_images();
-        // A shape has no smooth way to the part's own best place (the kink of a flaw): that of the whole is kept.
-        for t in part.searched() {
-            part.theta[t].free = false;
-        }
-        // A part that does not determine every unknown predicts nothing.
-        let Ok(next) = one_step(&part, &at, threads) else { continue };
-        let of_part = State { points: state.points.clone(), ..next };
-        let predictor = Predictor::new(problem, &of_part)?;
-        let cameras = Cameras { problem, predictor: &predictor, unoriented: &unoriented };
-        let predicted = |j: &usize| predict_point(&cameras, &of_part.points[*j], *j);
-        pool.install(|| squares.par_extend(left_out.par_iter().flat_map_iter(predicted)));
-    }
+    let of_folds: Vec<Vec<f64>> = pool(threads)?.install(|| {
+        let fold = |fold: usize| of_fold(fitted, fold, threads.div_ceil(FOLDS));
+        (0..FOLDS).into_par_iter().map(fold).collect::<Result<_, _>>()
+    })?;
+    let squares = of_folds.concat();
     if squares.is_empty() {
         return Ok(f64::NAN);
     }
     // Each is half of a chi-square with two degrees of freedom times the variance.
     Ok((2.0 * median(&squares) / chi_square_quantile(0.5, 2.0)).sqrt())
+}
+
+/// Squared errors of the points of a part, left out.
+fn of_fold(fitted: &Fit, fold: usize, threads: usize) -> Result<Vec<f64>, AdjustError> {
+    let Fit { problem, solution, .. } = fitted;
+    let state = &solution.state;
+    let left_out = |j: &usize| matches!(problem.point_sources[*j], PointSource::Tie(_)) && j % FOLDS == fold;
+    let (left_out, kept): (Vec<usize>, Vec<usize>) = (0..problem.point_sources.len()).partition(left_out);
+    let (mut part, at) = problem.with_points(state, &kept);
+    let unoriented = part.hold_unoriented_images();
+    // A shape has no smooth way to the part's own best place (the kink of a flaw): that of the whole is kept.
+    for t in part.searched() {
+        part.theta[t].free = false;
+    }
+    // A part that does not determine every unknown predicts nothing.
+    let Ok(next) = one_step(&part, &at, threads) else { return Ok(Vec::new()) };
+    let of_part = State { points: state.points.clone(), ..next };
+    let predictor = Predictor::new(problem, &of_part)?;
+    let cameras = Cameras { problem, predictor: &predictor, unoriented: &unoriented };
+    let predicted = |j: &usize| predict_point(&cameras, &of_part.points[*j], *j);
+    Ok(left_out.par_iter().flat_map_iter(predicted).collect())
 }
 
 /// Rows of one point: weighted residual, weighted derivative, and weight.
