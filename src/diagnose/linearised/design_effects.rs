@@ -1,13 +1,15 @@
 //! Design effects: by how much measurements that err together, in an image or about a point, make an estimate less sure than it says.
 
 use super::super::fit::DiagnoseError;
-use super::super::select::{Nature, Set};
+use super::super::select::{BesideChance, Nature, Set};
 use super::super::settings::Settings;
 use super::super::test::System;
-use super::super::test::design_effect::{ClusterOfValues, Clusters, of_values};
+use super::super::test::design_effect::{ClusterOfValues, Clusters, Share, of_values, shares_of};
 use super::{Linearised, at_zero};
+use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{GROUPINGS, ImageCell, ImageCells, NullModel, Parts};
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -28,7 +30,7 @@ impl Linearised {
         let columns: Vec<usize> = laws.into_iter().flat_map(|set| self.sets[set].columns.iter().copied()).collect();
         if values {
             self.design_effects =
-                design_effects(&self.null, &self.sets, self.null.chi_square() / self.system.redundancy);
+                design_effects(&self.null, &self.sets, self.null.chi_square() / self.system.redundancy)?;
         }
         if columns.is_empty() {
             return Ok(());
@@ -41,31 +43,38 @@ impl Linearised {
         parts.pop();
         self.clusters = Clusters { parts };
         let System { least, redundancy, .. } = &self.system;
+        self.beside_chance = BesideChance::default();
         self.system = at_zero(&self.scores, &self.values, least, self.null.chi_square(), *redundancy);
         Ok(())
     }
 }
 
 /// Design effect of every set of values per image; one for laws.
-fn design_effects(null: &NullModel, sets: &[Set], variance: f64) -> Vec<f64> {
-    let images = null.image_cells();
+fn design_effects(null: &NullModel, sets: &[Set], variance: f64) -> Result<Vec<f64>, AdjustError> {
+    let images = null.image_cells()?;
     let of = |set: &Set| {
         if set.nature == Nature::Law {
             return 1.0;
         }
-        let own = |image: &ImageCells, grouping: usize| {
-            let is_own = |position: &usize| set.columns.binary_search(&image.columns[*position]).is_ok();
-            let rows: Vec<usize> = (0..image.columns.len()).filter(is_own).collect();
-            let among = |matrix: &DMatrix<f64>| matrix.select_rows(&rows).select_columns(&rows);
-            let own = |cell: &ImageCell| ClusterOfValues {
-                score: cell.score.select_rows(&rows),
-                information: among(&cell.information),
-                covariance: among(&cell.covariance),
-            };
-            if rows.is_empty() { Vec::new() } else { image.groupings[grouping].iter().map(own).collect() }
+        let grouped = |grouping| {
+            let shares = |image: &ImageCells| shares_of(&clusters_of(set, image, grouping), variance);
+            let of_images: Vec<Vec<Share>> = null.pool().install(|| images.par_iter().map(shares).collect());
+            of_values(of_images.iter().flatten())
         };
-        let grouped = |grouping| of_values(images.iter().map(|image| own(image, grouping)), variance);
         (0..GROUPINGS).map(grouped).fold(1.0, f64::max)
     };
-    sets.iter().map(of).collect()
+    Ok(sets.iter().map(of).collect())
+}
+
+/// The cells of an image over its values in a set.
+fn clusters_of(set: &Set, image: &ImageCells, grouping: usize) -> Vec<ClusterOfValues> {
+    let is_own = |position: &usize| set.columns.binary_search(&image.columns[*position]).is_ok();
+    let rows: Vec<usize> = (0..image.columns.len()).filter(is_own).collect();
+    let among = |matrix: &DMatrix<f64>| matrix.select_rows(&rows).select_columns(&rows);
+    let own = |cell: &ImageCell| ClusterOfValues {
+        score: cell.score.select_rows(&rows),
+        information: among(&cell.information),
+        covariance: among(&cell.covariance),
+    };
+    if rows.is_empty() { Vec::new() } else { image.groupings[grouping].iter().map(own).collect() }
 }

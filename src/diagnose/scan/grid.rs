@@ -4,6 +4,7 @@ use super::Scan;
 use super::cells::{Cells, Residual};
 use super::elsewhere;
 use super::shape::{Moves, Shape, Sums};
+use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{Local, NullModel};
 use crate::problem::ImageObservation;
 use rayon::prelude::*;
@@ -38,14 +39,17 @@ struct Level {
 
 impl<'a> Grid<'a> {
     /// Residuals of a fit in cells for every width.
-    pub fn new(search: &'a Scan<'a>, null: &NullModel) -> Self {
+    ///
+    /// # Errors
+    /// A measurement that cannot be predicted.
+    pub fn new(search: &'a Scan<'a>, null: &NullModel) -> Result<Self, AdjustError> {
         let (least, most) = search.widths;
         let widths = std::iter::successors(Some(least), |width| Some(width * WIDTH_STEP));
         let widths: Vec<f64> = widths.take_while(|width| *width <= most).collect();
-        let residuals = residuals(null, &null.measurements());
+        let residuals = residuals(null, &null.measurements()?);
         let cells = |width| Cells::new(search.problem, &residuals, &search.effect, width);
         let level = |width| Level { width, cells: cells(width) };
-        Self { search, levels: null.pool().install(|| widths.into_par_iter().map(level).collect()) }
+        Ok(Self { search, levels: null.pool().install(|| widths.into_par_iter().map(level).collect()) })
     }
 
     /// Number of places that measurements reach, and the highest peaks of `s^2 / B'PB` of every variant and width.

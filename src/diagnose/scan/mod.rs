@@ -89,7 +89,7 @@ pub fn place(
 
 /// The candidate at the best place of each of its variants.
 fn best_places(search: &Scan<'_>, null: &NullModel) -> Result<Vec<(Candidate, Searched)>, DiagnoseError> {
-    let grid = Grid::new(search, null);
+    let grid = Grid::new(search, null)?;
     let (count, peaks) = grid.promising(null);
     let shapes = peaks.iter().map(|peak| peak.shape).collect();
     let mut best = search.test(null, shapes, vec![None; search.variants.len()])?;

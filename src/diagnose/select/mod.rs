@@ -21,7 +21,7 @@ mod situation;
 mod tests;
 
 pub use event::Event;
-pub use situation::{Beside, Judged, Nature, Searched, Set, Situation, Taken};
+pub use situation::{Beside, BesideChance, Judged, Nature, Searched, Set, Situation, Taken};
 
 /// What is asked for next: what has to leave leaves before anything enters. `None`: nothing enters, nothing leaves.
 pub fn next(situation: &Situation<'_>) -> Option<Event> {

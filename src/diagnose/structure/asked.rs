@@ -2,7 +2,7 @@
 
 use super::context::Noise;
 use crate::adjust::native::null_model::ScoreSystem;
-use crate::diagnose::test::system::KEPT_SHARE;
+use crate::diagnose::test::pivoted::KEPT_SHARE;
 use crate::diagnose::test::{System, variance_factor};
 use crate::math::statistics::f_ln_sf;
 use nalgebra::{DVector, Matrix2, Vector2};

@@ -109,7 +109,7 @@ pub fn analyse(
     threads: usize,
 ) -> Result<Structure, AdjustError> {
     let null = NullModel::new(problem.clone(), state.clone(), Vec::new(), threads)?;
-    let measurements = null.measurements();
+    let measurements = null.measurements()?;
     let test = |columns: &dyn Columns| -> Result<((), System, Spread), AdjustError> {
         let scores = null.test(columns)?;
         let spread = Spread::of(&scores);

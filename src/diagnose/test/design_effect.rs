@@ -62,36 +62,44 @@ pub struct ClusterOfValues {
     pub covariance: DMatrix<f64>,
 }
 
-/// The same for independent values per image, which take all that an image has in common: clusters are cells within each of the `images`. What
-/// the values explain is taken out.
-pub fn of_values(images: impl Iterator<Item = Vec<ClusterOfValues>>, variance: f64) -> f64 {
+/// What a cluster has of the variance of a score.
+#[derive(Debug, Clone, Copy)]
+pub struct Share {
+    /// Square of its score over the variance factor.
+    size: f64,
+    /// What independent measurements would give in the mean.
+    expected: f64,
+}
+
+/// The same for independent values per image, which take all that an image has in common: clusters are cells within each image, of which
+/// these are the shares ([`shares_of`]), image by image.
+pub fn of_values<'a>(shares: impl Iterator<Item = &'a Share>) -> f64 {
     let mut spread = Spread::default();
-    for cells in images {
-        let Some(first) = cells.first() else { continue };
-        let n = first.score.len();
-        let score = cells.iter().fold(DVector::zeros(n), |sum, cell| sum + &cell.score);
-        let information = cells.iter().fold(DMatrix::zeros(n, n), |sum, cell| sum + &cell.information);
-        let Some(factor) = information.cholesky() else { continue };
-        let change = factor.solve(&score);
-        let lower = factor.l();
-        let white = |matrix: &DMatrix<f64>| {
-            let half = lower.solve_lower_triangular(matrix)?;
-            lower.solve_lower_triangular(&half.transpose())
-        };
-        for cell in &cells {
-            let left = lower.solve_lower_triangular(&(&cell.score - &cell.information * &change));
-            let (Some(left), Some(share), Some(expected)) = (left, white(&cell.information), white(&cell.covariance))
-            else {
-                continue;
-            };
-            // What is left of a cell once the values have been fitted to all cells.
-            let expected = expected.trace() - (&share * &share).trace();
-            if expected > 0.0 {
-                spread.add(left.norm_squared() / variance, expected);
-            }
-        }
-    }
+    shares.for_each(|share| spread.add(share.size, share.expected));
     spread.design_effect()
+}
+
+/// Shares of the cells of an image. What its values explain is taken out; none where they are not determined.
+pub fn shares_of(cells: &[ClusterOfValues], variance: f64) -> Vec<Share> {
+    let Some(first) = cells.first() else { return Vec::new() };
+    let n = first.score.len();
+    let score = cells.iter().fold(DVector::zeros(n), |sum, cell| sum + &cell.score);
+    let information = cells.iter().fold(DMatrix::zeros(n, n), |sum, cell| sum + &cell.information);
+    let Some(factor) = information.cholesky() else { return Vec::new() };
+    let change = factor.solve(&score);
+    let lower = factor.l();
+    let white = |matrix: &DMatrix<f64>| {
+        let half = lower.solve_lower_triangular(matrix)?;
+        lower.solve_lower_triangular(&half.transpose())
+    };
+    let of = |cell: &ClusterOfValues| {
+        let left = lower.solve_lower_triangular(&(&cell.score - &cell.information * &change))?;
+        let (share, expected) = (white(&cell.information)?, white(&cell.covariance)?);
+        // What is left of a cell once the values have been fitted to all cells.
+        let expected = expected.trace() - (&share * &share).trace();
+        (expected > 0.0).then(|| Share { size: left.norm_squared() / variance, expected })
+    };
+    cells.iter().filter_map(of).collect()
 }
 
 /// Squares of scores of clusters beside what independent measurements would give.
@@ -150,8 +158,8 @@ mod tests {
         );
     }
 
-    /// Ten images of twenty cells: a value per image, and an error per cell.
-    fn images(value: f64, error: f64) -> impl Iterator<Item = Vec<ClusterOfValues>> {
+    /// Design effect of ten images of twenty cells: a value per image, and an error per cell.
+    fn images(value: f64, error: f64) -> f64 {
         let cell = move |image: usize, k: usize| {
             let value = if image.is_multiple_of(2) { value } else { -value };
             let error = if k.is_multiple_of(2) { error } else { -error };
@@ -159,14 +167,16 @@ mod tests {
             let score = DVector::from_element(1, 4.0 * value + error);
             ClusterOfValues { score, covariance: information.clone(), information }
         };
-        (0..10).map(move |image| (0..20).map(|k| cell(image, k)).collect())
+        let cells = |image: usize| -> Vec<ClusterOfValues> { (0..20).map(|k| cell(image, k)).collect() };
+        let shares: Vec<Share> = (0..10).flat_map(|image| shares_of(&cells(image), 1.0)).collect();
+        of_values(shares.iter())
     }
 
     #[test]
     fn values_per_image_are_no_design_effect_but_errors_within_are() {
-        assert_eq!(of_values(images(50.0, 2.0), 1.0), 1.0);
+        assert_eq!(images(50.0, 2.0), 1.0);
         // Each cell's score has variance 4 if its measurements are independent; a twentieth of it goes with the value.
-        assert_relative_eq!(of_values(images(50.0, 6.0), 1.0), 9.0 * 20.0 / 19.0, epsilon = 1e-9);
+        assert_relative_eq!(images(50.0, 6.0), 9.0 * 20.0 / 19.0, epsilon = 1e-9);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Is a set of columns zero? One F test, whatever the set is.
 
-use super::system::Pivoted;
+use super::pivoted::Pivoted;
 use super::{System, variance_factor};
 use crate::math::statistics::f_ln_sf;
 

@@ -7,6 +7,7 @@
 pub mod design_effect;
 pub mod fixed;
 pub mod multiple;
+pub mod pivoted;
 pub mod power;
 pub mod prediction;
 pub mod random;

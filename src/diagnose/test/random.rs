@@ -33,7 +33,8 @@ pub struct Component {
     pub variance: f64,
 }
 
-fn spectral(system: &System, set: &[usize]) -> Option<RandomValues> {
+/// Values of a set in their eigenbasis. `None` where they are not determined.
+pub fn values(system: &System, set: &[usize]) -> Option<RandomValues> {
     RandomValues::new(set.len(), |i, j| system.information[(set[i], set[j])], |i| system.score[set[i]])
 }
 
@@ -92,17 +93,12 @@ fn smallest_deviation(moments: [f64; 4], ln_level: f64) -> f64 {
 
 /// Variance `t^2` of largest likelihood, at least `least`, in the units of the columns squared.
 pub fn estimate(system: &System, set: &[usize], variance: f64, least: f64) -> f64 {
-    spectral(system, set).map_or(0.0, |values| values.variance(variance, least))
+    values(system, set).map_or(0.0, |values| values.variance(variance, least))
 }
 
-/// Twice the logarithm of the likelihood ratio of the variance `size` against zero.
-pub fn likelihood_ratio(system: &System, set: &[usize], variance: f64, size: f64) -> f64 {
-    spectral(system, set).map_or(0.0, |values| values.likelihood_ratio(variance, size))
-}
-
-/// The same of the variance of largest likelihood. `None` where the values are not determined.
+/// Twice the logarithm of the likelihood ratio of the variance of largest likelihood against zero. `None` where the values are not determined.
 pub fn largest_likelihood_ratio(system: &System, set: &[usize], variance: f64) -> Option<f64> {
-    let values = spectral(system, set)?;
+    let values = values(system, set)?;
     Some(values.likelihood_ratio(variance, values.variance(variance, 0.0)))
 }
 
@@ -111,8 +107,8 @@ pub fn largest_likelihood_ratio(system: &System, set: &[usize], variance: f64) -
 ///
 /// The law's columns are combinations of the values' columns, so scores of the values hold all that is known of both: generalised least
 /// squares in the eigenbasis.
-pub fn law_beside_chance(system: &System, law: &[usize], values: &[usize], design_effect: f64) -> Option<f64> {
-    let spectral = spectral(system, values)?;
+pub fn law_beside_chance(system: &System, law: &[usize], chance: &[usize], design_effect: f64) -> Option<f64> {
+    let spectral = values(system, chance)?;
     let kept = spectral.left();
     let law = system.pivoted(law).kept;
     let (n, p) = (kept.len(), law.len());
@@ -121,7 +117,7 @@ pub fn law_beside_chance(system: &System, law: &[usize], values: &[usize], desig
     }
     let variance = design_effect * variance_factor(system.chi_square, system.redundancy);
     let design = DMatrix::from_fn(n, p, |i, c| {
-        (0..values.len()).map(|v| spectral.basis[(v, kept[i])] * system.information[(values[v], law[c])]).sum::<f64>()
+        (0..chance.len()).map(|v| spectral.basis[(v, kept[i])] * system.information[(chance[v], law[c])]).sum::<f64>()
     });
     let y = DVector::from_fn(n, |i, _| spectral.scores[kept[i]]);
     let eigenvalue = |i: usize| spectral.eigenvalues[kept[i]];

@@ -1,7 +1,7 @@
 //! What a block cannot tell apart: how much of one set's estimated effect another set could take.
 
 use super::System;
-use super::system::Pivoted;
+use super::pivoted::Pivoted;
 use nalgebra::{DMatrix, DVector};
 
 /// Correlation of two effects in the measurements, once the base is taken out, above which this block cannot tell them apart.

@@ -1,17 +1,11 @@
 //! Score and information of columns, and what remains of both when some of them are taken for granted.
 
+use super::pivoted::Pivoted;
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::sync::Arc;
-
-/// A direction of a set of which the base and the other directions leave less than this share of its squared length is absorbed: values of the
-/// set that differ by hundreds of times what they do to the residuals would make a refit follow a curved valley.
-pub const KEPT_SHARE: f64 = 1e-5;
-/// The same for what a set has above all, its best direction: rounding alone. Most of a flat port or of a high radial term is a focal length and
-/// a k1, whose freedom says nothing of the rest; whether that is known well enough says the plausible range.
-const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Standard deviations at which a value shows for certain among some dozens of candidates: 4.1 for one in 25000, 0.84 for a power of 80 %.
 const SHOWS: f64 = 4.94;
@@ -42,19 +36,6 @@ pub struct Penalised {
     pub variance: f64,
 }
 
-/// A Cholesky factorisation with pivoting over the columns of a set: those that are left something of, in the order in which they were taken.
-#[derive(Debug, Clone)]
-pub struct Pivoted {
-    /// Columns kept.
-    pub kept: Vec<usize>,
-    /// Lower factor of `M` over the kept columns, scaled: `M = S^-1 L L' S^-1` with `S` the diagonal of `scale`.
-    pub factor: DMatrix<f64>,
-    /// One over the length of each kept column.
-    pub scale: Vec<f64>,
-    /// `L^-1 S s`: independent, of the variance of unit weight, mean zero without an effect.
-    pub white: DVector<f64>,
-}
-
 impl System {
     /// Number of columns.
     pub fn len(&self) -> usize {
@@ -64,72 +45,6 @@ impl System {
     /// No columns?
     pub fn is_empty(&self) -> bool {
         self.score.is_empty()
-    }
-
-    /// Factorises `M` over a set of columns, most independent first, and leaves out those that the others and the base absorb.
-    pub fn pivoted(&self, set: &[usize]) -> Pivoted {
-        self.pivoted_in_turn(&[set])
-    }
-
-    /// The same over several sets, one beside those before it: what counts as absorbed of a set does not depend on whether it is factorised
-    /// alone beside the others or together with them.
-    pub fn pivoted_in_turn<S: AsRef<[usize]>>(&self, sets: &[S]) -> Pivoted {
-        let of_set = |s: usize| sets[s].as_ref().iter().map(move |column| (*column, s));
-        let all = (0..sets.len()).flat_map(of_set).filter(|(column, _)| self.length[*column] > 0.0);
-        let (mut columns, mut set_of): (Vec<usize>, Vec<usize>) = all.unzip();
-        let n = columns.len();
-        let scale_of = |c: usize| self.length[c].sqrt().recip();
-        let mut factor = DMatrix::<f64>::zeros(n, n);
-        let mut diagonal: Vec<f64> = columns.iter().map(|c| self.information[(*c, *c)] / self.length[*c]).collect();
-        let mut white: Vec<f64> = columns.iter().map(|c| self.score[*c] * scale_of(*c)).collect();
-        let mut asked: Vec<f64> = columns.iter().map(|c| self.least[*c] / self.length[*c]).collect();
-        let (mut kept, mut set, mut floor) = (0, 0, ROUNDING_SHARE);
-        while set < sets.len() {
-            let step = kept;
-            let ratio = |k: usize| diagonal[k] / asked[k].max(KEPT_SHARE);
-            let own = (step..n).filter(|k| set_of[*k] == set);
-            let best = own.max_by(|i, k| ratio(*i).total_cmp(&ratio(*k)).then(k.cmp(i)));
-            let Some(best) = best.filter(|best| diagonal[*best] > asked[*best].max(floor)) else {
-                (set, floor) = (set + 1, ROUNDING_SHARE);
-                continue;
-            };
-            floor = KEPT_SHARE;
-            columns.swap(step, best);
-            set_of.swap(step, best);
-            diagonal.swap(step, best);
-            asked.swap(step, best);
-            white.swap(step, best);
-            factor.swap_rows(step, best);
-            let pivot = diagonal[step].sqrt();
-            factor[(step, step)] = pivot;
-            let own = scale_of(columns[step]);
-            // Column by column, which is how they are stored.
-            let mut next: Vec<f64> = (step + 1..n)
-                .map(|i| self.information[(columns[i], columns[step])] * scale_of(columns[i]) * own)
-                .collect();
-            for done in 0..step {
-                let row = factor[(step, done)];
-                let column = factor.column(done);
-                for (value, other) in next.iter_mut().zip(column.rows(step + 1, n - step - 1).iter()) {
-                    *value -= row * other;
-                }
-            }
-            white[step] /= pivot;
-            for (i, value) in (step + 1..n).zip(next) {
-                let value = value / pivot;
-                factor[(i, step)] = value;
-                diagonal[i] -= value * value;
-                white[i] -= value * white[step];
-            }
-            kept = step + 1;
-        }
-        columns.truncate(kept);
-        Pivoted {
-            scale: columns.iter().map(|c| scale_of(*c)).collect(),
-            factor: factor.view((0, 0), (kept, kept)).into_owned(),
-            white: DVector::from_vec(white).rows(0, kept).into_owned(),
-            kept: columns,
-        }
     }
 
     /// The columns of a set that are worth an estimate of their own: of each the largest plausible value (half of its range) would show beside the
@@ -168,32 +83,30 @@ impl System {
         for values in random {
             system = system.beside_random(values);
         }
-        if !fixed.is_empty() {
-            system = system.beside_fixed(fixed);
-        }
-        system
+        let laws = system.pivoted_in_turn(fixed);
+        system.beside_laws(fixed, &laws)
     }
 
-    fn beside_fixed<S: AsRef<[usize]>>(&self, sets: &[S]) -> System {
-        let pivoted = self.pivoted_in_turn(sets);
+    /// The system beside fixed sets, which are factorised already.
+    pub fn beside_laws<S: AsRef<[usize]>>(self, sets: &[S], pivoted: &Pivoted) -> System {
+        if sets.is_empty() {
+            return self;
+        }
         let n = pivoted.kept.len();
         let mut cross =
             DMatrix::from_fn(n, self.len(), |i, c| self.information[(pivoted.kept[i], c)] * pivoted.scale[i]);
         solve_lower(as_faer(&pivoted.factor), &mut cross);
         let mut system = self.less(&cross, &pivoted.white);
-        system.chi_square -= pivoted.white.norm_squared();
         system.redundancy -= n as f64;
         sets.iter().for_each(|set| system.forget(set.as_ref()));
         system
     }
 
-    fn beside_random(&self, values: &Penalised) -> System {
-        let Some((lower, white)) = self.penalised(values) else { return self.clone() };
+    fn beside_random(self, values: &Penalised) -> System {
+        let Some((lower, white)) = self.penalised(values) else { return self };
         let mut cross = DMatrix::from_fn(white.len(), self.len(), |i, c| self.information[(values.columns[i], c)]);
         solve_lower(lower.as_ref(), &mut cross);
-        let mut system = self.less(&cross, &white);
-        system.chi_square -= white.norm_squared();
-        system
+        self.less(&cross, &white)
     }
 
     /// The drop of `v'Pv` that random values bring.
@@ -216,17 +129,18 @@ impl System {
         Some((lower, white.column(0).into_owned()))
     }
 
-    fn less(&self, cross: &DMatrix<f64>, white: &DVector<f64>) -> System {
-        let mut system = self.clone();
+    /// Beside columns of which `cross = L^-1 M` and `white = L^-1 s`, `L` their factor.
+    fn less(mut self, cross: &DMatrix<f64>, white: &DVector<f64>) -> System {
         let n = self.len();
-        let own = Arc::make_mut(&mut system.information);
+        let own = Arc::make_mut(&mut self.information);
         let information = MatMut::from_column_major_slice_mut(own.as_mut_slice(), n, n);
         let cross_ref = MatRef::from_column_major_slice(cross.as_slice(), cross.nrows(), n);
         let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
         matmul(information, lower, Accum::Add, cross_ref.transpose(), whole, cross_ref, whole, -1.0, Par::Seq);
-        own.fill_upper_triangle_with_lower_triangle();
-        system.score -= cross.tr_mul(white);
-        system
+        mirror_lower(own);
+        self.score -= cross.tr_mul(white);
+        self.chi_square -= white.norm_squared();
+        self
     }
 
     fn forget(&mut self, set: &[usize]) {
@@ -235,6 +149,24 @@ impl System {
             self.score[*c] = 0.0;
             information.row_mut(*c).fill(0.0);
             information.column_mut(*c).fill(0.0);
+        }
+    }
+}
+
+/// Side of the blocks in which a matrix is mirrored: two of them stay in the nearest cache.
+const MIRROR_BLOCK: usize = 32;
+
+/// Makes a square matrix symmetric by its lower triangle.
+fn mirror_lower(matrix: &mut DMatrix<f64>) {
+    let n = matrix.nrows();
+    let entries = matrix.as_mut_slice();
+    for first in (0..n).step_by(MIRROR_BLOCK) {
+        for below in (first..n).step_by(MIRROR_BLOCK) {
+            for row in below..(below + MIRROR_BLOCK).min(n) {
+                for column in first..(first + MIRROR_BLOCK).min(row) {
+                    entries[row * n + column] = entries[column * n + row];
+                }
+            }
         }
     }
 }
@@ -248,34 +180,6 @@ fn solve_lower(lower: MatRef<'_, f64>, right: &mut DMatrix<f64>) {
 
 fn as_faer(matrix: &DMatrix<f64>) -> MatRef<'_, f64> {
     MatRef::from_column_major_slice(matrix.as_slice(), matrix.nrows(), matrix.ncols())
-}
-
-impl Pivoted {
-    /// `s'M^-1 s` over the kept columns.
-    pub fn drop(&self) -> f64 {
-        self.white.norm_squared()
-    }
-
-    /// `M^-1 s`: estimates of the kept columns.
-    pub fn estimate(&self) -> DVector<f64> {
-        let mut values = self.white.clone();
-        self.factor.tr_solve_lower_triangular_mut(&mut values);
-        DVector::from_fn(values.len(), |i, _| values[i] * self.scale[i])
-    }
-
-    /// `T` with `T'MT = I`, over the kept columns: its columns are directions of unit information.
-    pub fn whitening(&self) -> DMatrix<f64> {
-        let n = self.kept.len();
-        let mut whitening = DMatrix::identity(n, n);
-        self.factor.tr_solve_lower_triangular_mut(&mut whitening);
-        DMatrix::from_fn(n, n, |i, k| whitening[(i, k)] * self.scale[i])
-    }
-
-    /// Variances of the estimates for unit weight.
-    pub fn variances(&self) -> Vec<f64> {
-        let whitening = self.whitening();
-        (0..self.kept.len()).map(|i| whitening.row(i).norm_squared()).collect()
-    }
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ use super::fit::{DiagnoseError, Fit};
 use super::linearised::{Linearised, Questions, with_candidates};
 use super::select::Nature;
 use super::settings::Settings;
-use super::test::random;
+use super::test::{System, random};
 use crate::adjust::native::null_model::{Columns, Coordinate, Entries, Measured};
 use crate::block::Block;
 use crate::effects::Stage;
@@ -159,7 +159,7 @@ fn weighed(
     let now = fit.model.sigma_factors;
     let first = linearised.extra_columns.start;
     let of_coordinates = first + extra.dense()..linearised.extra_columns.end;
-    let groups = Coordinated { linearised, settings, first: of_coordinates.start };
+    let groups = Coordinated::of(linearised, of_coordinates.start, settings);
     let coordinates = &extra.coordinates;
     let mut next = fit.model.clone();
     let factors = &mut next.sigma_factors;
@@ -232,40 +232,45 @@ fn of_coordinates(model: &Model) -> Vec<f64> {
 
 /// Groups of observed coordinates.
 struct Coordinated<'a> {
-    linearised: &'a Linearised,
-    settings: &'a Settings<'a>,
+    /// Beside everything that is in or asked for, but for the values per image that are not in.
+    beside: System,
+    /// Columns of these values.
+    chances: Vec<&'a [usize]>,
     /// Column of the first coordinate.
     first: usize,
 }
 
-impl Coordinated<'_> {
+impl<'a> Coordinated<'a> {
+    fn of(linearised: &'a Linearised, first: usize, settings: &Settings<'_>) -> Self {
+        let situation = linearised.situation(settings, &Default::default());
+        let (mut fixed, random) = situation.parts_in();
+        let is_in = |s: &usize| situation.taken.iter().any(|taken| taken.set == *s);
+        let asked = (0..linearised.sets.len()).filter(|s| !is_in(s)).map(|s| &linearised.sets[s]);
+        let (laws, chances): (Vec<_>, Vec<_>) = asked.partition(|set| set.nature == Nature::Law);
+        fixed.extend(laws.into_iter().map(|set| set.columns.clone()));
+        let beside = linearised.system.beside(&fixed, &random);
+        Self { beside, chances: chances.into_iter().map(|set| set.columns.as_slice()).collect(), first }
+    }
+
     /// Factor on the stated standard deviations of a group of coordinates, which were multiplied by `now` in the fit. What is stated stands
     /// unless it is improbable, whatever an effect that was missing before has made of it.
     fn factor(&self, group: &[usize], now: f64) -> f64 {
-        let Self { linearised, settings, first } = self;
+        let Self { beside, chances, first } = self;
         let own: Vec<usize> = group.iter().map(|column| first + column).collect();
         if own.is_empty() {
             return now;
         }
-        let situation = linearised.situation(settings, &Default::default());
-        let (mut fixed, random) = situation.parts_in();
-        let is_in = |s: &usize| situation.taken.iter().any(|taken| taken.set == *s);
-        let (laws, chances): (Vec<usize>, Vec<usize>) =
-            (0..linearised.sets.len()).filter(|s| !is_in(s)).partition(|s| linearised.sets[*s].nature == Nature::Law);
-        fixed.extend(laws.into_iter().map(|s| linearised.sets[s].columns.clone()));
-        let beside = linearised.system.beside(&fixed, &random);
+        let Some(values) = random::values(beside, &own) else { return 1.0 };
         let variance = 1.0;
-        let size = random::estimate(&beside, &own, variance, LEAST_SHARE - 1.0);
-        let likelihood = |size: f64| random::likelihood_ratio(&beside, &own, variance, size);
+        let size = values.variance(variance, LEAST_SHARE - 1.0);
         let as_stated = now.powi(-2) - 1.0;
-        let gain = likelihood(size) - likelihood(as_stated);
+        let gain = values.likelihood_ratio(variance, size) - values.likelihood_ratio(variance, as_stated);
         let improbable = gain > chi_square_quantile(1.0 - BELIEVED, 1.0);
         // Likelihoods of both are of the same weights only where the group has its stated one, and of the same noise only with the same variance:
         // where images are less precise than stated, too, what is likelier is seen when they have their own weight.
         let by_images = || {
-            let values = chances.iter().map(|s| &linearised.sets[*s].columns);
-            let of = |columns: &Vec<usize>| random::largest_likelihood_ratio(&beside, columns, variance);
-            size > 0.0 && now == 1.0 && values.filter_map(of).any(|by_images| by_images > gain)
+            let of = |columns: &&[usize]| random::largest_likelihood_ratio(beside, columns, variance);
+            size > 0.0 && now == 1.0 && chances.iter().filter_map(of).any(|by_images| by_images > gain)
         };
         if improbable && !by_images() { (now * (1.0 + size).sqrt()).min(MOST) } else { 1.0 }
     }

@@ -2,10 +2,10 @@
 //! err together, and those of a band too (a camera that shakes while the rows are read moves whole rows), and neither can be told from a
 //! value of the image as a whole.
 
-use super::{ColumnPlace, NullModel};
-use crate::adjust::native::null_model::source::EffectEntry;
+use super::source::EffectEntry;
+use super::{ColumnPlace, Local, NullModel};
+use crate::adjust::AdjustError;
 use crate::effects::Scope;
-use crate::measure::{self, Prediction, Stages};
 use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, Vector2, Vector6};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -42,7 +42,10 @@ type ByPose = SMatrix<f64, 2, 6>;
 
 impl NullModel {
     /// Cells of every image that has columns of its own.
-    pub fn image_cells(&self) -> Vec<ImageCells> {
+    ///
+    /// # Errors
+    /// A measurement that cannot be predicted.
+    pub fn image_cells(&self) -> Result<Vec<ImageCells>, AdjustError> {
         let layout = self.problem.layout();
         let mut column_of = BTreeMap::new();
         for (column, (place, unknown)) in self.places.iter().zip(&self.columns).enumerate() {
@@ -54,94 +57,79 @@ impl NullModel {
             }
         }
         if column_of.is_empty() {
-            return Vec::new();
+            return Ok(Vec::new());
         }
-        let measured = self.measurements();
         let stages =
             self.stages_of(|place| matches!(place, ColumnPlace::Local(k) if column_of.contains_key(&(*k as u32))));
-        let mut of_image = vec![Vec::new(); self.entries.len()];
-        for j in 0..self.problem.point_sources.len() {
-            for number in self.problem.point_start[j]..self.problem.point_start[j + 1] {
-                of_image[self.problem.observations[number].image as usize].push((j, number));
-            }
+        let of_values = |entry: &&EffectEntry| entry.local && column_of.contains_key(&entry.column);
+        let entries: Vec<Vec<EffectEntry>> =
+            self.entries.iter().map(|of| of.iter().filter(of_values).copied().collect()).collect();
+        let (measured, rows) = self.measurements_by(&stages, &entries)?;
+        let mut of_image: Vec<Vec<OfValues<'_>>> = vec![Vec::new(); entries.len()];
+        let mut rest = &rows[..];
+        for (observation, local) in self.problem.observations.iter().zip(&measured) {
+            let image = observation.image as usize;
+            let (rows, others) = rest.split_at(entries[image].len());
+            rest = others;
+            of_image[image].push(OfValues { local, rows, inverse_sigma: observation.inverse_sigma });
         }
-        let cells = |(image, own): (usize, &Vec<(usize, usize)>)| {
-            let entries: Vec<EffectEntry> = self.entries[image]
-                .iter()
-                .filter(|entry| entry.local && column_of.contains_key(&entry.column))
-                .copied()
-                .collect();
-            let columns = entries.iter().map(|entry| column_of[&entry.column]).collect();
-            (!entries.is_empty())
-                .then(|| ImageCells { columns, groupings: self.cells_of(image, &stages, &entries, own, &measured) })
+        let cells = |(image, own): (usize, &Vec<OfValues<'_>>)| {
+            let columns: Vec<usize> = entries[image].iter().map(|entry| column_of[&entry.column]).collect();
+            (!columns.is_empty()).then(|| ImageCells { groupings: self.cells_of(image, columns.len(), own), columns })
         };
-        self.pool.install(|| of_image.par_iter().enumerate().filter_map(cells).collect())
+        Ok(self.pool.install(|| of_image.par_iter().enumerate().filter_map(cells).collect()))
     }
 
-    fn cells_of(
-        &self,
-        image: usize,
-        stages: &Stages,
-        entries: &[EffectEntry],
-        own: &[(usize, usize)],
-        measured: &[super::Local],
-    ) -> [Vec<ImageCell>; GROUPINGS] {
-        let Self { problem, state, frames, .. } = self;
-        let context = &problem.image_contexts[image];
+    fn cells_of(&self, image: usize, count: usize, own: &[OfValues<'_>]) -> [Vec<ImageCell>; GROUPINGS] {
+        let context = &self.problem.image_contexts[image];
         let side = context.width_px.max(context.height_px) / CELLS;
-        let count = entries.len();
-        let mut prediction = Prediction::default();
-        // Each measurement's derivatives by the values, standardised, value by value; and the pose that follows them.
-        let mut rows: Vec<Vector2<f64>> = Vec::with_capacity(own.len() * count);
+        // The pose that follows the values.
         let mut normal = Matrix6::zeros();
         let mut mixed = vec![Vector6::zeros(); count];
-        for (j, number) in own {
-            let observation = &problem.observations[*number];
-            let object = &state.points[*j];
-            let known = measure::predict(problem, stages, &frames[image], observation, object, &mut prediction);
-            let weight = observation.inverse_sigma;
-            let local = &measured[*number];
+        for OfValues { local, rows, .. } in own {
             let left: ByPose = local.redundancy * local.by_pose;
             normal += local.by_pose.transpose() * left;
-            for (entry, mixed) in entries.iter().zip(&mut mixed) {
-                let derivative = |i: usize| match entry.source as usize {
-                    k if k < 12 => prediction.d_camera[i][k],
-                    k => prediction.d_theta[i][k - 12],
-                };
-                let unit = if known.is_some() { entry.scale * weight } else { 0.0 };
-                let row = Vector2::new(derivative(0), derivative(1)) * unit;
-                *mixed += left.transpose() * row;
-                rows.push(row);
-            }
+            rows.iter().zip(&mut mixed).for_each(|(row, mixed)| *mixed += left.transpose() * row);
         }
         let inverse = normal.try_inverse().unwrap_or_else(Matrix6::zeros);
         let follows: Vec<Vector6<f64>> = mixed.iter().map(|mixed| inverse * mixed).collect();
-        let mut groupings: [BTreeMap<[i64; 2], CellSums>; GROUPINGS] = Default::default();
-        for ((_, number), rows) in own.iter().zip(rows.chunks_exact_mut(count)) {
-            let local = &measured[*number];
-            rows.iter_mut().zip(&follows).for_each(|(row, follows)| *row -= local.by_pose * follows);
-            let residual = Vector2::from(local.residual) * problem.observations[*number].inverse_sigma;
-            let [x, y] = local.predicted.map(|at| (at / side).floor() as i64);
-            for (cells, cell) in groupings.iter_mut().zip([[x, y], [0, y], [x, 0]]) {
-                let sums = cells.entry(cell).or_insert_with(|| CellSums {
-                    score: DVector::zeros(count),
-                    information: DMatrix::zeros(count, count),
-                    mixed: vec![Vector6::zeros(); count],
-                });
-                for (a, row) in rows.iter().enumerate() {
-                    sums.score[a] += row.dot(&residual);
-                    let left = local.redundancy * row;
-                    rows.iter().enumerate().for_each(|(b, other)| sums.information[(b, a)] += other.dot(&left));
-                    sums.mixed[a] += local.by_pose.transpose() * left;
-                }
+        let mut cells: BTreeMap<[i64; 2], CellSums> = BTreeMap::new();
+        let mut moved = vec![Vector2::zeros(); count];
+        for OfValues { local, rows, inverse_sigma } in own {
+            for ((moved, row), follows) in moved.iter_mut().zip(*rows).zip(&follows) {
+                *moved = row - local.by_pose * follows;
+            }
+            let residual = Vector2::from(local.residual) * *inverse_sigma;
+            let cell = local.predicted.map(|at| (at / side).floor() as i64);
+            let sums = cells.entry(cell).or_insert_with(|| CellSums::zeros(count));
+            for (a, row) in moved.iter().enumerate() {
+                sums.score[a] += row.dot(&residual);
+                let left = local.redundancy * row;
+                moved.iter().enumerate().for_each(|(b, other)| sums.information[(b, a)] += other.dot(&left));
+                sums.mixed[a] += local.by_pose.transpose() * left;
+            }
+        }
+        let mut bands = [(); 2].map(|()| BTreeMap::new());
+        for ([x, y], sums) in &cells {
+            for (bands, band) in bands.iter_mut().zip([y, x]) {
+                bands.entry(*band).or_insert_with(|| CellSums::zeros(count)).add(sums);
             }
         }
         let finished = |CellSums { score, information, mixed }: CellSums| {
             let taken = DMatrix::from_fn(count, count, |a, b| mixed[a].dot(&(inverse * mixed[b])));
             ImageCell { score, covariance: &information - taken, information }
         };
-        groupings.map(|cells| cells.into_values().map(finished).collect())
+        let [of_rows, of_columns] = bands.map(|bands| bands.into_values().map(finished).collect());
+        [cells.into_values().map(finished).collect(), of_rows, of_columns]
     }
+}
+
+/// A measurement, and its derivatives by the values of its image, standardised.
+#[derive(Clone, Copy)]
+struct OfValues<'a> {
+    local: &'a Local,
+    rows: &'a [Vector2<f64>],
+    inverse_sigma: f64,
 }
 
 /// Sums over the measurements of a cell.
@@ -150,4 +138,20 @@ struct CellSums {
     information: DMatrix<f64>,
     /// With the pose.
     mixed: Vec<Vector6<f64>>,
+}
+
+impl CellSums {
+    fn zeros(count: usize) -> Self {
+        Self {
+            score: DVector::zeros(count),
+            information: DMatrix::zeros(count, count),
+            mixed: vec![Vector6::zeros(); count],
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.score += &other.score;
+        self.information += &other.information;
+        self.mixed.iter_mut().zip(&other.mixed).for_each(|(sum, other)| *sum += other);
+    }
 }

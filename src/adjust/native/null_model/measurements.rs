@@ -1,14 +1,22 @@
 //! Every image measurement at the fit, by itself: residual, and how much of it the point leaves.
 
 use super::NullModel;
+use super::rows::Linearise;
+use super::source::EffectEntry;
 use crate::adjust::AdjustError;
 use crate::adjust::native::point::inverse_of_damped;
 use crate::adjust::native::pool;
-use crate::measure::{self, Frame, Prediction, Stages};
+use crate::adjust::native::rows::Contents;
+use crate::adjust::native::side_by_side::{Cameras, Eights, Workspace};
+use crate::math::vectors::dispatch;
+use crate::measure::lanes::{POINT, ROTATION};
+use crate::measure::{self, Frame, Stages};
 use crate::problem::{Problem, State};
-use nalgebra::{Matrix2, Matrix2x3, Matrix2x6, Matrix3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix2x6, Matrix3, Vector2};
 use rayon::ThreadPool;
 use rayon::prelude::*;
+use std::array::from_fn;
+use std::ops::Range;
 
 /// An image measurement at the fit.
 #[derive(Debug, Clone, Copy)]
@@ -33,14 +41,27 @@ const POINTS: usize = 256;
 pub fn measurements_at(problem: &Problem, state: &State, threads: usize) -> Result<Vec<Local>, AdjustError> {
     let acting = Stages::acting(problem, state);
     let frames = measure::frames(problem, &acting, state)?;
-    Ok(Fitted { problem, state, acting: &acting, frames: &frames }.measurements(&pool(threads)?))
+    Ok(Fitted { problem, state, stages: &acting, frames: &frames, entries: None }.measurements(&pool(threads)?)?.0)
 }
 
 impl NullModel {
     /// Every image measurement, in the order of the problem.
-    pub fn measurements(&self) -> Vec<Local> {
+    ///
+    /// # Errors
+    /// One that cannot be predicted.
+    pub fn measurements(&self) -> Result<Vec<Local>, AdjustError> {
         let Self { problem, state, acting, frames, pool, .. } = self;
-        Fitted { problem, state, acting, frames }.measurements(pool)
+        Ok(Fitted { problem, state, stages: acting, frames, entries: None }.measurements(pool)?.0)
+    }
+
+    /// The same, and behind one another the standardised derivatives of each by the `entries` of its image, effects of `stages`.
+    pub(super) fn measurements_by(
+        &self,
+        stages: &Stages,
+        entries: &[Vec<EffectEntry>],
+    ) -> Result<(Vec<Local>, Vec<Vector2<f64>>), AdjustError> {
+        let Self { problem, state, frames, pool, .. } = self;
+        Fitted { problem, state, stages, frames, entries: Some(entries) }.measurements(pool)
     }
 }
 
@@ -48,49 +69,68 @@ impl NullModel {
 struct Fitted<'a> {
     problem: &'a Problem,
     state: &'a State,
-    acting: &'a Stages,
+    stages: &'a Stages,
     frames: &'a [Frame],
+    /// Parameters by image whose derivatives are wanted.
+    entries: Option<&'a [Vec<EffectEntry>]>,
 }
 
+/// Measurements, and their derivatives by the entries of their images.
+type Measured = (Vec<Local>, Vec<Vector2<f64>>);
+
 impl Fitted<'_> {
-    fn measurements(&self, pool: &ThreadPool) -> Vec<Local> {
-        let points: Vec<usize> = (0..self.problem.point_sources.len()).collect();
-        pool.install(|| points.par_chunks(POINTS).flat_map_iter(|points| self.of_points(points)).collect())
+    fn measurements(&self, pool: &ThreadPool) -> Result<Measured, AdjustError> {
+        let count = self.problem.point_sources.len();
+        let tasks: Vec<Range<usize>> =
+            (0..count).step_by(POINTS).map(|first| first..(first + POINTS).min(count)).collect();
+        let parts: Vec<Measured> =
+            pool.install(|| tasks.into_par_iter().map(|points| self.of_points(points)).collect::<Result<_, _>>())?;
+        let (locals, rows): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+        Ok((locals.concat(), rows.concat()))
     }
 
-    fn of_points(&self, points: &[usize]) -> Vec<Local> {
-        let Self { problem, state, acting, frames } = self;
-        let mut prediction = Prediction::default();
-        let mut measurements = Vec::new();
-        for &j in points {
-            let first = measurements.len();
-            let mut by_point: Vec<Matrix2x3<f64>> = Vec::new();
-            let mut normal = Matrix3::zeros();
-            for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
+    fn of_points(&self, points: Range<usize>) -> Result<Measured, AdjustError> {
+        let Self { problem, state, stages, frames, entries } = self;
+        let cameras = Cameras { problem, stages, frames };
+        let mut work = Workspace::new(stages);
+        let mut eights = Eights::new(cameras, &state.points[points.clone()], points.clone(), &mut work.views);
+        let (mut locals, mut rows): Measured = Default::default();
+        let mut by_point: Vec<Matrix2x3<f64>> = Vec::new();
+        while dispatch(Linearise { cameras, work: &mut work, eights: &mut eights })? {
+            let Workspace { eight, predictions, .. } = &work;
+            for (lane, number) in eight.numbers.clone().enumerate() {
+                let observation = &problem.observations[number];
+                // Robust weights are not applied.
                 let (image, weight) = (observation.image as usize, observation.inverse_sigma);
-                let object = &state.points[j];
-                // The state was linearised: what it holds can be predicted.
-                let known = measure::predict(problem, acting, &frames[image], observation, object, &mut prediction);
-                let p = &prediction;
-                let free = |k: usize| known.is_some() && problem.pose_free[image][k];
-                let own = Matrix2x3::from_fn(|i, k| if known.is_some() { p.d_point[i][k] * weight } else { 0.0 });
-                normal += own.transpose() * own;
-                by_point.push(own);
-                measurements.push(Local {
-                    predicted: p.point,
-                    residual: [observation.x - p.point[0], observation.y - p.point[1]],
+                let derivative = |i: usize, place: usize| predictions.rows[i][place][lane] * weight;
+                let free = problem.pose_free[image];
+                by_point.push(Matrix2x3::from_fn(|i, k| derivative(i, POINT + k)));
+                let predicted: [f64; 2] = from_fn(|i| predictions.point[i][lane]);
+                locals.push(Local {
+                    predicted,
+                    residual: [observation.x - predicted[0], observation.y - predicted[1]],
                     redundancy: Matrix2::identity(),
-                    by_pose: Matrix2x6::from_fn(|i, k| if free(k) { -p.d_pose[i][k] * weight } else { 0.0 }),
+                    by_pose: Matrix2x6::from_fn(|i, k| if free[k] { derivative(i, ROTATION + k) } else { 0.0 }),
                 });
+                let wanted = entries.iter().flat_map(|entries| &entries[image]);
+                rows.extend(wanted.map(|entry| {
+                    let place = Contents::place_of(entry.source);
+                    Vector2::new(derivative(0, place), derivative(1, place)) * entry.scale
+                }));
             }
+        }
+        let first = problem.point_start[points.start];
+        for j in points {
+            let own = problem.point_start[j] - first..problem.point_start[j + 1] - first;
+            let mut normal: Matrix3<f64> = by_point[own.clone()].iter().map(|own| own.transpose() * own).sum();
             if let Ok(c) = problem.control.binary_search_by_key(&(j as u32), |observation| observation.index) {
                 normal += Matrix3::from_diagonal(&problem.control[c].sigma.map(|sigma| sigma.powi(-2)));
             }
             let inverse = inverse_of_damped(&normal, 0.0).unwrap_or_else(Matrix3::zeros);
-            for (local, own) in measurements[first..].iter_mut().zip(&by_point) {
+            for (local, own) in locals[own.clone()].iter_mut().zip(&by_point[own]) {
                 local.redundancy -= own * inverse * own.transpose();
             }
         }
-        measurements
+        Ok((locals, rows))
     }
 }

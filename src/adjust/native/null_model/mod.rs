@@ -18,6 +18,7 @@
 
 mod batch;
 mod columns;
+mod dense;
 mod image_cells;
 mod measurements;
 mod parts;

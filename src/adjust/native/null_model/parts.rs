@@ -1,10 +1,11 @@
 //! Chosen columns projected row by row, and what each image has of their score and information.
 
+use super::dense::Informations;
 use super::source::{Carry, EffectEntry, Source};
 use super::sums::waves;
 use super::{ColumnPlace, NoColumns, NullModel, ScoreSystem};
 use crate::adjust::AdjustError;
-use crate::adjust::native::structure::NONE;
+use crate::math::vectors::dispatch;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -65,16 +66,9 @@ impl NullModel {
         let done = self.pool.install(|| {
             waves(&source, |batches| {
                 let size = (images + 1).div_ceil(2 * rayon::current_num_threads()).max(1);
-                by_rank.par_chunks_mut(size).enumerate().for_each(|(task, own)| {
-                    let first = task * size;
-                    for batch in batches {
-                        for (row, line) in batch.rows.iter().zip(batch.panel.chunks_exact(width)) {
-                            let rank = if row.rank == NONE { images } else { row.rank as usize };
-                            if let Some(part) = rank.checked_sub(first).and_then(|position| own.get_mut(position)) {
-                                add_row(part, &line[border..border + count], row.v);
-                            }
-                        }
-                    }
+                by_rank.par_chunks_mut(size).enumerate().for_each(|(task, of_images)| {
+                    let (columns, first) = ((border, count), task * size);
+                    dispatch(Informations { batches, d: width, columns, of_images, first, no_image: images });
                 });
             })
         });
@@ -90,22 +84,5 @@ impl NullModel {
             }
         }
         Ok(Parts { columns: dense, parts })
-    }
-}
-
-/// Adds one finished row with misclosure `v`; of the information its upper triangle.
-fn add_row((score, information): &mut (DVector<f64>, DMatrix<f64>), row: &[f64], v: f64) {
-    for (sum, value) in score.iter_mut().zip(row) {
-        *sum += v * value;
-    }
-    // Column-major storage.
-    for ((c, value), column) in
-        row.iter().enumerate().zip(information.as_mut_slice().chunks_exact_mut(row.len().max(1)))
-    {
-        if *value != 0.0 {
-            for (sum, other) in column[..=c].iter_mut().zip(row) {
-                *sum += value * other;
-            }
-        }
     }
 }

@@ -3,8 +3,6 @@
 //! What is summed over many rows stays in registers while their entries of some neighbouring columns go by.
 
 use super::batch::{Batch, Row, Share};
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::Matrix3;
 use pulp::{Simd, WithSimd};
 use std::array::from_fn;
@@ -17,6 +15,27 @@ pub(super) const LANES: usize = 8;
 pub(super) fn add(line: &mut [f64], a: f64, x: &[f64]) {
     for (l, x) in line.iter_mut().zip(x) {
         *l += a * x;
+    }
+}
+
+/// Adds the squares of each column of `X` to `length`.
+pub(super) struct Lengths<'a> {
+    /// `X`, row by row.
+    pub panel: &'a [f64],
+    /// As many as it has columns.
+    pub length: &'a mut [f64],
+}
+
+impl WithSimd for Lengths<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for line in self.panel.chunks_exact(self.length.len()) {
+            for (sum, value) in self.length.iter_mut().zip(line) {
+                *sum += value * value;
+            }
+        }
     }
 }
 
@@ -59,55 +78,6 @@ impl WithSimd for PointOut<'_> {
                 *x = from_fn(|l| x[l] - (a * m0[l] + b * m1[l] + c * m2[l]));
             }
         }
-    }
-}
-
-/// Scores and lengths of the dense columns.
-pub(super) struct DenseScores<'a> {
-    /// Batches to add.
-    pub batches: &'a [Batch],
-    /// `D'v`.
-    pub score: &'a mut [f64],
-    /// Sum of squares before anything is taken out.
-    pub length: &'a mut [f64],
-    /// Sum of squares of the parts that points have of a score.
-    pub squares: &'a mut [f64],
-}
-
-impl WithSimd for DenseScores<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let d = self.score.len();
-        for batch in self.batches {
-            add(self.length, 1.0, &batch.length);
-            let (panel, _) = batch.panel.as_chunks::<LANES>();
-            let (scores, _) = self.score.as_chunks_mut::<LANES>();
-            let (squares, _) = self.squares.as_chunks_mut::<LANES>();
-            for (block, (score, squares)) in scores.iter_mut().zip(squares).enumerate() {
-                for group in &batch.groups {
-                    let mut part = [0.0; LANES];
-                    for number in group.rows.clone() {
-                        let (v, x) = (batch.rows[number].v, &panel[number * (d / LANES) + block]);
-                        part = from_fn(|l| part[l] + v * x[l]);
-                    }
-                    *score = from_fn(|l| score[l] + part[l]);
-                    *squares = from_fn(|l| squares[l] + part[l] * part[l]);
-                }
-            }
-        }
-    }
-}
-
-/// `columns += D'D`, columns from `first` on.
-pub(super) fn multiply(batches: &[Batch], d: usize, first: usize, columns: &mut [f64]) {
-    let count = columns.len() / d;
-    for batch in batches {
-        let rows = MatRef::from_column_major_slice(&batch.panel, d, batch.rows.len());
-        let product = MatMut::from_column_major_slice_mut(columns, d, count).subrows_mut(first, d - first);
-        let (below, own) = (rows.subrows(first, d - first), rows.subrows(first, count));
-        matmul(product, Accum::Add, below, own.transpose(), 1.0, Par::Seq);
     }
 }
 
@@ -158,8 +128,8 @@ fn add_blocks<const D: usize, const B: usize>(
 
 /// Image unknowns, `D` an image, with columns.
 pub(super) struct ImageLines<'a> {
-    /// Batches to add.
-    pub batches: &'a [Batch],
+    /// What is added.
+    pub batch: &'a Batch,
     /// Number of columns.
     pub columns: usize,
     /// Rank of the first image.
@@ -176,14 +146,12 @@ impl<const D: usize> WithSimd for ImagesDense<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let ImageLines { batches, columns, first, lines } = self.0;
+        let ImageLines { batch, columns, first, lines } = self.0;
         let size = D * columns;
-        for batch in batches {
-            for rows in batch.of_images(first..first + lines.len() / size) {
-                let own = batch.rows[rows[0] as usize].rank as usize - first;
-                let rows = rows.iter().map(|number| (*number, from_fn(|k| batch.rows[*number as usize].image[k])));
-                add_rows::<D>(&mut lines[own * size..(own + 1) * size], &batch.panel, columns, rows);
-            }
+        for rows in batch.of_images(first..first + lines.len() / size) {
+            let own = batch.rows[rows[0] as usize].rank as usize - first;
+            let rows = rows.iter().map(|number| (*number, from_fn(|k| batch.rows[*number as usize].image[k])));
+            add_rows::<D>(&mut lines[own * size..(own + 1) * size], &batch.panel, columns, rows);
         }
     }
 }
@@ -196,24 +164,22 @@ impl<const D: usize> WithSimd for ImagesLocal<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let ImageLines { batches, columns, first, lines } = self.0;
+        let ImageLines { batch, columns, first, lines } = self.0;
         let (lines, _) = lines.as_chunks_mut::<D>();
-        for batch in batches {
-            let images = first..first + lines.len() / columns;
-            for row in batch.of_images(images).flatten().map(|number| &batch.rows[*number as usize]) {
-                let own = row.rank as usize - first;
-                let own = &mut lines[own * columns..(own + 1) * columns];
-                for (column, entry) in &batch.locals[row.locals.clone()] {
-                    let sums = &mut own[*column as usize];
-                    *sums = from_fn(|k| sums[k] + row.image[k] * entry);
-                }
-                let [a, b, c] = row.point;
-                for share in &batch.shares[batch.groups[row.group as usize].shares.clone()] {
-                    let [t0, t1, t2] = share.taken;
-                    let taken = a * t0 + b * t1 + c * t2;
-                    let sums = &mut own[share.column as usize];
-                    *sums = from_fn(|k| sums[k] - row.image[k] * taken);
-                }
+        let images = first..first + lines.len() / columns;
+        for row in batch.of_images(images).flatten().map(|number| &batch.rows[*number as usize]) {
+            let own = row.rank as usize - first;
+            let own = &mut lines[own * columns..(own + 1) * columns];
+            for (column, entry) in &batch.locals[row.locals.clone()] {
+                let sums = &mut own[*column as usize];
+                *sums = from_fn(|k| sums[k] + row.image[k] * entry);
+            }
+            let [a, b, c] = row.point;
+            for share in &batch.shares[batch.groups[row.group as usize].shares.clone()] {
+                let [t0, t1, t2] = share.taken;
+                let taken = a * t0 + b * t1 + c * t2;
+                let sums = &mut own[share.column as usize];
+                *sums = from_fn(|k| sums[k] - row.image[k] * taken);
             }
         }
     }
@@ -221,8 +187,8 @@ impl<const D: usize> WithSimd for ImagesLocal<'_, D> {
 
 /// Sums of some local columns with everything.
 pub(super) struct LocalLines<'a> {
-    /// Batches to add.
-    pub batches: &'a [Batch],
+    /// What is added.
+    pub batch: &'a Batch,
     /// The first of them.
     pub first: usize,
     /// Number of dense columns.
@@ -246,44 +212,42 @@ impl WithSimd for LocalLines<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { batches, first, d, width, dense, local, score, length, squares } = self;
+        let Self { batch, first, d, width, dense, local, score, length, squares } = self;
         let own = first..first + score.len();
-        for batch in batches {
-            for (a, dense) in dense.chunks_exact_mut(d).enumerate() {
-                let entries = batch.of_local(first + a);
-                add_rows::<1>(dense, &batch.panel, d, entries.iter().map(|(row, value)| (*row, [*value])));
-                let local = &mut local[a * width..(a + 1) * width];
-                for (number, value) in entries {
-                    let row = &batch.rows[*number as usize];
-                    score[a] += value * row.v;
-                    length[a] += value * value;
-                    if width == 1 {
-                        local[0] += value * value;
-                        continue;
-                    }
-                    let others = &batch.locals[row.locals.clone()];
-                    for (other, entry) in others.iter().filter(|(other, _)| *other as usize >= first + a) {
-                        local[*other as usize] += value * entry;
-                    }
+        for (a, dense) in dense.chunks_exact_mut(d).enumerate() {
+            let entries = batch.of_local(first + a);
+            add_rows::<1>(dense, &batch.panel, d, entries.iter().map(|(row, value)| (*row, [*value])));
+            let local = &mut local[a * width..(a + 1) * width];
+            for (number, value) in entries {
+                let row = &batch.rows[*number as usize];
+                score[a] += value * row.v;
+                length[a] += value * value;
+                if width == 1 {
+                    local[0] += value * value;
+                    continue;
+                }
+                let others = &batch.locals[row.locals.clone()];
+                for (other, entry) in others.iter().filter(|(other, _)| *other as usize >= first + a) {
+                    local[*other as usize] += value * entry;
                 }
             }
-            for group in &batch.groups {
-                let shares = &batch.shares[group.shares.clone()];
-                for (position, share) in shares.iter().enumerate() {
-                    let a = share.column as usize;
-                    if !own.contains(&a) {
-                        continue;
-                    }
-                    squares[a - first] += share.score * share.score;
-                    let taken = |other: &Share| -> f64 { (0..3).map(|k| share.taken[k] * other.moved[k]).sum() };
-                    if width == 1 {
-                        local[a - first] -= taken(share);
-                        continue;
-                    }
-                    let line = &mut local[(a - first) * width..(a - first + 1) * width];
-                    for other in &shares[position..] {
-                        line[other.column as usize] -= taken(other);
-                    }
+        }
+        for group in &batch.groups {
+            let shares = &batch.shares[group.shares.clone()];
+            for (position, share) in shares.iter().enumerate() {
+                let a = share.column as usize;
+                if !own.contains(&a) {
+                    continue;
+                }
+                squares[a - first] += share.score * share.score;
+                let taken = |other: &Share| -> f64 { (0..3).map(|k| share.taken[k] * other.moved[k]).sum() };
+                if width == 1 {
+                    local[a - first] -= taken(share);
+                    continue;
+                }
+                let line = &mut local[(a - first) * width..(a - first + 1) * width];
+                for other in &shares[position..] {
+                    line[other.column as usize] -= taken(other);
                 }
             }
         }

@@ -5,7 +5,7 @@
 
 use super::batch::{Batch, Group, Row, Share};
 use super::columns::{Coordinate, Entries, Measured};
-use super::products::{PointOut, add};
+use super::products::{Lengths, PointOut, add};
 use super::source::{Carry, Source};
 use crate::adjust::AdjustError;
 use crate::adjust::native::MAX_DIM;
@@ -102,6 +102,37 @@ impl<'a> Filler<'a> {
         }
     }
 
+    /// The same in the two rows of an image measurement, which see the same unknowns.
+    fn fill_measured(&mut self, first: usize, image: usize, predictions: &Predictions, lane: usize, weight: f64) {
+        let Source { structure, effects, .. } = self.source;
+        let (dense, border) = (self.source.dense(), structure.border.len());
+        let (of_x, of_y) = self.batch.panel[first * dense..].split_at_mut(dense);
+        let [x_list, y_list, _] = &mut self.lists;
+        let [x_row, y_row] = &predictions.rows;
+        let values = |source: u32, scale: f64| {
+            let place = Contents::place_of(source);
+            [x_row[place][lane] * weight * scale, y_row[place][lane] * weight * scale]
+        };
+        for column in &structure.local[image] {
+            let to = column.column as usize;
+            [of_x[to], of_y[to]] = values(column.source, column.scale);
+        }
+        for entry in &effects[image] {
+            let [x, y] = values(entry.source, entry.scale);
+            if !entry.local {
+                let to = border + entry.column as usize;
+                (of_x[to], of_y[to]) = (x, y);
+                continue;
+            }
+            if x != 0.0 {
+                x_list.push((entry.column, x));
+            }
+            if y != 0.0 {
+                y_list.push((entry.column, y));
+            }
+        }
+    }
+
     fn points(&mut self, points: Range<usize>) -> Result<(), AdjustError> {
         let Source { problem, state, stages, frames, .. } = self.source;
         let cameras = Cameras { problem, stages, frames };
@@ -147,9 +178,7 @@ impl<'a> Filler<'a> {
             let by_point = std::array::from_fn(|k| weighed(POINT + k));
             self.row(structure.rank[image], by_image, by_point, weighed(MISCLOSURE));
         }
-        self.fill_effects(first, image, &[weight; 2], |i, source| {
-            predictions.rows[i][Contents::place_of(source as u32)][lane]
-        });
+        self.fill_measured(first, image, predictions, lane, weight);
         let predicted = predictions.point.map(|coordinate| coordinate[lane]);
         let interior = &frames[image].interior;
         let measured = Measured { number, point: eight.points[lane], observation, predicted, interior };
@@ -234,11 +263,7 @@ impl<'a> Filler<'a> {
         let end = rows.len();
         let rows = &mut rows[first..];
         let panel = &mut panel[first * dense..];
-        for line in panel.chunks_exact(dense) {
-            for (sum, value) in length.iter_mut().zip(line) {
-                *sum += value * value;
-            }
-        }
+        dispatch(Lengths { panel: &*panel, length });
         if let Some(carry) = self.source.carry {
             take_base_out(self.source, carry, rows, panel, dense);
         }
@@ -282,11 +307,11 @@ impl<'a> Filler<'a> {
     }
 }
 
-/// Eight measurements, linearised and weighed.
-struct Linearise<'a, 'b> {
-    cameras: Cameras<'b>,
-    work: &'a mut Workspace,
-    eights: &'a mut Eights<'b>,
+/// Eight measurements, linearised and weighed. `false` where there are no more.
+pub(super) struct Linearise<'a, 'b> {
+    pub cameras: Cameras<'b>,
+    pub work: &'a mut Workspace,
+    pub eights: &'a mut Eights<'b>,
 }
 
 impl WithSimd for Linearise<'_, '_> {

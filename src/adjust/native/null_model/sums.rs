@@ -2,10 +2,11 @@
 //! number of threads nor on how the columns are split.
 //!
 //! Points go through in waves of batches. The rows of a wave are made side by side, while each part of the sums over the wave before is added
-//! up by one thread, over the batches in their order.
+//! up by one thread, over the batches in their order: a thread has a batch in its own cache for all the parts that it adds up.
 
 use super::batch::Batch;
-use super::products::{DenseScores, ImageLines, ImagesDense, ImagesLocal, LocalLines, multiply};
+use super::dense::{DenseScores, Multiply};
+use super::products::{ImageLines, ImagesDense, ImagesLocal, LocalLines};
 use super::source::Source;
 use crate::adjust::AdjustError;
 use crate::adjust::native::MAX_DIM;
@@ -13,14 +14,18 @@ use crate::math::vectors::dispatch;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Image measurements of a batch: its rows then stay in the processor's cache while they are summed.
+/// Image measurements of a batch, at the most.
 const BATCH_MEASUREMENTS: usize = 400;
+/// The least that it is worth to sum at a time.
+const LEAST_BATCH: usize = 100;
+/// Numbers in the dense columns of a batch, at the most: half a megabyte, which stays in the cache of one thread.
+const BATCH_NUMBERS: usize = 1 << 16;
 /// Batches of a wave: enough to keep some threads busy, few enough that the rows of two waves take some 50 MB.
 const WAVE: usize = 12;
 /// Columns of a product that one task sums.
 const TASK_COLUMNS: usize = 48;
-/// Tasks per thread that the images, and the local columns, are split into: each looks through all rows of a wave.
-const LINE_TASKS: usize = 2;
+/// Bundles of tasks per thread: what one is late with the others make up for. Each has its share of the images, and of the local columns.
+const BUNDLES: usize = 2;
 
 /// Sums over all rows. `d` dense columns (the base's border first), `l` local ones.
 pub(super) struct Sums {
@@ -78,9 +83,10 @@ pub(super) fn waves(source: &Source<'_>, mut each: impl FnMut(&[Batch]) + Send) 
 fn point_ranges(source: &Source<'_>) -> Vec<Range<usize>> {
     let starts = &source.problem.point_start;
     let points = starts.len() - 1;
+    let measurements = (BATCH_NUMBERS / (2 * source.dense())).clamp(LEAST_BATCH, BATCH_MEASUREMENTS);
     let (mut ranges, mut first) = (Vec::new(), 0);
     while first < points {
-        let end = starts.partition_point(|start| *start < starts[first] + BATCH_MEASUREMENTS).min(points);
+        let end = starts.partition_point(|start| *start < starts[first] + measurements).min(points);
         ranges.push(first..end.max(first + 1));
         first = end.max(first + 1);
     }
@@ -127,49 +133,68 @@ impl Sums {
     }
 
     fn add(&mut self, source: &Source<'_>, batches: &[Batch]) {
-        let (d, l, dim) = (self.dense, self.local, source.structure.dim);
-        let tasks = LINE_TASKS * rayon::current_num_threads();
-        let [images, locals] = [source.structure.images, l].map(|lines| lines.div_ceil(tasks).max(1));
-        let local_width = if self.diagonal_alone { 1 } else { l };
-        let (score_dense, length_dense) = (&mut self.score_dense, &mut self.length_dense);
-        let squares_dense = &mut self.squares_dense;
-        rayon::scope(|scope| {
-            let dense = DenseScores { batches, score: score_dense, length: length_dense, squares: squares_dense };
-            scope.spawn(move |_| dispatch(dense));
-            for (task, columns) in self.dense_dense.chunks_mut((TASK_COLUMNS * d).max(1)).enumerate() {
-                scope.spawn(move |_| multiply(batches, d, task * TASK_COLUMNS, columns));
+        let bundles = BUNDLES * rayon::current_num_threads();
+        let mut dealt: Vec<Vec<Task<'_>>> = (0..bundles).map(|_| Vec::new()).collect();
+        for (number, task) in self.tasks(source, bundles).into_iter().enumerate() {
+            dealt[number % bundles].push(task);
+        }
+        dealt.par_iter_mut().for_each(|tasks| {
+            for batch in batches {
+                tasks.iter_mut().for_each(|task| task(batch));
             }
-            let dense = self.image_dense.chunks_mut((images * dim * d).max(1));
-            for (task, lines) in dense.enumerate() {
-                let lines = ImageLines { batches, columns: d, first: task * images, lines };
-                scope.spawn(move |_| match dim {
+        });
+    }
+
+    /// What adds a batch to a part of the sums, for each of their parts; images and local columns are split into `split` of them.
+    fn tasks(&mut self, source: &Source<'_>, split: usize) -> Vec<Task<'_>> {
+        let (d, l, dim) = (self.dense, self.local, source.structure.dim);
+        let [images, locals] = [source.structure.images, l].map(|lines| lines.div_ceil(split).max(1));
+        let width = if self.diagonal_alone { 1 } else { l };
+        let mut tasks: Vec<Task<'_>> = Vec::new();
+        let (score, length, squares) = (&mut self.score_dense, &mut self.length_dense, &mut self.squares_dense);
+        tasks.push(Box::new(move |batch| dispatch(DenseScores { batch, score, length, squares })));
+        for (task, columns) in self.dense_dense.chunks_mut((TASK_COLUMNS * d).max(1)).enumerate() {
+            tasks.push(Box::new(move |batch| {
+                dispatch(Multiply { rows: &batch.panel, d, first: task * TASK_COLUMNS, columns });
+            }));
+        }
+        for (task, lines) in self.image_dense.chunks_mut((images * dim * d).max(1)).enumerate() {
+            tasks.push(Box::new(move |batch| {
+                let lines = ImageLines { batch, columns: d, first: task * images, lines };
+                match dim {
                     6 => dispatch(ImagesDense::<6>(lines)),
                     7 => dispatch(ImagesDense::<7>(lines)),
                     8 => dispatch(ImagesDense::<8>(lines)),
                     _ => dispatch(ImagesDense::<MAX_DIM>(lines)),
-                });
-            }
-            let local = self.image_local.chunks_mut((images * dim * l).max(1));
-            for (task, lines) in local.enumerate() {
-                let lines = ImageLines { batches, columns: l, first: task * images, lines };
-                scope.spawn(move |_| match dim {
+                }
+            }));
+        }
+        for (task, lines) in self.image_local.chunks_mut((images * dim * l).max(1)).enumerate() {
+            tasks.push(Box::new(move |batch| {
+                let lines = ImageLines { batch, columns: l, first: task * images, lines };
+                match dim {
                     6 => dispatch(ImagesLocal::<6>(lines)),
                     7 => dispatch(ImagesLocal::<7>(lines)),
                     8 => dispatch(ImagesLocal::<8>(lines)),
                     _ => dispatch(ImagesLocal::<MAX_DIM>(lines)),
-                });
-            }
-            let dense = self.local_dense.chunks_mut((locals * d).max(1));
-            let local = self.local_local.chunks_mut((locals * local_width).max(1));
-            let scores = self.score_local.chunks_mut(locals);
-            let lengths = self.length_local.chunks_mut(locals);
-            let squares = self.squares_local.chunks_mut(locals);
-            let parts = dense.zip(local).zip(scores).zip(lengths).zip(squares);
-            for (task, ((((dense, local), score), length), squares)) in parts.enumerate() {
-                let first = task * locals;
-                let lines = LocalLines { batches, first, d, width: local_width, dense, local, score, length, squares };
-                scope.spawn(move |_| dispatch(lines));
-            }
-        });
+                }
+            }));
+        }
+        let dense = self.local_dense.chunks_mut((locals * d).max(1));
+        let local = self.local_local.chunks_mut((locals * width).max(1));
+        let scores = self.score_local.chunks_mut(locals);
+        let lengths = self.length_local.chunks_mut(locals);
+        let squares = self.squares_local.chunks_mut(locals);
+        let parts = dense.zip(local).zip(scores).zip(lengths).zip(squares);
+        for (task, ((((dense, local), score), length), squares)) in parts.enumerate() {
+            let first = task * locals;
+            tasks.push(Box::new(move |batch| {
+                dispatch(LocalLines { batch, first, d, width, dense, local, score, length, squares });
+            }));
+        }
+        tasks
     }
 }
+
+/// Adds a batch to a part of the sums.
+type Task<'a> = Box<dyn FnMut(&Batch) + Send + 'a>;

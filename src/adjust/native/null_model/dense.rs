@@ -1,0 +1,194 @@
+//! Products of the dense columns of batches among each other, added to sums.
+
+use super::batch::Batch;
+use super::products::{LANES, add};
+use crate::adjust::native::structure::NONE;
+use nalgebra::{DMatrix, DVector};
+use pulp::{Simd, WithSimd};
+use std::array::from_fn;
+
+/// Scores and lengths of the dense columns.
+pub(super) struct DenseScores<'a> {
+    /// What is added.
+    pub batch: &'a Batch,
+    /// `D'v`.
+    pub score: &'a mut [f64],
+    /// Sum of squares before anything is taken out.
+    pub length: &'a mut [f64],
+    /// Sum of squares of the parts that points have of a score.
+    pub squares: &'a mut [f64],
+}
+
+impl WithSimd for DenseScores<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { batch, score, length, squares } = self;
+        let d = score.len();
+        add(length, 1.0, &batch.length);
+        let (panel, _) = batch.panel.as_chunks::<LANES>();
+        let (scores, _) = score.as_chunks_mut::<LANES>();
+        let (squares, _) = squares.as_chunks_mut::<LANES>();
+        for group in &batch.groups {
+            for (block, (score, squares)) in scores.iter_mut().zip(squares.iter_mut()).enumerate() {
+                let mut part = [0.0; LANES];
+                for number in group.rows.clone() {
+                    let (v, x) = (batch.rows[number].v, &panel[number * (d / LANES) + block]);
+                    part = from_fn(|l| part[l] + v * x[l]);
+                }
+                *score = from_fn(|l| score[l] + part[l]);
+                *squares = from_fn(|l| squares[l] + part[l] * part[l]);
+            }
+        }
+    }
+}
+
+/// Rows whose share of a tile of [`Multiply`] stays in the nearest cache.
+const ROWS_TOGETHER: usize = 64;
+
+/// Lower triangle of `columns += D'D`, columns from `first` on: both multiples of [`LANES`]. Each number is a sum of its own, in the order of
+/// the rows.
+pub(super) struct Multiply<'a> {
+    /// `D`, row by row.
+    pub rows: &'a [f64],
+    /// Number of its columns.
+    pub d: usize,
+    /// The first of those that are multiplied with all from there on.
+    pub first: usize,
+    /// Their products, column by column.
+    pub columns: &'a mut [f64],
+}
+
+impl WithSimd for Multiply<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { rows, d, first, columns } = self;
+        let pieces = d / S::F64_LANES;
+        for rows in rows.chunks(ROWS_TOGETHER * d) {
+            let mut piece = first / S::F64_LANES;
+            while piece < pieces {
+                let count = (pieces - piece).min(3);
+                let below = ((piece + count) * S::F64_LANES - first).min(columns.len() / d);
+                let mut column = 0;
+                while column < below {
+                    // As many sums as there are registers for.
+                    let wide = S::F64_LANES == LANES && below - column >= 8;
+                    let at = (first + column, piece);
+                    let own = &mut columns[column * d..];
+                    column += match (wide, count) {
+                        (true, 3) => multiply_tile::<S, 8, 3>(simd, own, at, d, rows),
+                        (true, 2) => multiply_tile::<S, 8, 2>(simd, own, at, d, rows),
+                        (true, _) => multiply_tile::<S, 8, 1>(simd, own, at, d, rows),
+                        (false, 3) => multiply_tile::<S, 4, 3>(simd, own, at, d, rows),
+                        (false, 2) => multiply_tile::<S, 4, 2>(simd, own, at, d, rows),
+                        (false, _) => multiply_tile::<S, 4, 1>(simd, own, at, d, rows),
+                    };
+                }
+                piece += count;
+            }
+        }
+    }
+}
+
+/// `C` columns and `N` vectors of [`Multiply`]: none of the sums waits for another. Gives `C`.
+#[inline(always)]
+fn multiply_tile<S: Simd, const C: usize, const N: usize>(
+    simd: S,
+    columns: &mut [f64],
+    (column, piece): (usize, usize),
+    d: usize,
+    rows: &[f64],
+) -> usize {
+    let pieces = d / S::F64_LANES;
+    let (columns, _) = S::as_mut_simd_f64s(columns);
+    let mut sums = [[simd.splat_f64s(0.0); N]; C];
+    for c in 0..C {
+        for n in 0..N {
+            sums[c][n] = columns[c * pieces + piece + n];
+        }
+    }
+    for row in rows.chunks_exact(d) {
+        let (x, _) = S::as_simd_f64s(row);
+        let (x, factors) = (&x[piece..piece + N], &row[column..column + C]);
+        for c in 0..C {
+            let factor = simd.splat_f64s(factors[c]);
+            for n in 0..N {
+                sums[c][n] = simd.mul_add_f64s(factor, x[n], sums[c][n]);
+            }
+        }
+    }
+    for c in 0..C {
+        for n in 0..N {
+            columns[c * pieces + piece + n] = sums[c][n];
+        }
+    }
+    C
+}
+
+/// Finished rows added to scores and informations over `count` dense columns from `first` on.
+pub(super) struct Informations<'a> {
+    /// What is added.
+    pub batches: &'a [Batch],
+    /// Number of dense columns.
+    pub d: usize,
+    /// The first of those that are asked for, and how many they are.
+    pub columns: (usize, usize),
+    /// Of the image of each rank from `first` on: score, and upper triangle of the information, column by column.
+    pub of_images: &'a mut [(DVector<f64>, DMatrix<f64>)],
+    /// See `of_images`.
+    pub first: usize,
+    /// Rank that rows of no image have.
+    pub no_image: usize,
+}
+
+impl WithSimd for Informations<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { batches, d, columns: (start, count), of_images, first, no_image } = self;
+        for batch in batches {
+            for (row, line) in batch.rows.iter().zip(batch.panel.chunks_exact(d)) {
+                let rank = if row.rank == NONE { no_image } else { row.rank as usize };
+                let own = rank.checked_sub(first).and_then(|position| of_images.get_mut(position));
+                let Some((score, information)) = own else { continue };
+                let line = &line[start..start + count];
+                add(score.as_mut_slice(), row.v, line);
+                for (c, column) in information.as_mut_slice().chunks_exact_mut(count.max(1)).enumerate() {
+                    if line[c] != 0.0 {
+                        add(&mut column[..=c], line[c], line);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::vectors::dispatch;
+
+    /// Tiles of every size, and more rows than go through at a time.
+    #[test]
+    fn products_are_sums_over_the_rows_in_their_order() {
+        for d in [8, 16, 24, 40, 104] {
+            let rows: Vec<f64> = (0..d * (ROWS_TOGETHER + 7)).map(|k| (k as f64 * 0.7).sin()).collect();
+            for first in (0..d).step_by(48) {
+                let count = 48.min(d - first);
+                let mut columns = vec![1.0; count * d];
+                dispatch(Multiply { rows: &rows, d, first, columns: &mut columns });
+                for c in 0..count {
+                    for r in first + c..d {
+                        let product = |sum: f64, row: &[f64]| row[first + c].mul_add(row[r], sum);
+                        let expected = rows.chunks(d).fold(1.0, product);
+                        assert_eq!(columns[c * d + r], expected, "{d} columns, row {r} of column {}", first + c);
+                    }
+                }
+            }
+        }
+    }
+}
