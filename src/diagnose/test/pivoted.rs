@@ -150,3 +150,36 @@ impl Pivoted {
         (0..self.kept.len()).map(|i| whitening.row(i).norm_squared()).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    /// More columns than are taken out together, and a rest.
+    #[test]
+    fn many_columns_are_solved_as_by_an_ordinary_factorisation() {
+        let n = 2 * TAKEN_TOGETHER + 3;
+        let design =
+            DMatrix::from_fn(3 * n, n, |i, j| ((7 * i + 3 * j * j) as f64).sin() + if i == j { 3.0 } else { 0.0 });
+        let v = DVector::from_fn(3 * n, |i, _| (i as f64).cos());
+        let (information, score) = (design.tr_mul(&design), design.tr_mul(&v));
+        let expected = information.clone().cholesky().expect("of full rank").solve(&score);
+        let system = System {
+            length: information.diagonal().iter().copied().collect(),
+            information: information.clone().into(),
+            score: score.clone(),
+            least: vec![0.0; n],
+            chi_square: v.norm_squared(),
+            redundancy: 2.0 * n as f64,
+        };
+        let pivoted = system.pivoted(&(0..n).collect::<Vec<_>>());
+        assert_eq!(pivoted.kept.len(), n);
+        let variances = information.try_inverse().expect("of full rank");
+        for ((column, estimate), variance) in pivoted.kept.iter().zip(&pivoted.estimate()).zip(pivoted.variances()) {
+            assert_relative_eq!(*estimate, expected[*column], epsilon = 1e-12);
+            assert_relative_eq!(variance, variances[(*column, *column)], max_relative = 1e-10);
+        }
+        assert_relative_eq!(pivoted.drop(), score.dot(&expected), max_relative = 1e-12);
+    }
+}

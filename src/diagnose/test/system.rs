@@ -282,4 +282,13 @@ mod tests {
         assert_relative_eq!(beside.score[1], 1.0, epsilon = 1e-12);
         assert_relative_eq!(beside.information[(1, 1)], 1.5, epsilon = 1e-12);
     }
+
+    #[test]
+    fn a_matrix_of_several_blocks_becomes_symmetric() {
+        let n = 2 * MIRROR_BLOCK + 5;
+        let entry = |i: usize, j: usize| (i.max(j) * n + i.min(j)) as f64;
+        let mut matrix = DMatrix::from_fn(n, n, |i, j| if i < j { -1.0 } else { entry(i, j) });
+        mirror_lower(&mut matrix);
+        assert_eq!(matrix, DMatrix::from_fn(n, n, entry));
+    }
 }

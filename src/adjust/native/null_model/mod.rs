@@ -18,7 +18,7 @@
 
 mod batch;
 mod columns;
-mod dense;
+mod dense_columns;
 mod image_cells;
 mod measurements;
 mod parts;

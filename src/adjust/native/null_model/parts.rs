@@ -1,6 +1,6 @@
 //! Chosen columns projected row by row, and what each image has of their score and information.
 
-use super::dense::Informations;
+use super::dense_columns::Informations;
 use super::source::{Carry, EffectEntry, Source};
 use super::sums::waves;
 use super::{ColumnPlace, NoColumns, NullModel, ScoreSystem};

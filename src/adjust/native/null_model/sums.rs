@@ -5,7 +5,7 @@
 //! up by one thread, over the batches in their order: a thread has a batch in its own cache for all the parts that it adds up.
 
 use super::batch::Batch;
-use super::dense::{DenseScores, Multiply};
+use super::dense_columns::{DenseScores, Multiply};
 use super::products::{ImageLines, ImagesDense, ImagesLocal, LocalLines};
 use super::source::Source;
 use crate::adjust::AdjustError;
