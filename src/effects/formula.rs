@@ -65,6 +65,7 @@ pub trait Formula: Send + Sync {
     ///
     /// # Errors
     /// Something that is needed is not known.
+    #[inline(always)]
     fn observe(_: &Context<'_>) -> Result<[f64; OBSERVED], OutsideDomain> {
         Ok([0.0; OBSERVED])
     }
@@ -141,6 +142,8 @@ pub struct Sum<'s, 'a, T: Several> {
     columns: [usize; 2],
     offset: usize,
     inputs: Inputs,
+    /// The sum of the absolute values of what was added to derivatives by the input.
+    apart: T,
     answer: &'s mut Answer<'a, T::Kept>,
 }
 
@@ -165,6 +168,7 @@ impl<T: Several> Sum<'_, '_, T> {
             fill_column::<T>(matrix, self.columns[0], self.offset, k);
             self.inputs.insert(k);
         }
+        self.apart = self.apart + value.abs();
         let place = &mut matrix[i * self.columns[0] + k];
         *place = (self.seed.of(*place) + value).keep();
     }
@@ -202,42 +206,41 @@ pub fn of_eight<F: Formula>(
     thetas: &[&[f64]; LANES],
     answer: Answer<'_, Lane>,
 ) -> Result<Inputs, usize> {
-    let mut observed = [Lane::default(); OBSERVED];
-    let (mut few, mut many) = ([Lane::default(); FEW_PARAMETERS], Vec::new());
-    let theta = match few.get_mut(..thetas[0].len()) {
-        Some(theta) => theta,
-        None => {
-            many.resize(thetas[0].len(), Lane::default());
-            &mut *many
-        }
-    };
-    for lane in 0..LANES {
-        let numbers = F::observe(&contexts[lane]).map_err(|_| lane)?;
-        observed.iter_mut().zip(numbers).for_each(|(to, value)| to[lane] = value);
-        theta.iter_mut().zip(thetas[lane]).for_each(|(to, value)| to[lane] = *value);
-    }
-    let question = SideBySide::<F> { observed: &observed, input, theta, answer, formula: PhantomData };
-    let (holds, inputs) = dispatch(question);
-    Wide::<pulp::Scalar>::not_positive(&holds).map_or(Ok(inputs), Err)
+    dispatch(SideBySide::<F> { contexts, input, thetas, answer, formula: PhantomData })
 }
 
 struct SideBySide<'a, F> {
-    observed: &'a [Lane; OBSERVED],
+    contexts: &'a [Context<'a>; LANES],
     input: &'a [Lane],
-    theta: &'a [Lane],
+    thetas: &'a [&'a [f64]; LANES],
     answer: Answer<'a, Lane>,
     formula: PhantomData<F>,
 }
 
 impl<F: Formula> WithSimd for SideBySide<'_, F> {
-    type Output = (Lane, Inputs);
+    type Output = Result<Inputs, usize>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { observed, input, theta, mut answer, .. } = self;
+        let Self { contexts, input, thetas, mut answer, .. } = self;
+        let mut observed = [Lane::default(); OBSERVED];
+        for lane in 0..LANES {
+            let numbers = F::observe(&contexts[lane]).map_err(|_| lane)?;
+            for (to, value) in observed.iter_mut().zip(numbers) {
+                to[lane] = value;
+            }
+        }
+        let mut theta: SmallVec<[Lane; FEW_PARAMETERS]> = SmallVec::new();
+        for p in 0..thetas[0].len() {
+            let mut numbers = Lane::default();
+            for lane in 0..LANES {
+                numbers[lane] = thetas[lane][p];
+            }
+            theta.push(numbers);
+        }
         let seed = Wide { simd, lane: Lane::default() };
-        let (holds, inputs) = answered::<F, Wide<S>>(seed, observed, input, theta, &mut answer);
-        (holds.keep(), inputs)
+        let (holds, inputs) = answered::<F, Wide<S>>(seed, &observed, input, &theta, &mut answer);
+        Wide::<S>::not_positive(&holds.keep()).map_or(Ok(inputs), Err)
     }
 }
 
@@ -264,8 +267,11 @@ fn answered<F: Formula, T: Several>(
         matrix.fill(T::splat(0.0));
     }
     let given = Given { seed, observed, input, theta };
-    let mut sum = Sum { seed, columns: [columns, theta.len()], offset, inputs: Inputs::NONE, answer };
-    (F::add(&given, &mut sum), sum.inputs)
+    let apart = seed.like(0.0);
+    let mut sum = Sum { seed, columns: [columns, theta.len()], offset, inputs: Inputs::NONE, apart, answer };
+    let holds = F::add(&given, &mut sum);
+    // At zero, where candidates are tested, an effect hands its input on.
+    (holds, if sum.apart.is_zero() { Inputs::NONE } else { sum.inputs })
 }
 
 /// Asks an effect about eight measurements, one after the other.

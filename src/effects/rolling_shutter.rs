@@ -123,6 +123,7 @@ impl Formula for Movement {
         &DESCRIPTOR
     }
 
+    #[inline(always)]
     fn observe(context: &Context<'_>) -> Result<[f64; OBSERVED], OutsideDomain> {
         let velocity = known_vector(&context.image.velocity)?;
         Ok([velocity.x, velocity.y, velocity.z, observed_place(context)?])

@@ -57,6 +57,7 @@ impl Formula for Unflatness {
         &DESCRIPTOR
     }
 
+    #[inline(always)]
     fn observe(context: &Context<'_>) -> Result<[f64; OBSERVED], OutsideDomain> {
         Ok([known(context.image.width_px)?, known(context.image.height_px)?, 0.0, 0.0])
     }

@@ -2,7 +2,7 @@
 
 use super::frame::{Frame, Stages, by_rows};
 use super::lanes::{MISCLOSURE, POINT, ROTATION, THETA};
-use super::matrices::is_identity;
+use super::matrices::changes;
 use super::plain::PlainView;
 use super::ray::Ray;
 use super::rays::Rays;
@@ -86,7 +86,7 @@ pub fn predict(
     } else {
         let mut ray = std::mem::take(&mut out.work.ray);
         let one = One { problem, stages, frame, context };
-        ray.bend(&one, (problem, stages), &frame.centre.into(), &(*object).into()).ok()?;
+        ray.bend(&one, stages, &frame.pose(), &(*object).into()).ok()?;
         predict_plain(&one.view(&ray), out)?;
         through_ray(out, &ray, &stages.ray_locals);
         out.work.ray = ray;
@@ -119,7 +119,7 @@ pub fn predict_point(
     let context = context(problem, observation);
     let mut ray = Ray::default();
     let one = One { problem, stages, frame, context };
-    ray.move_only(&one, stages, &frame.centre.into(), &(*object).into()).ok()?;
+    ray.move_only(&one, stages, &frame.pose(), &(*object).into()).ok()?;
     let view = one.view(&ray);
     let point = fraser::project(&view.interior, view.camera_point())?;
     point_behind_camera(problem, stages, frame, observation, point)
@@ -232,8 +232,7 @@ fn apply_image_effects(
         let (input, theta) = (image_input(&out.point, frame), &frame.theta[own.clone()]);
         let effect = &problem.effects[e].effect;
         effect.eval(context, &input, theta, &mut out.point, Some(&mut d_in), Some(&mut d_own)).ok()?;
-        // At zero, where candidates are tested, an effect hands its input on.
-        let inputs = if is_identity(0.0, &d_in, 2, 0, Inputs::ANY) { Inputs::NONE } else { Inputs::ANY };
+        let inputs = if changes(0.0, &d_in, 2, 0, Inputs::ANY) { Inputs::ANY } else { Inputs::NONE };
         through_image(out, (&d_in, &d_own), own, stages.before(problem, position), inputs);
     }
     out.work.d_own = d_own;

@@ -1,9 +1,9 @@
 //! Eight measurements through effects, side by side.
 
 use super::chain::context;
-use super::frame::{Frame, InteriorChain, Stages};
+use super::frame::{Frame, Stages};
 use super::lanes::{CAMERA, Predictions, THETA, Views};
-use super::matrices::{fill_left_out, is_identity};
+use super::matrices::{changes, fill_left_out};
 use super::ray::Ray;
 use super::rays::Rays;
 use super::through::{Derivatives, IMAGE_INPUTS, through_image, through_interior, through_ray};
@@ -87,7 +87,7 @@ impl Seen<'_> {
         let eight = Eight::new(simd, self);
         let straight = stages.straight();
         if !straight {
-            answers.ray.bend(&eight, (problem, stages), &views.centre(), &views.object())?;
+            answers.ray.bend(&eight, stages, &views.pose(), &views.object())?;
             eight.see(views, &answers.ray);
         }
         views.predict(simd, out);
@@ -102,10 +102,10 @@ impl Seen<'_> {
             let input = image_input(&out.point, views);
             let answer = Answer { out: &mut out.point, d_input: Some(&mut *d_in), d_theta: Some(&mut *d_own) };
             let mut inputs = eight.ask(e, &input, answer)?;
-            match is_identity(eight.seed(), d_in, 2, 0, inputs) {
-                true => inputs = Inputs::NONE,
+            match changes(eight.seed(), d_in, 2, 0, inputs) {
                 // Of the rest those alone are read that were written.
-                false => fill_left_out::<Wide<S>>(d_in, 2, 0, 0..IMAGE_INTERIOR, inputs),
+                true => fill_left_out::<Wide<S>>(d_in, 2, 0, 0..IMAGE_INTERIOR, inputs),
+                false => inputs = Inputs::NONE,
             }
             through_image(&mut Rows { simd, rows: &mut out.rows }, (&*d_in, &*d_own), own, before, inputs);
         }
@@ -127,7 +127,7 @@ impl Seen<'_> {
     ) -> Result<(), usize> {
         let eight = Eight::new(simd, self);
         if !self.stages.straight() {
-            answers.ray.move_only(&eight, self.stages, &views.centre(), &views.object())?;
+            answers.ray.move_only(&eight, self.stages, &views.pose(), &views.object())?;
             eight.see(views, &answers.ray);
         }
         views.project(simd, out);
@@ -185,24 +185,27 @@ impl<'a, S: Simd> Eight<'a, S> {
     /// From derivatives by interior orientations after their effects to those by that before them.
     #[inline(always)]
     fn through_interiors(&self, rows: &mut [Vec<Lane>; 2]) {
-        let chains = self.frames.map(|frame| frame.interior_chain.as_deref());
-        let Some(first) = chains[0] else { return };
+        let Some(first) = self.frames[0].interior_chain.as_deref() else { return };
+        let mut chains = [first; LANES];
         // Most effects add to the same few numbers in every image.
-        let adds_alike = |chain: &InteriorChain| {
-            let alike = Arc::ptr_eq(&chain.places, &first.places);
-            alike && chain.d_interior.is_none() && chain.d_rotation.is_none()
-        };
-        if !chains.iter().flatten().all(|chain| adds_alike(chain)) {
-            for (lane, chain) in chains.iter().enumerate() {
-                chain.iter().for_each(|chain| through_interior(&mut One { lane, rows: &mut *rows }, chain));
+        let mut add_alike = true;
+        for (chain, frame) in chains.iter_mut().zip(self.frames) {
+            let Some(own) = frame.interior_chain.as_deref() else { return };
+            let alike = Arc::ptr_eq(&own.places, &first.places);
+            add_alike &= alike && own.d_interior.is_none() && own.d_rotation.is_none();
+            *chain = own;
+        }
+        if !add_alike {
+            for (lane, chain) in chains.into_iter().enumerate() {
+                through_interior(&mut One { lane, rows: &mut *rows }, chain);
             }
             return;
         }
         let mut rows = Rows { simd: self.simd, rows };
         for (k, (local, entry)) in first.places.iter().enumerate() {
             let mut values = Lane::default();
-            for (slot, chain) in values.iter_mut().zip(chains.iter().flatten()) {
-                *slot = chain.d_theta[k];
+            for lane in 0..LANES {
+                values[lane] = chains[lane].d_theta[k];
             }
             for i in 0..2 {
                 let by_theta = rows.get(i, THETA + local);
@@ -248,7 +251,10 @@ impl<S: Simd> Rays for Eight<'_, S> {
 
     fn ask(&self, e: usize, input: &[Lane], answer: Answer<'_, Lane>) -> Result<Inputs, usize> {
         let own = self.stages.locals(self.problem, e);
-        let thetas = self.frames.map(|frame| &frame.theta[own.clone()]);
+        let mut thetas = [&self.frames[0].theta[own.clone()]; LANES];
+        for lane in 1..LANES {
+            thetas[lane] = &self.frames[lane].theta[own.clone()];
+        }
         self.problem.effects[e].effect.eval_eight(&self.contexts, input, &thetas, answer)
     }
 }

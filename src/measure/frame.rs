@@ -5,7 +5,7 @@ use super::MeasureError;
 use super::plain::PlainView;
 use crate::camera::{Interior, PARAMETER_COUNT as COUNT};
 use crate::effects::{Context, OutsideDomain, Role, Stage};
-use crate::math::lane::Lane;
+use crate::math::lane::{LANES, Lane};
 use crate::math::rotation;
 use crate::problem::{Problem, State};
 use nalgebra::{Matrix3, SMatrix, Vector3};
@@ -27,6 +27,8 @@ pub struct Stages {
     pub local_len: usize,
     /// Positions in the local list of the parameters of exposure and ray effects.
     pub ray_locals: Vec<usize>,
+    /// Per effect: where its parameters stand in [`Self::ray_locals`].
+    pub ray_places: Vec<Range<usize>>,
 }
 
 impl Stages {
@@ -40,12 +42,21 @@ impl Stages {
             local_offset.push(local_len);
             local_len += instance.slots.len();
         }
-        let effects = problem.effects.iter().zip(&local_offset);
-        let ray_locals = effects
-            .filter(|(instance, _)| [Stage::Exposure, Stage::Ray].contains(&instance.effect.descriptor().stage))
-            .flat_map(|(instance, offset)| *offset..offset + instance.slots.len())
-            .collect();
-        Self { by_stage, local_offset, local_len, ray_locals }
+        Self { by_stage, local_offset, local_len, ray_locals: Vec::new(), ray_places: Vec::new() }
+            .with_ray_places(problem)
+    }
+
+    /// Finds the parameters of exposure and ray effects.
+    fn with_ray_places(mut self, problem: &Problem) -> Self {
+        self.ray_locals.clear();
+        self.ray_places.clear();
+        for e in 0..problem.effects.len() {
+            let acts = [Stage::Exposure, Stage::Ray].into_iter().any(|stage| self.of(stage).contains(&e));
+            let (first, own) = (self.ray_locals.len(), self.locals(problem, e));
+            self.ray_locals.extend(own.filter(|_| acts));
+            self.ray_places.push(first..self.ray_locals.len());
+        }
+        self
     }
 
     /// The effects that change anything at a state: those of a null size are the identity there, and a diagnosis asks with dozens of them.
@@ -63,15 +74,8 @@ impl Stages {
     /// Some effects alone, their parameters where they stand in the whole list: what is left out is taken to change nothing, and its derivatives
     /// are zero.
     pub fn only(&self, problem: &Problem, keep: impl Fn(usize) -> bool) -> Self {
-        let effects = (0..problem.effects.len()).filter(|e| keep(*e));
-        let kept: Vec<_> = effects.map(|e| self.locals(problem, e)).collect();
-        let is_kept = |k: &usize| kept.iter().any(|range| range.contains(k));
-        Self {
-            by_stage: self.by_stage.each_ref().map(|effects| effects.iter().copied().filter(|e| keep(*e)).collect()),
-            local_offset: self.local_offset.clone(),
-            local_len: self.local_len,
-            ray_locals: self.ray_locals.iter().copied().filter(is_kept).collect(),
-        }
+        let by_stage = self.by_stage.each_ref().map(|effects| effects.iter().copied().filter(|e| keep(*e)).collect());
+        Self { by_stage, ..self.clone() }.with_ray_places(problem)
     }
 
     /// Effects of a stage, in the order in which they act.
@@ -112,13 +116,14 @@ impl Stages {
     }
 }
 
-/// Derivatives of the interior orientation after its effects.
+/// Derivatives of the interior orientation after its effects. The matrices, which few effects have, stand elsewhere: whether they are there is asked
+/// at every measurement.
 #[derive(Debug, Clone)]
 pub struct InteriorChain {
     /// 12x12, by the camera's interior orientation; `None` where the effects only add to it (identity).
-    pub d_interior: Option<SMatrix<f64, COUNT, COUNT>>,
+    pub d_interior: Option<Box<SMatrix<f64, COUNT, COUNT>>>,
     /// 12x3, by the rotation `w`; `None` where no effect depends on it (zero).
-    pub d_rotation: Option<SMatrix<f64, COUNT, 3>>,
+    pub d_rotation: Option<Box<SMatrix<f64, COUNT, 3>>>,
     /// Local parameters, and entries of the twelve, that `d_theta` is of: those where it is not zero in any image. Most effects move one or four of
     /// twelve numbers. Images that are prepared together have it in common.
     pub places: Arc<[(usize, usize)]>,
@@ -163,8 +168,9 @@ pub struct Frame {
     pub interior_chain: Option<Box<InteriorChain>>,
     /// Local list of effect parameters.
     pub theta: Vec<f64>,
-    /// Rotation by rows and projection centre once more, together, for measurements side by side.
-    pub plain: [Lane; 2],
+    /// The numbers that measurements side by side are given once more, together: first rotation by rows, projection centre and rotation vector, then
+    /// from the third lane on the interior orientation.
+    pub numbers: [Lane; 4],
 }
 
 impl Frame {
@@ -183,7 +189,7 @@ impl Frame {
             interior: state.interiors[context.camera as usize],
             interior_chain: None,
             theta,
-            plain: plain(&rotation, &pose.centre),
+            numbers: [Lane::default(); 4],
         };
         if !problem.effects.is_empty() {
             frame.rotation_vector = rotation::log(&rotation);
@@ -193,7 +199,19 @@ impl Frame {
         if !stages.of(Stage::Interior).is_empty() {
             frame.apply_interior_effects(problem, stages, image)?;
         }
+        frame.put_together();
         Ok(frame)
+    }
+
+    /// Fills [`Self::numbers`].
+    fn put_together(&mut self) {
+        let by_rows = self.rotation.transpose();
+        let of_image: Vec<f64> = by_rows.iter().chain(&self.centre).chain(&self.rotation_vector).copied().collect();
+        for (lanes, numbers) in self.numbers.chunks_exact_mut(2).zip([&*of_image, &self.interior]) {
+            for (lane, numbers) in lanes.iter_mut().zip(numbers.chunks(LANES)) {
+                lane[..numbers.len()].copy_from_slice(numbers);
+            }
+        }
     }
 
     /// `(r, C)`.
@@ -263,8 +281,8 @@ impl Frame {
             })
             .unzip();
         self.interior_chain = Some(Box::new(InteriorChain {
-            d_interior: (d_interior != SMatrix::<f64, COUNT, COUNT>::identity()).then_some(d_interior),
-            d_rotation: (d_rotation != SMatrix::<f64, COUNT, 3>::zeros()).then_some(d_rotation),
+            d_interior: (d_interior != SMatrix::<f64, COUNT, COUNT>::identity()).then(|| Box::new(d_interior)),
+            d_rotation: (d_rotation != SMatrix::<f64, COUNT, 3>::zeros()).then(|| Box::new(d_rotation)),
             places: places.into(),
             d_theta,
         }));
@@ -274,13 +292,6 @@ impl Frame {
 
 pub(super) fn by_rows(rotation: &Matrix3<f64>) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|k| rotation[(i, k)]))
-}
-
-/// See [`Frame::plain`].
-pub(super) fn plain(rotation: &Matrix3<f64>, centre: &Vector3<f64>) -> [Lane; 2] {
-    let by_rows = rotation.transpose();
-    let mut all = by_rows.iter().chain(centre).copied();
-    [0; 2].map(|_| Lane(std::array::from_fn(|_| all.next().unwrap_or(0.0))))
 }
 
 /// Prepares every image. Errors: the first image (in order) that cannot be prepared.

@@ -60,16 +60,21 @@ impl<S: Simd> Number for Register<S> {
 const OF_FRAME: usize = 12;
 /// First of those of the projection centre.
 const CENTRE_OF_FRAME: usize = 9;
+/// First of those of the rotation vector, which effects are given.
+const VECTOR_OF_FRAME: usize = OF_FRAME;
 
 /// What the plain camera is given of eight measurements.
 #[derive(Debug, Clone, Default)]
 #[repr(C, align(64))]
 pub struct Views {
-    /// Of the image, measurement by measurement, then number by number: [`super::Frame::plain`].
+    /// Of the image, measurement by measurement, then number by number: the first lanes of [`super::Frame::numbers`].
     image: [[Lane; LANES]; 2],
+    /// Its interior orientation, likewise: the others.
+    interior: [[Lane; LANES]; 2],
     /// The object point, likewise.
     object: [Lane; LANES],
-    interior: [Lane; PARAMETER_COUNT],
+    /// Whether one interior orientation holds in all.
+    one_interior: bool,
 }
 
 /// First place in [`Predictions::rows`] of the derivatives by the interior orientation.
@@ -135,11 +140,13 @@ impl Predictions {
 }
 
 impl Views {
-    /// Takes `lane` for a point in an image with these numbers ([`super::Frame::plain`]).
+    /// Takes `lane` for a point in an image with these numbers ([`super::Frame::numbers`]).
     #[inline(always)]
-    pub fn set<S: Simd>(&mut self, simd: S, lane: usize, plain: &[Lane; 2], object: &Vector3<f64>) {
-        for (rows, numbers) in self.image.iter_mut().zip(plain) {
-            rows[lane] = *numbers;
+    pub fn set<S: Simd>(&mut self, simd: S, lane: usize, image: &[Lane; 4], object: &Vector3<f64>) {
+        let [of_pose_0, of_pose_1, of_interior_0, of_interior_1] = image;
+        (self.image[0][lane], self.image[1][lane]) = (*of_pose_0, *of_pose_1);
+        if !self.one_interior {
+            (self.interior[0][lane], self.interior[1][lane]) = (*of_interior_0, *of_interior_1);
         }
         let (registers, _) = S::as_mut_simd_f64s(&mut *self.object[lane]);
         for (register, numbers) in registers.iter_mut().zip(object.as_slice().chunks(S::F64_LANES)) {
@@ -154,19 +161,19 @@ impl Views {
         transpose(simd, first);
         transpose(simd, second);
         transpose(simd, &mut self.object);
-    }
-
-    /// The interior orientation that holds in `lane`.
-    #[inline(always)]
-    pub fn set_interior(&mut self, lane: usize, interior: &Interior) {
-        for (slot, value) in self.interior.iter_mut().zip(interior) {
-            slot[lane] = *value;
+        if !self.one_interior {
+            let [first, second] = &mut self.interior;
+            transpose(simd, first);
+            transpose(simd, second);
         }
     }
 
-    /// The interior orientation that holds in all.
-    pub fn set_interiors(&mut self, interior: &Interior) {
-        self.interior = interior.map(Lane::splat);
+    /// The interior orientation that holds in all, from now on; `None`: each image has its own.
+    pub fn set_interior(&mut self, one: Option<&Interior>) {
+        self.one_interior = one.is_some();
+        for (lane, value) in self.interior.as_flattened_mut().iter_mut().zip(one.into_iter().flatten()) {
+            *lane = Lane::splat(*value);
+        }
     }
 
     /// The projection centre of each, once turned.
@@ -176,6 +183,15 @@ impl Views {
         [image[CENTRE_OF_FRAME], image[CENTRE_OF_FRAME + 1], image[CENTRE_OF_FRAME + 2]]
     }
 
+    /// Rotation vector and projection centre of each, once turned.
+    #[inline(always)]
+    pub fn pose(&self) -> [Lane; 6] {
+        let image = self.image.as_flattened();
+        let [a, b, c] = [0, 1, 2].map(|k| image[VECTOR_OF_FRAME + k]);
+        let [x, y, z] = self.centre();
+        [a, b, c, x, y, z]
+    }
+
     /// The object point of each, once turned.
     #[inline(always)]
     pub fn object(&self) -> [Lane; 3] {
@@ -183,8 +199,8 @@ impl Views {
     }
 
     /// The interior orientation of each.
-    pub fn interior(&self) -> &[Lane; PARAMETER_COUNT] {
-        &self.interior
+    pub fn interior(&self) -> &[Lane] {
+        &self.interior.as_flattened()[..PARAMETER_COUNT]
     }
 
     /// Replaces projection centres and object points, once turned.
@@ -213,7 +229,7 @@ impl Views {
             interior: [nothing; PARAMETER_COUNT],
         };
         load(&self.object, piece, &mut view.object);
-        load(&self.interior, piece, &mut view.interior);
+        load(self.interior(), piece, &mut view.interior);
         view
     }
 

@@ -19,25 +19,23 @@ pub(super) fn dot<T: Several>(
     sum
 }
 
-/// Is a matrix `[0 I 0]`, `I` from column `first` on? Those of its columns are looked at that may be others, and all of these: one sum costs less
-/// than a way out at each number.
+/// Does an effect with derivatives `matrix` by its input, of which `inputs` may matter, do more than hand on what it got, from number `first` on? A
+/// [formula](crate::effects::formula) tells by its inputs; of others the derivatives do: is the matrix `[0 I 0]`, `I` from column `first` on? All of
+/// its numbers are looked at: one sum costs less than a way out at each.
 #[inline(always)]
-pub(super) fn is_identity<T: Several>(
-    seed: T,
-    matrix: &[T::Kept],
-    rows: usize,
-    first: usize,
-    may_differ: Inputs,
-) -> bool {
+pub(super) fn changes<T: Several>(seed: T, matrix: &[T::Kept], rows: usize, first: usize, inputs: Inputs) -> bool {
+    if inputs != Inputs::ANY {
+        return !inputs.is_empty();
+    }
     let columns = matrix.len() / rows;
     let mut apart = seed.like(0.0);
-    for k in (0..columns).filter(|k| may_differ.contains(*k)) {
-        for i in 0..rows {
+    for i in 0..rows {
+        for k in 0..columns {
             let of_identity = seed.like(if k == first + i { 1.0 } else { 0.0 });
             apart = apart + (seed.of(matrix[i * columns + k]) - of_identity).abs();
         }
     }
-    apart.is_zero()
+    !apart.is_zero()
 }
 
 /// Fills the columns of `[0 I 0]` that an answer left out because they are these.
@@ -55,7 +53,7 @@ pub(super) fn fill_left_out<T: Several>(
     }
 }
 
-/// Are two lists of numbers the same? All of them are looked at, as in [`is_identity`].
+/// Are two lists of numbers the same? All of them are looked at, as in [`changes`].
 #[inline(always)]
 pub(super) fn are_equal<T: Several>(seed: T, a: &[T::Kept], b: &[T::Kept]) -> bool {
     let mut apart = seed.like(0.0);
@@ -65,7 +63,7 @@ pub(super) fn are_equal<T: Several>(seed: T, a: &[T::Kept], b: &[T::Kept]) -> bo
     apart.is_zero()
 }
 
-/// `[0 I 0]`, see [`is_identity`].
+/// `[0 I 0]`, see [`changes`].
 #[inline(always)]
 pub(super) fn identity<T: Several, const N: usize>(rows: usize, first: usize) -> [T::Kept; N] {
     let mut matrix = [T::splat(0.0); N];

@@ -2,12 +2,11 @@
 //! one ray and for eight side by side.
 
 use super::frame::Stages;
-use super::matrices::{are_equal, dot, fill_left_out, identity, is_identity, times_six};
-use super::rays::{Rays, of_matrices, of_rotation_vectors};
+use super::matrices::{are_equal, changes, dot, fill_left_out, identity, times_six};
+use super::rays::{Rays, of_matrices};
 use crate::effects::Stage;
 use crate::effects::formula::{Answer, Inputs};
 use crate::math::{Number, Several};
-use crate::problem::Problem;
 use std::ops::Range;
 
 /// Rays as they reach the camera. What follows an unknown follows it by a turn of the camera (a small vector from the left, as `w`) and a shift of
@@ -67,34 +66,33 @@ impl<K: Copy + Default> Default for Ray<K> {
 }
 
 impl<K: Copy + Default + PartialEq> Ray<K> {
-    /// Sends rays from `point` to the projection centres `centre` through the effects of exposure and ray. `Err`: the place of the first outside
-    /// the domain of one.
+    /// Sends rays from `point` to images with this `pose` (rotation vector and projection centre) through the effects of exposure and ray. `Err`: the
+    /// place of the first outside the domain of one.
     #[inline(always)]
     pub fn bend<R: Rays<Number: Several<Kept = K>>>(
         &mut self,
         rays: &R,
-        (problem, stages): (&Problem, &Stages),
-        centre: &[K; 3],
+        stages: &Stages,
+        pose: &[K; 6],
         point: &[K; 3],
     ) -> Result<(), usize> {
         let seed = rays.seed();
         let nothing = K::default();
-        let of_r: [K; 3] = of_rotation_vectors(rays);
-        let mut pose = [of_r[0], of_r[1], of_r[2], centre[0], centre[1], centre[2]];
+        let (of_r, mut pose) = ([pose[0], pose[1], pose[2]], *pose);
 
         // Exposure: (r, C), with derivatives by (r, C) before and by the parameters.
         self.pose_by_theta.clear();
         self.pose_by_theta.resize(stages.ray_locals.len(), [nothing; 6]);
         let mut by_pose: Option<[K; 36]> = None;
         for &e in stages.of(Stage::Exposure) {
-            let places = places(problem, stages, e);
+            let places = stages.ray_places[e].clone();
             let count = places.len();
             let mut next = [nothing; 6];
             self.d_own.resize(self.d_own.len().max(6 * count), nothing);
             let (d_in, d_own) = (&mut self.d_in, &mut self.d_own[..6 * count]);
             let inputs = rays.ask(e, &pose, Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
             // Most move the centre alone, and none does anything at zero, where candidates are tested.
-            if !is_identity(seed, &self.d_in, 6, 0, inputs) {
+            if changes(seed, &self.d_in, 6, 0, inputs) {
                 fill_left_out::<R::Number>(&mut self.d_in, 6, 0, 0..6, inputs);
                 let d_in = &self.d_in;
                 by_pose = Some(match by_pose {
@@ -157,7 +155,7 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         self.by_theta.clear();
         self.by_theta.resize(stages.ray_locals.len(), [nothing; 6]);
         for (position, &e) in stages.of(Stage::Ray).iter().enumerate() {
-            let own = places(problem, stages, e);
+            let own = stages.ray_places[e].clone();
             let count = own.len();
             let [p0, p1, p2] = self.point;
             let input = [pose[0], pose[1], pose[2], pose[3], pose[4], pose[5], p0, p1, p2];
@@ -165,11 +163,11 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             self.d_own.resize(self.d_own.len().max(3 * count), nothing);
             let (d_in, d_own) = (&mut self.d_in[..27], &mut self.d_own[..3 * count]);
             let inputs = rays.ask(e, &input, Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
-            if !is_identity(seed, &self.d_in[..27], 3, 6, inputs) {
-                fill_left_out::<R::Number>(&mut self.d_in[..27], 3, 6, 0..9, inputs);
+            if changes(seed, &self.d_in[..27], 3, 6, inputs) {
+                fill_left_out::<R::Number>(&mut self.d_in[..27], 3, 6, 3..9, inputs);
                 let turns = self.go_through(rays, by_pose.as_ref(), inputs);
                 for &before in stages.of(Stage::Exposure).iter().chain(&stages.of(Stage::Ray)[..position]) {
-                    self.carry(seed, places(problem, stages, before), turns);
+                    self.carry(seed, stages.ray_places[before].clone(), turns);
                 }
             }
             for (p, column) in self.by_theta[own].iter_mut().enumerate() {
@@ -230,6 +228,9 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         }
         let turns = !by_rotation.is_zero();
         self.shifts_by_turn |= turns;
+        if turns {
+            fill_left_out::<R::Number>(&mut self.d_in[..27], 3, 6, 0..3, inputs);
+        }
         let was_straight = !self.bends;
         if was_straight {
             self.begin_to_bend::<R::Number>();
@@ -295,12 +296,11 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         &mut self,
         rays: &R,
         stages: &Stages,
-        centre: &[K; 3],
+        pose: &[K; 6],
         point: &[K; 3],
     ) -> Result<(), usize> {
         let nothing = K::default();
-        let of_r: [K; 3] = of_rotation_vectors(rays);
-        let mut pose = [of_r[0], of_r[1], of_r[2], centre[0], centre[1], centre[2]];
+        let (of_r, mut pose) = ([pose[0], pose[1], pose[2]], *pose);
         for &e in stages.of(Stage::Exposure) {
             let mut next = [nothing; 6];
             rays.ask(e, &pose, Answer { out: &mut next, d_input: None, d_theta: None })?;
@@ -319,11 +319,4 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         self.turned = !are_equal(rays.seed(), &self.rotation_vector, &of_r);
         Ok(())
     }
-}
-
-/// Where the parameters of an effect stand in the list of those of exposure and ray, which has those of each effect together.
-fn places(problem: &Problem, stages: &Stages, e: usize) -> Range<usize> {
-    let own = stages.locals(problem, e);
-    let first = stages.ray_locals.partition_point(|k| *k < own.start);
-    first..first + own.len()
 }

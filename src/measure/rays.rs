@@ -27,16 +27,6 @@ pub(super) trait Rays {
 /// A number of rays in memory.
 pub(super) type Kept<R> = <<R as Rays>::Number as Several>::Kept;
 
-/// Rotation vectors of the images.
-#[inline(always)]
-pub(super) fn of_rotation_vectors<R: Rays>(rays: &R) -> [Kept<R>; 3] {
-    let mut vector = [Kept::<R>::default(); 3];
-    for (k, slot) in vector.iter_mut().enumerate() {
-        *slot = rays.of_frames(|frame| frame.rotation_vector[k]);
-    }
-    vector
-}
-
 /// A matrix of the image of each, row by row.
 #[inline(always)]
 pub(super) fn of_matrices<R: Rays>(rays: &R, matrix: impl Fn(&Frame) -> &Matrix3<f64>) -> [Kept<R>; 9] {

@@ -83,11 +83,11 @@ pub(super) fn through_image<D: Derivatives>(
     if !inputs.is_empty() {
         let of = [seed.of(d_in[0]), seed.of(d_in[1]), seed.of(d_in[IMAGE_INPUTS]), seed.of(d_in[IMAGE_INPUTS + 1])];
         let by_point = [[of[0], of[1]], [of[2], of[3]]];
-        for place in (CAMERA..MISCLOSURE).chain(before.map(|k| THETA + k)) {
-            let (x, y) = (d.get(0, place), d.get(1, place));
-            for i in 0..2 {
-                d.set(i, place, by_point[i][0] * x + by_point[i][1] * y);
-            }
+        for place in CAMERA..MISCLOSURE {
+            move_on(d, &by_point, place);
+        }
+        for local in before {
+            move_on(d, &by_point, THETA + local);
         }
         for k in (0..PARAMETER_COUNT).filter(|k| inputs.contains(IMAGE_INTERIOR + k)) {
             for i in 0..2 {
@@ -103,6 +103,15 @@ pub(super) fn through_image<D: Derivatives>(
     }
 }
 
+/// Derivatives of a point become those of one that follows it by `by_point`.
+#[inline(always)]
+fn move_on<D: Derivatives>(d: &mut D, by_point: &[[D::Number; 2]; 2], place: usize) {
+    let (x, y) = (d.get(0, place), d.get(1, place));
+    for i in 0..2 {
+        d.set(i, place, by_point[i][0] * x + by_point[i][1] * y);
+    }
+}
+
 /// From derivatives by the interior orientation after its effects to those by that before them.
 pub(super) fn through_interior(d: &mut impl Derivatives<Number = f64>, chain: &InteriorChain) {
     for i in 0..2 {
@@ -114,13 +123,13 @@ pub(super) fn through_interior(d: &mut impl Derivatives<Number = f64>, chain: &I
         }
         let by_interior = SMatrix::<f64, 1, PARAMETER_COUNT>::from_fn(|_, k| d.get(i, CAMERA + k));
         if let Some(d_rotation) = &chain.d_rotation {
-            let by_rotation = by_interior * d_rotation;
+            let by_rotation = by_interior * **d_rotation;
             for k in 0..3 {
                 d.set(i, ROTATION + k, d.get(i, ROTATION + k) + by_rotation[k]);
             }
         }
         if let Some(d_interior) = &chain.d_interior {
-            let through = by_interior * d_interior;
+            let through = by_interior * **d_interior;
             for k in 0..PARAMETER_COUNT {
                 d.set(i, CAMERA + k, through[k]);
             }

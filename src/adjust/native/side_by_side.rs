@@ -41,7 +41,6 @@ pub struct Eights<'a> {
     first_point: usize,
     point: usize,
     rest: Range<usize>,
-    one_interior: bool,
 }
 
 impl<'a> Eights<'a> {
@@ -49,12 +48,10 @@ impl<'a> Eights<'a> {
     pub fn new(cameras: Cameras<'a>, objects: &'a [Vector3<f64>], points: Range<usize>, views: &mut Views) -> Self {
         let Cameras { problem, stages, frames } = cameras;
         let one_interior = problem.camera_free.len() == 1 && stages.of(Stage::Interior).is_empty();
-        if let (true, Some(frame)) = (one_interior, frames.first()) {
-            views.set_interiors(&frame.interior);
-        }
+        views.set_interior(frames.first().filter(|_| one_interior).map(|frame| &frame.interior));
         let rest = problem.point_start[points.start]..problem.point_start[points.end];
         let first = points.start;
-        Self { problem, frames, objects, first_point: first, point: first, rest, one_interior }
+        Self { problem, frames, objects, first_point: first, point: first, rest }
     }
 
     /// Puts the next ones into `views` and `eight`; `false` where there are none.
@@ -75,10 +72,7 @@ impl<'a> Eights<'a> {
             eight.points[lane] = if lane < count { self.point } else { eight.points[0] };
             let observation = &self.problem.observations[number];
             let frame = &self.frames[observation.image as usize];
-            views.set(simd, lane, &frame.plain, &self.objects[eight.points[lane] - self.first_point]);
-            if !self.one_interior {
-                views.set_interior(lane, &frame.interior);
-            }
+            views.set(simd, lane, &frame.numbers, &self.objects[eight.points[lane] - self.first_point]);
             let weight = if lane < count { observation.inverse_sigma } else { 0.0 };
             let [x, y, inverse_sigma] = &mut eight.observed;
             (x[lane], y[lane], inverse_sigma[lane]) = (observation.x, observation.y, weight);
