@@ -8,8 +8,8 @@ use super::fit::Fit;
 use crate::adjust::AdjustError;
 use crate::adjust::native::{one_step, pool};
 use crate::math::statistics::{chi_square_quantile, median};
-use crate::measure::Predictor;
-use crate::problem::{PointSource, Problem, State};
+use crate::measure::{ImagePoint, Predictor, Sighted};
+use crate::problem::{ImageObservation, PointSource, Problem, State};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 
@@ -69,17 +69,16 @@ struct Cameras<'a> {
 
 fn rows(cameras: &Cameras<'_>, j: usize, object: &Vector3<f64>) -> Option<Rows> {
     let Cameras { problem, predictor, unoriented } = cameras;
-    problem.observations[problem.point_start[j]..problem.point_start[j + 1]]
-        .iter()
-        .filter(|observation| !unoriented[observation.image as usize])
-        .map(|observation| {
-            let observed = [observation.x, observation.y];
-            let (computed, by_point) = predictor.image_point(observation.image as usize, observed, object)?;
-            let residual = Vector2::new(observed[0] - computed[0], observed[1] - computed[1]);
-            let weight = observation.inverse_sigma;
-            Some((residual * weight, by_point * weight, weight))
-        })
-        .collect()
+    let all = &problem.observations[problem.point_start[j]..problem.point_start[j + 1]];
+    let seen = || all.iter().filter(|observation| !unoriented[observation.image as usize]);
+    let sighted = seen().map(|o| Sighted { image: o.image as usize, observed: [o.x, o.y], point: *object });
+    let row = |(observation, predicted): (&ImageObservation, Option<ImagePoint>)| {
+        let (computed, by_point) = predicted?;
+        let residual = Vector2::new(observation.x - computed[0], observation.y - computed[1]);
+        let weight = observation.inverse_sigma;
+        Some((residual * weight, by_point * weight, weight))
+    };
+    seen().zip(predictor.image_points(sighted)).map(row).collect()
 }
 
 /// Squared errors of the predicted image points of a point, each by the precision of its intersection, per coordinate and in px^2.

@@ -5,7 +5,7 @@ use super::linearised::Linearised;
 use super::select::{Judged, Nature, Situation, Taken};
 use crate::block::{Block, PointId, Role};
 use crate::evaluate::Similarity;
-use crate::measure::Predictor;
+use crate::measure::{Predictor, Sighted};
 use crate::problem::{Problem, State};
 use crate::run;
 use nalgebra::{Matrix3, Vector3};
@@ -99,8 +99,10 @@ impl<'a> Probe<'a> {
         let mut object = self.state.points[j];
         for _ in 0..STEPS {
             let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-            for row in &self.problem.observations[self.problem.point_start[j]..self.problem.point_start[j + 1]] {
-                let (computed, by_point) = predictor.image_point(row.image as usize, [row.x, row.y], &object)?;
+            let rows = &self.problem.observations[self.problem.point_start[j]..self.problem.point_start[j + 1]];
+            let sighted = rows.iter().map(|o| Sighted { image: o.image as usize, observed: [o.x, o.y], point: object });
+            for (row, predicted) in rows.iter().zip(predictor.image_points(sighted)) {
+                let (computed, by_point) = predicted?;
                 let v = nalgebra::Vector2::new(row.x - computed[0], row.y - computed[1]);
                 normal += by_point.transpose() * by_point;
                 right += by_point.transpose() * v;

@@ -71,7 +71,7 @@ fn structure_of(
     let state = &solution.state;
     let comparison = run::compare(block, problem, solution)?;
     let measurements = measurements_at(problem, state, settings.options.threads)?;
-    let layout = structure::Layout::new(problem, state, &measurements)?;
+    let layout = structure::Layout::new(problem, state, &measurements, settings.options.threads)?;
     let (mut fields, _) = catalogue::candidates(block, fit, &improvement.parts, settings.plugins);
     fields.retain(|(candidate, _)| !candidate.physical);
     layout.analyse(comparison.as_ref(), settings.significance, |columns| {

@@ -125,21 +125,13 @@ fn seen(problem: &Problem, state: &State, picture: Picture, with: bool) -> Resul
 }
 
 /// Calls `each` with image, predicted point and residual (px) of every measurement.
-fn residuals(
-    problem: &Problem,
-    state: &State,
-    predictor: &Predictor<'_>,
-    mut each: impl FnMut(usize, Vector2<f64>, Vector2<f64>),
-) {
-    for (j, point) in state.points.iter().enumerate() {
-        for row in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
-            let image = row.image as usize;
-            if let Some((predicted, _)) = predictor.image_point(image, [row.x, row.y], point) {
-                let predicted = Vector2::from(predicted);
-                each(image, predicted, Vector2::new(row.x, row.y) - predicted);
-            }
+fn residuals(predictor: &Predictor<'_>, mut each: impl FnMut(usize, Vector2<f64>, Vector2<f64>)) {
+    predictor.each_measurement(|_, row, predicted| {
+        if let Some((predicted, _)) = predicted {
+            let predicted = Vector2::from(predicted);
+            each(row.image as usize, predicted, Vector2::new(row.x, row.y) - predicted);
         }
-    }
+    });
 }
 
 /// Sums of a bin.
@@ -175,7 +167,7 @@ fn mark(against: &'static str, component: &'static str, unit: &'static str, x: f
 
 fn binned(problem: &Problem, state: &State, predictor: &Predictor<'_>, picture: Picture) -> Vec<Mark> {
     let mut bins: BTreeMap<(usize, usize, usize), [BinSums; 3]> = BTreeMap::new();
-    residuals(problem, state, predictor, |image, predicted, residual| {
+    residuals(predictor, |image, predicted, residual| {
         let context = &problem.image_contexts[image];
         let camera = context.camera as usize;
         let (key, values) = match picture {
@@ -241,7 +233,7 @@ fn of_images(problem: &Problem, state: &State, predictor: &Predictor<'_>, by: By
     let mut sums = vec![[[0.0; 2]; 2]; problem.image_contexts.len()];
     let mut counts = vec![0; problem.image_contexts.len()];
     let mut squares = (0.0, 0.0);
-    residuals(problem, state, predictor, |image, predicted, residual| {
+    residuals(predictor, |image, predicted, residual| {
         let context = &problem.image_contexts[image];
         let half = 0.5 * context.width_px.hypot(context.height_px);
         let u = (predicted - centre(state, context.camera as usize)) / half;

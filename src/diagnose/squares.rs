@@ -10,15 +10,11 @@ use crate::measure::{MeasureError, Predictor};
 /// A state of which an image cannot be prepared.
 pub fn each(fit: &Fit, mut tell: impl FnMut(usize, usize, f64)) -> Result<(), MeasureError> {
     let Fit { problem, solution, .. } = fit;
-    let predictor = Predictor::new(problem, &solution.state)?;
-    for (j, point) in solution.state.points.iter().enumerate() {
-        for seen in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
-            let image = seen.image as usize;
-            if let Some(([x, y], _)) = predictor.image_point(image, [seen.x, seen.y], point) {
-                let squared_px = (seen.x - x).powi(2) + (seen.y - y).powi(2);
-                tell(j, image, squared_px * seen.inverse_sigma.powi(2));
-            }
+    Predictor::new(problem, &solution.state)?.each_measurement(|point, seen, predicted| {
+        if let Some(([x, y], _)) = predicted {
+            let squared_px = (seen.x - x).powi(2) + (seen.y - y).powi(2);
+            tell(point, seen.image as usize, squared_px * seen.inverse_sigma.powi(2));
         }
-    }
+    });
     Ok(())
 }

@@ -119,7 +119,7 @@ pub fn predict_point(
     let context = context(problem, observation);
     let mut ray = Ray::default();
     let one = One { problem, stages, frame, context };
-    ray.move_only(&one, stages, &frame.pose(), &(*object).into()).ok()?;
+    ray.shift(&one, stages, (&frame.pose(), &(*object).into()), false).ok()?;
     let view = one.view(&ray);
     let point = fraser::project(&view.interior, view.camera_point())?;
     point_behind_camera(problem, stages, frame, observation, point)

@@ -6,7 +6,9 @@ use super::lanes::{CAMERA, Predictions, THETA, Views};
 use super::matrices::{changes, fill_left_out};
 use super::ray::Ray;
 use super::rays::Rays;
-use super::through::{Derivatives, IMAGE_INPUTS, through_image, through_interior, through_ray};
+use super::through::{
+    Derivatives, IMAGE_INPUTS, point_through_image, point_through_ray, through_image, through_interior, through_ray,
+};
 use crate::effects::formula::{Answer, Inputs};
 use crate::effects::{Context, IMAGE_INTERIOR, Stage};
 use crate::math::lane::{LANES, Lane};
@@ -42,6 +44,17 @@ pub struct Seen<'a> {
     pub observations: &'a [ImageObservation],
 }
 
+/// Derivatives that are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// None: image points alone.
+    Nothing,
+    /// Those by the object point.
+    ByPoint,
+    /// All of them.
+    Everything,
+}
+
 /// A prediction of [`Seen`] to be carried out: inlined into the loop of a plain camera it would cost that loop the registers.
 pub struct Predict<'a, 'b> {
     /// What is predicted.
@@ -52,8 +65,8 @@ pub struct Predict<'a, 'b> {
     pub out: &'a mut Predictions,
     /// Work space.
     pub answers: &'a mut Answers,
-    /// Are derivatives wanted, or image points alone?
-    pub derivatives: bool,
+    /// Which derivatives.
+    pub wanted: Wanted,
 }
 
 impl WithSimd for Predict<'_, '_> {
@@ -61,10 +74,11 @@ impl WithSimd for Predict<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { seen, views, out, answers, derivatives } = self;
-        match derivatives {
-            true => seen.predict(simd, views, out, answers),
-            false => seen.project(simd, views, out, answers),
+        let Self { seen, views, out, answers, wanted } = self;
+        match wanted {
+            Wanted::Everything => seen.predict(simd, views, out, answers),
+            Wanted::ByPoint => seen.project(simd, views, out, answers, true),
+            Wanted::Nothing => seen.project(simd, views, out, answers, false),
         }
     }
 }
@@ -116,7 +130,7 @@ impl Seen<'_> {
         Ok(())
     }
 
-    /// Predicts image points alone, as [`Self::predict`] does.
+    /// Predicts image points as [`Self::predict`] does, alone or with their derivatives by the object point.
     #[inline(always)]
     fn project<S: Simd>(
         &self,
@@ -124,17 +138,30 @@ impl Seen<'_> {
         views: &mut Views,
         out: &mut Predictions,
         answers: &mut Answers,
+        by_point: bool,
     ) -> Result<(), usize> {
         let eight = Eight::new(simd, self);
-        if !self.stages.straight() {
-            answers.ray.move_only(&eight, self.stages, &views.pose(), &views.object())?;
+        let straight = self.stages.straight();
+        if !straight {
+            answers.ray.shift(&eight, self.stages, (&views.pose(), &views.object()), by_point)?;
             eight.see(views, &answers.ray);
         }
-        views.project(simd, out);
+        match by_point {
+            true => views.predict_by_point(simd, out),
+            false => views.project(simd, out),
+        }
         eight.in_front(&out.depth)?;
+        if by_point && !straight && answers.ray.bends {
+            point_through_ray(&mut Rows { simd, rows: &mut out.rows }, &answers.ray);
+        }
         for &e in self.stages.of(Stage::Image) {
-            let input = image_input(&out.point, views);
-            eight.ask(e, &input, Answer { out: &mut out.point, d_input: None, d_theta: None })?;
+            let (input, d_in) = (image_input(&out.point, views), &mut answers.d_in);
+            let d_input = by_point.then_some(&mut d_in[..]);
+            let inputs = eight.ask(e, &input, Answer { out: &mut out.point, d_input, d_theta: None })?;
+            if by_point && changes(eight.seed(), d_in, 2, 0, inputs) {
+                fill_left_out::<Wide<S>>(d_in, 2, 0, 0..IMAGE_INTERIOR, inputs);
+                point_through_image(&mut Rows { simd, rows: &mut out.rows }, d_in);
+            }
         }
         Ok(())
     }

@@ -252,6 +252,21 @@ impl Views {
         }
     }
 
+    /// Predicts the image points of all eight, their depths, and their derivatives by the object point.
+    #[inline(always)]
+    pub fn predict_by_point<S: Simd>(&self, simd: S, out: &mut Predictions) {
+        for piece in 0..LANES / S::F64_LANES {
+            let view = self.view(simd, piece);
+            let camera_point = view.camera_point();
+            let prediction = view.predict(camera_point);
+            store(&[camera_point[2]], piece, std::slice::from_mut(&mut out.depth));
+            store(&prediction.point, piece, &mut out.point);
+            for (row, by_point) in out.rows.iter_mut().zip(&prediction.d_point) {
+                store(by_point, piece, &mut row[POINT..MISCLOSURE]);
+            }
+        }
+    }
+
     /// Predicts the image points of all eight, and their depths, without derivatives.
     #[inline(always)]
     pub fn project<S: Simd>(&self, simd: S, out: &mut Predictions) {

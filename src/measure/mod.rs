@@ -18,10 +18,10 @@ mod through;
 mod transpose;
 
 pub use chain::{Prediction, point_behind_camera, predict, predict_point};
-pub use eight::{Answers, Predict, Seen};
+pub use eight::{Answers, Predict, Seen, Wanted};
 pub use error::MeasureError;
 pub use frame::{Frame, InteriorChain, Stages, frames};
 pub use plain::{PlainPrediction, PlainView};
 pub use position::{PositionPrediction, predict_antenna, predict_surveyed};
-pub use predictor::Predictor;
+pub use predictor::{ImagePoint, Predictor, Sighted};
 pub use transpose::transpose;

@@ -290,33 +290,45 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         }
     }
 
-    /// [`Self::bend`] without derivatives.
+    /// [`Self::bend`] without derivatives, or with those by the point alone: [`Self::shift_by_point`], where [`Self::bends`] says so.
     #[inline(always)]
-    pub fn move_only<R: Rays<Number: Several<Kept = K>>>(
+    pub fn shift<R: Rays<Number: Several<Kept = K>>>(
         &mut self,
         rays: &R,
         stages: &Stages,
-        pose: &[K; 6],
-        point: &[K; 3],
+        (pose, point): (&[K; 6], &[K; 3]),
+        by_point: bool,
     ) -> Result<(), usize> {
-        let nothing = K::default();
+        let (seed, nothing) = (rays.seed(), K::default());
         let (of_r, mut pose) = ([pose[0], pose[1], pose[2]], *pose);
         for &e in stages.of(Stage::Exposure) {
             let mut next = [nothing; 6];
             rays.ask(e, &pose, Answer { out: &mut next, d_input: None, d_theta: None })?;
             pose = next;
         }
-        self.point = *point;
+        (self.point, self.bends) = (*point, false);
         for &e in stages.of(Stage::Ray) {
             let [p0, p1, p2] = self.point;
             let input = [pose[0], pose[1], pose[2], pose[3], pose[4], pose[5], p0, p1, p2];
             let mut next = [nothing; 3];
-            rays.ask(e, &input, Answer { out: &mut next, d_input: None, d_theta: None })?;
+            let d_in = &mut self.d_in[..27];
+            let d_input = by_point.then_some(&mut *d_in);
+            let inputs = rays.ask(e, &input, Answer { out: &mut next, d_input, d_theta: None })?;
             self.point = next;
+            if by_point && changes(seed, d_in, 3, 6, inputs) {
+                fill_left_out::<R::Number>(d_in, 3, 6, 6..9, inputs);
+                let before = if self.bends { self.shift_by_point } else { identity::<R::Number, 9>(3, 0) };
+                for i in 0..3 {
+                    for k in 0..3 {
+                        self.shift_by_point[3 * i + k] = dot(seed, (d_in, 9 * i + 6, 1), (&before, k, 3), 3).keep();
+                    }
+                }
+                self.bends = true;
+            }
         }
         let [r0, r1, r2, centre @ ..] = pose;
         (self.rotation_vector, self.centre) = ([r0, r1, r2], centre);
-        self.turned = !are_equal(rays.seed(), &self.rotation_vector, &of_r);
+        self.turned = !are_equal(seed, &self.rotation_vector, &of_r);
         Ok(())
     }
 }

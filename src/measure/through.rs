@@ -44,9 +44,7 @@ pub(super) fn through_ray<D: Derivatives>(d: &mut D, ray: &Ray<Kept<D>>, locals:
                 }
                 d.set(i, ROTATION + k, sum);
             }
-            for k in 0..3 {
-                d.set(i, POINT + k, product(&by_shift, &ray.shift_by_point, k, 3));
-            }
+            set_by_point(d, i, &by_shift, ray);
         }
         for (by_theta, local) in ray.by_theta.iter().zip(locals) {
             let mut sum = product(&by_shift, by_theta, 3, 1);
@@ -55,6 +53,22 @@ pub(super) fn through_ray<D: Derivatives>(d: &mut D, ray: &Ray<Kept<D>>, locals:
             }
             d.set(i, THETA + local, sum);
         }
+    }
+}
+
+/// From derivatives by the point of a ray that reaches the camera to those by the point that it came from.
+#[inline(always)]
+pub(super) fn point_through_ray<D: Derivatives>(d: &mut D, ray: &Ray<Kept<D>>) {
+    for i in 0..2 {
+        let by_shift = [d.get(i, POINT), d.get(i, POINT + 1), d.get(i, POINT + 2)];
+        set_by_point(d, i, &by_shift, ray);
+    }
+}
+
+#[inline(always)]
+fn set_by_point<D: Derivatives>(d: &mut D, i: usize, by_shift: &[D::Number; 3], ray: &Ray<Kept<D>>) {
+    for k in 0..3 {
+        d.set(i, POINT + k, product(by_shift, &ray.shift_by_point, k, 3));
     }
 }
 
@@ -81,8 +95,7 @@ pub(super) fn through_image<D: Derivatives>(
 ) {
     let seed = d.get(0, CAMERA);
     if !inputs.is_empty() {
-        let of = [seed.of(d_in[0]), seed.of(d_in[1]), seed.of(d_in[IMAGE_INPUTS]), seed.of(d_in[IMAGE_INPUTS + 1])];
-        let by_point = [[of[0], of[1]], [of[2], of[3]]];
+        let by_point = by_image_point::<D>(seed, d_in);
         for place in CAMERA..MISCLOSURE {
             move_on(d, &by_point, place);
         }
@@ -101,6 +114,21 @@ pub(super) fn through_image<D: Derivatives>(
             d.set(i, THETA + local, seed.of(d_own[i * count + p]));
         }
     }
+}
+
+/// Derivatives by the object point through an image effect; `d_in` as in [`through_image`].
+#[inline(always)]
+pub(super) fn point_through_image<D: Derivatives>(d: &mut D, d_in: &[Kept<D>]) {
+    let by_point = by_image_point::<D>(d.get(0, POINT), d_in);
+    for place in POINT..MISCLOSURE {
+        move_on(d, &by_point, place);
+    }
+}
+
+/// Derivatives of the image point that an image effect gives by the one that it gets.
+#[inline(always)]
+fn by_image_point<D: Derivatives>(seed: D::Number, d_in: &[Kept<D>]) -> [[D::Number; 2]; 2] {
+    [[seed.of(d_in[0]), seed.of(d_in[1])], [seed.of(d_in[IMAGE_INPUTS]), seed.of(d_in[IMAGE_INPUTS + 1])]]
 }
 
 /// Derivatives of a point become those of one that follows it by `by_point`.

@@ -1,9 +1,9 @@
 //! The table of residuals of a run: observed minus computed, px.
 
-use crate::block::{Block, ImageId};
+use crate::block::{Block, ImageId, PointId};
 use crate::evaluate::Comparison;
 use crate::measure::{MeasureError, Predictor};
-use crate::problem::{MeasurementKind, Problem, State};
+use crate::problem::{MeasurementKind, PointSource, Problem, State};
 
 /// Kind of measurement, as in `residuals.csv`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,34 +43,28 @@ pub fn residual_rows(
     let marks: usize = intersected().map(|point| point.measurements.len()).sum();
     let mut rows = Vec::with_capacity(problem.observations.len() + marks);
     let mut marked = vec![false; block.surveyed.len()];
-    for (j, source) in problem.point_sources.iter().enumerate() {
-        let point = match source {
-            crate::problem::PointSource::Tie(id) => id.0,
-            crate::problem::PointSource::Control(id) => {
-                marked[id.index()] = true;
-                id.0
-            }
-        };
-        for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
-            let observed = [observation.x, observation.y];
-            let image = observation.image as usize;
-            // The adjusted state projects every measurement; NaN would show otherwise.
-            let computed = predictor
-                .image_point(image, observed, &state.points[j])
-                .map_or([f64::NAN; 2], |(computed, _)| computed);
-            rows.push(ResidualRow {
-                image: ImageId(observation.image),
-                point,
-                kind: match observation.kind {
-                    MeasurementKind::Tie => ResidualKind::Tie,
-                    MeasurementKind::Mark => ResidualKind::Mark,
-                },
-                observed,
-                residual: [observed[0] - computed[0], observed[1] - computed[1]],
-                sigma: 1.0 / observation.inverse_sigma,
-            });
+    for source in problem.point_sources.iter() {
+        if let PointSource::Control(id) = source {
+            marked[id.index()] = true;
         }
     }
+    predictor.each_measurement(|j, observation, predicted| {
+        let (PointSource::Tie(PointId(point)) | PointSource::Control(PointId(point))) = problem.point_sources[j];
+        let observed = [observation.x, observation.y];
+        // The adjusted state projects every measurement; NaN would show otherwise.
+        let computed = predicted.map_or([f64::NAN; 2], |(computed, _)| computed);
+        rows.push(ResidualRow {
+            image: ImageId(observation.image),
+            point,
+            kind: match observation.kind {
+                MeasurementKind::Tie => ResidualKind::Tie,
+                MeasurementKind::Mark => ResidualKind::Mark,
+            },
+            observed,
+            residual: [observed[0] - computed[0], observed[1] - computed[1]],
+            sigma: 1.0 / observation.inverse_sigma,
+        });
+    });
     for intersection in intersected() {
         if marked[intersection.point.index()] {
             continue;

@@ -3,7 +3,7 @@
 use super::loss::{Curvature, LEAST_CURVATURE, curvature_along, rho};
 use crate::effects::Stage;
 use crate::measure::lanes::{LANES, Lane, MISCLOSURE, Predictions, Views};
-use crate::measure::{Answers, Frame, MeasureError, Predict, Seen, Stages};
+use crate::measure::{Answers, Frame, MeasureError, Predict, Seen, Stages, Wanted};
 use crate::problem::{Loss, Problem};
 use nalgebra::Vector3;
 use pulp::Simd;
@@ -134,7 +134,7 @@ impl Workspace {
         } else {
             let observations = &problem.observations[eight.numbers.clone()];
             let seen = Seen { problem, stages, frames, observations };
-            simd.vectorize(Predict { seen, views, out: predictions, answers, derivatives: true })
+            simd.vectorize(Predict { seen, views, out: predictions, answers, wanted: Wanted::Everything })
                 .map_err(|lane| eight.error(problem, lane))?;
         }
         eight.weigh(simd, problem.loss, curvature, predictions, costs);
@@ -157,7 +157,7 @@ impl Workspace {
         }
         let observations = &problem.observations[eight.numbers.clone()];
         let seen = Seen { problem, stages, frames, observations };
-        simd.vectorize(Predict { seen, views, out: predictions, answers, derivatives: false }).ok()?;
+        simd.vectorize(Predict { seen, views, out: predictions, answers, wanted: Wanted::Nothing }).ok()?;
         Some(true)
     }
 }

@@ -5,9 +5,13 @@ use super::point::{Seen, SeenPoint};
 use super::{Kept, Solved};
 use crate::adjust::AdjustError;
 use crate::block::{Block, ByPoint, Measurement, PointId};
-use crate::measure::Predictor;
+use crate::measure::{ImagePoint, Predictor, Sighted};
 use crate::problem::{MeasurementKind, PointSource, PositionObservation};
 use nalgebra::{Matrix3, Vector2, Vector3};
+use smallvec::SmallVec;
+
+/// Rays of most points.
+const FEW_RAYS: usize = 16;
 
 /// A block's measurements at a solution, those left out included. Measurements have numbers: tie measurements in the order of the block, then marks.
 pub(super) struct Sight<'a> {
@@ -74,14 +78,16 @@ impl<'a> Sight<'a> {
             PointSource::Tie(id) => (self.ties.of(*id), 0, self.block.sigma.tie_px),
             PointSource::Control(id) => (self.marks.of(*id), self.block.ties.len(), self.block.sigma.mark_px),
         };
-        let seen = |m: usize| {
-            let number = first + m;
-            let row = *self.row(number);
-            if self.idle[row.image.index()] {
-                return None;
-            }
+        let numbers = rows.map(|m| first + m).filter(|number| !self.idle[self.row(*number).image.index()]);
+        let numbers: SmallVec<[usize; FEW_RAYS]> = numbers.collect();
+        let sighted = numbers.iter().map(|number| {
+            let Measurement { image, x, y, .. } = *self.row(*number);
+            Sighted { image: image.index(), observed: [x, y], point: *point }
+        });
+        let seen = |(number, predicted): (&usize, Option<ImagePoint>)| {
+            let (number, row) = (*number, *self.row(*number));
             // What cannot be projected was left out before, or it could not have been adjusted.
-            let (computed, by_point) = self.predictor.image_point(row.image.index(), [row.x, row.y], point)?;
+            let (computed, by_point) = predicted?;
             let weight = 1.0 / row.sigma.unwrap_or(sigma);
             let active = self.is_in(number);
             Some(Seen {
@@ -97,7 +103,8 @@ impl<'a> Sight<'a> {
         let control = self.control.binary_search_by_key(&(j as u32), |observation| observation.index);
         let surveyed = control
             .map_or(Matrix3::zeros(), |c| Matrix3::from_diagonal(&self.control[c].sigma.map(|sigma| sigma.powi(-2))));
-        SeenPoint { seen: rows.filter_map(seen).collect(), surveyed, lost: j >= self.taking_part }
+        let seen = numbers.iter().zip(self.predictor.image_points(sighted)).filter_map(seen).collect();
+        SeenPoint { seen, surveyed, lost: j >= self.taking_part }
     }
 
     /// Number of measurements, those of points that take no part included.

@@ -12,6 +12,7 @@ use super::found::Found;
 use crate::diagnose::neighbours::Neighbours;
 use crate::math::statistics::{normal_ln_sf, normal_sf};
 use nalgebra::{Matrix2x6, Matrix6};
+use rayon::prelude::*;
 
 /// Neighbours of each measurement.
 const NEIGHBOURS: usize = 4;
@@ -27,12 +28,11 @@ pub(super) fn test(context: &Context<'_>, found: &mut Found) {
     let images = context.problem.image_contexts.len();
     let products = Products::new(context);
     let places = (0..context.measurements.len()).map(|k| (context.image(k), context.measurements[k].predicted));
-    let on_sensor = Neighbours::new(places, images);
+    let (on_sensor, rows) = rayon::join(|| Neighbours::new(places, images), || Rows::new(context));
     let near = products.sum(|k| on_sensor.nearest(k, NEIGHBOURS));
     drop(on_sensor);
     let whose = format!("each measurement and its {NEIGHBOURS} nearest neighbours in the image");
     near.found(context, found, TESTS[0], &whose);
-    let rows = Rows::new(context);
     let whose = format!("each measurement and the {NEIGHBOURS} that are next to it in the order of the image's rows");
     products.sum(|k| rows.beside(k)).found(context, found, TESTS[1], &whose);
 }
@@ -93,22 +93,26 @@ impl<'a> Products<'a> {
         Self { context, owner, covariance }
     }
 
-    fn sum<I: Iterator<Item = usize>>(&self, neighbours: impl Fn(usize) -> I) -> Sum {
+    /// Sums them over pairs of points, in an order that does not depend on the number of threads. Runs in the pool of its caller.
+    fn sum<I: Iterator<Item = usize>>(&self, neighbours: impl Fn(usize) -> I + Sync) -> Sum {
         let Self { context, owner, covariance } = self;
         let observations = &context.problem.observations;
         let variance = context.variance();
-        let mut pairs: Vec<(u32, u32, f64)> = Vec::new();
-        for (k, observation) in observations.iter().enumerate() {
+        let of_one = |k: usize| {
             let pulled = moved(context, k) * covariance[context.image(k)];
-            for other in neighbours(k).filter(|other| owner[*other] != owner[k]) {
+            let others = neighbours(k).filter(move |other| owner[*other] != owner[k]);
+            others.map(move |other| {
                 let (a, b) = (context.measurements[k].residual, context.measurements[other].residual);
-                let weight = observation.inverse_sigma * observations[other].inverse_sigma;
+                let weight = observations[k].inverse_sigma * observations[other].inverse_sigma;
                 let expected = -variance * (pulled * moved(context, other).transpose()).trace();
                 let product = (a[0] * b[0] + a[1] * b[1]) * weight - expected;
-                pairs.push((owner[k].min(owner[other]), owner[k].max(owner[other]), product));
-            }
-        }
-        pairs.sort_unstable_by_key(|pair| (pair.0, pair.1));
+                (owner[k].min(owner[other]), owner[k].max(owner[other]), k as u32, product)
+            })
+        };
+        let mut pairs: Vec<(u32, u32, u32, f64)> =
+            (0..observations.len()).into_par_iter().flat_map_iter(of_one).collect();
+        // A measurement has no two neighbours of one point: no two keys are the same.
+        pairs.par_sort_unstable_by_key(|pair| (pair.0, pair.1, pair.2));
         let mut sum = Sum { products: pairs.len(), ..Sum::default() };
         for pair in pairs.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
             let part: f64 = pair.iter().map(|(.., product)| product).sum();

@@ -11,9 +11,11 @@ use super::{
 };
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{Columns, Coordinate, Local};
+use crate::adjust::native::pool;
 use crate::diagnose::test::{System, is_noise};
 use crate::evaluate::Comparison;
 use crate::problem::{Problem, State};
+use rayon::ThreadPool;
 use std::ops::Range;
 
 /// Coordinates of antennas whose redundancy is taken; of more, an even sample.
@@ -28,6 +30,7 @@ pub struct Layout<'a> {
     spectrum: Option<spectrum::Spectrum>,
     covariates: Vec<Covariate<'a>>,
     found: Found,
+    pool: ThreadPool,
 }
 
 impl<'a> Layout<'a> {
@@ -35,13 +38,18 @@ impl<'a> Layout<'a> {
     ///
     /// # Errors
     /// A state that cannot be evaluated.
-    pub fn new(problem: &'a Problem, state: &'a State, measurements: &'a [Local]) -> Result<Self, AdjustError> {
+    pub fn new(
+        problem: &'a Problem,
+        state: &'a State,
+        measurements: &'a [Local],
+        threads: usize,
+    ) -> Result<Self, AdjustError> {
         let context = Context::new(problem, state, measurements)?;
         let mut found = Found::default();
         let cells = sensor::Cells::new(&context);
         let spectrum = spectrum::Spectrum::new(&context, &mut found);
         let covariates = covariates::all(&context, &mut found);
-        Ok(Self { context, cells, spectrum, covariates, found })
+        Ok(Self { context, cells, spectrum, covariates, found, pool: pool(threads)? })
     }
 
     /// Calls `with` with the columns of all tests.
@@ -106,8 +114,10 @@ impl<'a> Layout<'a> {
             }
             covariates::draw(context, &self.covariates, &mut found);
             if is_noise(context.noise.sum_of_squares, context.noise.degrees) {
-                autocorrelation::test(context, &mut found);
-                row_spectrum::test(context, &mut found);
+                self.pool.install(|| {
+                    autocorrelation::test(context, &mut found);
+                    row_spectrum::test(context, &mut found);
+                });
             } else {
                 let tests = autocorrelation::TESTS.iter().chain(&[row_spectrum::TEST]);
                 tests.for_each(|name| found.skip(name, "the residuals are much smaller than stated"));

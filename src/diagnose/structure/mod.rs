@@ -123,6 +123,7 @@ pub fn analyse(
         };
         Ok(((), system, spread))
     };
-    let ((), structure) = Layout::new(problem, state, &measurements)?.analyse(comparison, significance, test)?;
+    let ((), structure) =
+        Layout::new(problem, state, &measurements, threads)?.analyse(comparison, significance, test)?;
     Ok(structure)
 }
