@@ -69,14 +69,14 @@ pub fn minimise<P: Iterated>(
     let mut search =
         StepControl { damping: START_DAMPING, tighten: TIGHTEN, careful: 0, curvature: Curvature::Weights };
     let (mut iterations, mut idle, mut poor) = (0, 0, false);
-    // The system at the state, where the last step brought it along.
+    // The system at the state, where the last step brought it along, and whether without damping.
     let mut ready = None;
     loop {
-        let mut damping = search.damping;
-        let mut system = match ready.take() {
-            Some(system) => system,
-            None => problem.linearise(&state, damping, search.curvature)?,
+        let (mut system, undamped) = match ready.take() {
+            Some(brought) => brought,
+            None => (problem.linearise(&state, search.damping, search.curvature)?, false),
         };
+        let mut damping = if undamped { 0.0 } else { search.damping };
         let chi_square = problem.chi_square(&system);
         let report = Iteration {
             number: iterations,
@@ -89,13 +89,20 @@ pub fn minimise<P: Iterated>(
         }
         let small = options.chi_square_change.max(problem.chi_square_rounding(&system));
         let mut increments = problem.solve(&system, damping);
+        if increments.is_none() && undamped {
+            damping = search.damping;
+            system = problem.linearise(&state, damping, search.curvature)?;
+            increments = problem.solve(&system, damping);
+        }
         let full =
             damping <= CONVERGED_DAMPING && increments.as_ref().is_some_and(|x| problem.decrement(&system, x) < small);
         if full {
             // What weak directions still hold the damping hides, and what outliers still hold the weights.
-            damping = 0.0;
-            system = problem.linearise(&state, damping, Curvature::Newton)?;
-            increments = problem.solve(&system, damping);
+            if damping > 0.0 || robust {
+                damping = 0.0;
+                system = problem.linearise(&state, damping, Curvature::Newton)?;
+                increments = problem.solve(&system, damping);
+            }
             // A direction without any information is the caller's to name.
             let decrement = increments.as_ref().map_or(0.0, |x| problem.decrement(&system, x));
             if decrement < small {
@@ -129,8 +136,9 @@ pub fn minimise<P: Iterated>(
         iterations += 1;
         let curvature = if full { Curvature::Newton } else { search.curvature };
         let next = search.after_a_good_step(full);
+        let last = increments.as_ref().is_some_and(|x| is_likely_last(problem, &system, x, small));
         let taken = increments.as_ref().and_then(|x| match !robust && is_likely_good(problem, &system, x) {
-            true => problem.advance(&state, &system, x, damping, curvature, next),
+            true => problem.advance(&state, &system, x, damping, curvature, if last { 0.0 } else { next }),
             false => Some((problem.attempt(&state, &system, x, damping, curvature)?, None)),
         });
         let (mut step, mut after) = taken.map_or((None, None), |(step, after)| (Some(step), after));
@@ -149,7 +157,7 @@ pub fn minimise<P: Iterated>(
                 search.accepted(full, drop / predicted);
                 let near = robust && drop < NEAR_SHARE * chi_square;
                 search.curvature = if near { Curvature::Newton } else { Curvature::Weights };
-                ready = after.filter(|_| search.damping == next);
+                ready = after.filter(|_| search.damping == next).map(|system| (system, last));
             }
             // A full step that promised something and brings nothing: the state is as good as it gets.
             _ if full => {}
@@ -175,6 +183,13 @@ pub fn minimise<P: Iterated>(
 fn is_likely_good<P: Iterated>(problem: &P, system: &P::System, step: &P::Increments) -> bool {
     let share = problem.decrement(system, step) / problem.chi_square(system);
     !(LIKELY_SHARE..1.0 - LIKELY_SHARE).contains(&share)
+}
+
+/// Whether a step is likely to be the last but one that changes chi-square by more than `small`: what a problem's bend leaves of a decrement is, as a
+/// share of chi-square, about the square of what it was. Whether anything is left is then asked without damping at once.
+fn is_likely_last<P: Iterated>(problem: &P, system: &P::System, step: &P::Increments, small: f64) -> bool {
+    let decrement = problem.decrement(system, step);
+    decrement * decrement < small * problem.chi_square(system)
 }
 
 /// Goes on with full steps where the rounding of chi-square hides what they gain and more is asked for than usual: the decrement has its digits from

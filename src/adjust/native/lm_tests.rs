@@ -198,3 +198,19 @@ fn a_system_that_a_step_brings_along_saves_a_pass_and_changes_nothing() {
         assert!(bringing.passes < alone.passes, "{:?} passes for {:?}", bringing.passes, alone.passes);
     }
 }
+
+/// A plane, and what no step changes.
+fn flat(x: &DVector<f64>) -> Linearised {
+    let jacobian = DMatrix::from_row_slice(3, 2, &[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+    (DVector::from_column_slice(&[x[0], x[1] - 3.0, 2.0]), jacobian)
+}
+
+#[test]
+fn after_a_short_step_the_last_one_is_asked_for_at_once() {
+    let problem = Small { brings: true, ..Small::new(flat, &[]) };
+    let (x, iterations) = minimum(&problem, [1e-3, 3.0]);
+    // What the damping of 1e-7 left.
+    assert!(x[0].abs() < 2e-10 && iterations == 1, "{x} after {iterations} steps");
+    // At the start, after the step, and after the one that finds nothing more.
+    assert_eq!(problem.passes.get(), 3);
+}
