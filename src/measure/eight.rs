@@ -217,6 +217,7 @@ impl<'a, S: Simd> Eight<'a, S> {
         // Most effects add to the same few numbers in every image.
         let mut add_alike = true;
         for (chain, frame) in chains.iter_mut().zip(self.frames) {
+            // Images that are prepared together all have one, or none has.
             let Some(own) = frame.interior_chain.as_deref() else { return };
             let alike = Arc::ptr_eq(&own.places, &first.places);
             add_alike &= alike && own.d_interior.is_none() && own.d_rotation.is_none();
@@ -278,6 +279,7 @@ impl<S: Simd> Rays for Eight<'_, S> {
 
     fn ask(&self, e: usize, input: &[Lane], answer: Answer<'_, Lane>) -> Result<Inputs, usize> {
         let own = self.stages.locals(self.problem, e);
+        // Not by mapping the frames: a closure would be called eight times.
         let mut thetas = [&self.frames[0].theta[own.clone()]; LANES];
         for lane in 1..LANES {
             thetas[lane] = &self.frames[lane].theta[own.clone()];
