@@ -1,7 +1,7 @@
 //! The plain camera for eight measurements at a time, in vector registers of any width: the same text as for one
 //! ([`super::PlainView`]), and the same numbers.
 
-use super::plain::PlainView;
+use super::plain::{PlainPrediction, PlainView};
 use super::transpose::transpose;
 use crate::camera::{DCX, DCY, Interior, PARAMETER_COUNT, PPX, PPY, fraser};
 use crate::math::Number;
@@ -237,17 +237,12 @@ impl Views {
     #[inline(always)]
     pub fn predict<S: Simd>(&self, simd: S, out: &mut Predictions) {
         for piece in 0..LANES / S::F64_LANES {
-            let view = self.view(simd, piece);
-            let camera_point = view.camera_point();
-            let prediction = view.predict(camera_point);
-            store(&[camera_point[2]], piece, std::slice::from_mut(&mut out.depth));
-            store(&prediction.point, piece, &mut out.point);
+            let prediction = self.predict_piece(simd, piece, out);
             for (i, row) in out.rows.iter_mut().enumerate() {
                 store(&prediction.d_camera[i], piece, &mut row[CAMERA..ROTATION]);
                 store(&prediction.d_rotation[i], piece, &mut row[ROTATION..CENTRE]);
                 let [a, b, c] = prediction.d_point[i];
                 store(&[-a, -b, -c], piece, &mut row[CENTRE..POINT]);
-                store(&[a, b, c], piece, &mut row[POINT..MISCLOSURE]);
             }
         }
     }
@@ -256,15 +251,22 @@ impl Views {
     #[inline(always)]
     pub fn predict_by_point<S: Simd>(&self, simd: S, out: &mut Predictions) {
         for piece in 0..LANES / S::F64_LANES {
-            let view = self.view(simd, piece);
-            let camera_point = view.camera_point();
-            let prediction = view.predict(camera_point);
-            store(&[camera_point[2]], piece, std::slice::from_mut(&mut out.depth));
-            store(&prediction.point, piece, &mut out.point);
-            for (row, by_point) in out.rows.iter_mut().zip(&prediction.d_point) {
-                store(by_point, piece, &mut row[POINT..MISCLOSURE]);
-            }
+            self.predict_piece(simd, piece, out);
         }
+    }
+
+    /// What [`Self::predict_by_point`] asks for, of one register; gives all derivatives.
+    #[inline(always)]
+    fn predict_piece<S: Simd>(&self, simd: S, piece: usize, out: &mut Predictions) -> PlainPrediction<Register<S>> {
+        let view = self.view(simd, piece);
+        let camera_point = view.camera_point();
+        let prediction = view.predict(camera_point);
+        store(&[camera_point[2]], piece, std::slice::from_mut(&mut out.depth));
+        store(&prediction.point, piece, &mut out.point);
+        for (row, by_point) in out.rows.iter_mut().zip(&prediction.d_point) {
+            store(by_point, piece, &mut row[POINT..MISCLOSURE]);
+        }
+        prediction
     }
 
     /// Predicts the image points of all eight, and their depths, without derivatives.

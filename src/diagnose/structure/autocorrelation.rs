@@ -106,12 +106,12 @@ impl<'a> Products<'a> {
                 let weight = observations[k].inverse_sigma * observations[other].inverse_sigma;
                 let expected = -variance * (pulled * moved(context, other).transpose()).trace();
                 let product = (a[0] * b[0] + a[1] * b[1]) * weight - expected;
-                (owner[k].min(owner[other]), owner[k].max(owner[other]), k as u32, product)
+                (owner[k].min(owner[other]), owner[k].max(owner[other]), [k as u32, other as u32], product)
             })
         };
-        let mut pairs: Vec<(u32, u32, u32, f64)> =
+        let mut pairs: Vec<(u32, u32, [u32; 2], f64)> =
             (0..observations.len()).into_par_iter().flat_map_iter(of_one).collect();
-        // A measurement has no two neighbours of one point: no two keys are the same.
+        // No two keys are the same: there is but one order.
         pairs.par_sort_unstable_by_key(|pair| (pair.0, pair.1, pair.2));
         let mut sum = Sum { products: pairs.len(), ..Sum::default() };
         for pair in pairs.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
