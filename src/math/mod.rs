@@ -8,6 +8,7 @@ pub mod lane;
 mod number;
 pub mod rotation;
 pub mod statistics;
+pub mod symmetric;
 pub mod variance_component;
 pub mod vectors;
 mod wide;

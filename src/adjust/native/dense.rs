@@ -4,12 +4,12 @@
 //! Images see what their neighbours along the block see, and nothing far away: a column is zero from some row on. So is its column of `L`, where
 //! no column before it goes farther, and those rows are not even kept (the envelope of George and Liu 1981, by panels).
 
+use super::pieces::{each, pieces};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization, cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
-use rayon::prelude::*;
 
 /// Columns of a panel: products of this depth run at the speed of large ones, and what a panel itself takes, on one thread, is little.
 const PANEL: usize = 64;
@@ -116,46 +116,25 @@ impl Dense {
 
     /// Replaces `right` (n x any) by `A^-1 right`.
     pub fn solve(&self, right: MatMut<'_, f64>) {
-        each(pieces(right, SOLVED, MatMut::split_at_col_mut, |right| right.ncols()), |_, mut right| {
-            for panel in &self.panels {
-                let (square, below) = panel.split();
-                let (mut own, rest) = panel.rows(right.as_mut());
-                solve_lower_triangular_in_place(square, own.as_mut(), Par::Seq);
-                matmul(rest, Accum::Add, below, own.as_ref(), -1.0, Par::Seq);
-            }
-            for panel in self.panels.iter().rev() {
-                let (square, below) = panel.split();
-                let (mut own, rest) = panel.rows(right.as_mut());
-                matmul(own.as_mut(), Accum::Add, below.transpose(), rest.as_ref(), -1.0, Par::Seq);
-                solve_upper_triangular_in_place(square.transpose(), own, Par::Seq);
-            }
-        });
+        let pieces = pieces(right, SOLVED, MatMut::split_at_col_mut, |right| right.ncols());
+        each(pieces, |_, right| self.solve_together(right));
     }
-}
 
-/// Works on numbered pieces. Only in a pool side by side: that of the whole program has more threads than were asked for.
-fn each<T: Send>(pieces: Vec<T>, work: impl Fn(usize, T) + Sync + Send) {
-    match rayon::current_thread_index() {
-        Some(_) => pieces.into_par_iter().enumerate().for_each(|(number, piece)| work(number, piece)),
-        None => pieces.into_iter().enumerate().for_each(|(number, piece)| work(number, piece)),
+    /// The same on one thread, which reads the factor once.
+    pub fn solve_together(&self, mut right: MatMut<'_, f64>) {
+        for panel in &self.panels {
+            let (square, below) = panel.split();
+            let (mut own, rest) = panel.rows(right.as_mut());
+            solve_lower_triangular_in_place(square, own.as_mut(), Par::Seq);
+            matmul(rest, Accum::Add, below, own.as_ref(), -1.0, Par::Seq);
+        }
+        for panel in self.panels.iter().rev() {
+            let (square, below) = panel.split();
+            let (mut own, rest) = panel.rows(right.as_mut());
+            matmul(own.as_mut(), Accum::Add, below.transpose(), rest.as_ref(), -1.0, Par::Seq);
+            solve_upper_triangular_in_place(square.transpose(), own, Par::Seq);
+        }
     }
-}
-
-/// A matrix split into pieces of `size` rows or columns; the last one may have fewer.
-fn pieces<'a>(
-    matrix: MatMut<'a, f64>,
-    size: usize,
-    split: impl Fn(MatMut<'a, f64>, usize) -> (MatMut<'a, f64>, MatMut<'a, f64>),
-    count: impl Fn(&MatMut<'a, f64>) -> usize,
-) -> Vec<MatMut<'a, f64>> {
-    let (mut pieces, mut rest) = (Vec::new(), matrix);
-    while count(&rest) > size {
-        let (piece, others) = split(rest, size);
-        pieces.push(piece);
-        rest = others;
-    }
-    pieces.push(rest);
-    pieces
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 
 use super::dense::Dense;
 use super::pattern::Pattern;
+use super::pieces::{each, pieces};
 use super::structure::Structure;
 use super::system::System;
 use faer::linalg::matmul::matmul;
@@ -32,7 +33,18 @@ impl Images {
             Images::Sparse(factor) => factor.solve_in_place(right),
         }
     }
+
+    /// The same on one thread.
+    fn solve_together(&self, right: MatMut<'_, f64>) {
+        match self {
+            Images::Dense(factor) => factor.solve_together(right),
+            Images::Sparse(factor) => factor.solve_in_place(right),
+        }
+    }
 }
+
+/// Columns that are solved for together: the factor is read once for all of them.
+const TOGETHER: usize = 32;
 
 /// Where a factorisation broke down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -205,18 +217,26 @@ impl Factor {
     /// the result nothing of that size is made.
     pub fn solve_columns(&self, columns: &Mat<f64>) -> Mat<f64> {
         let ReducedBorder { images, scale_images, scale: scale_border, solved_strip, .. } = &self.reduced;
-        let (n, m, count) = (scale_images.len(), scale_border.len(), columns.ncols());
-        let scale = |i: usize| if i < n { scale_images[i] } else { scale_border[i - n] };
-        let mut solved = Mat::<f64>::from_fn(n + m, count, |i, c| columns[(i, c)] * scale(i));
-        let (mut top, mut bottom) = solved.as_mut().split_at_row_mut(n);
-        let carried = solved_strip.transpose() * top.as_ref();
-        let border = self.border_factor.solve(&DMatrix::from_fn(m, count, |l, c| bottom[(l, c)] - carried[(l, c)]));
-        bottom.copy_from(MatRef::from_column_major_slice(border.as_slice(), m, count));
-        images.solve(top.as_mut());
-        matmul(top, Accum::Add, solved_strip, bottom.as_ref(), -1.0, Par::Seq);
-        for column in solved.col_iter_mut() {
-            column.iter_mut().enumerate().for_each(|(i, value)| *value *= scale(i));
-        }
+        let (n, m) = (scale_images.len(), scale_border.len());
+        let scale = [&scale_images[..], scale_border].concat();
+        let mut solved = Mat::zeros(n + m, columns.ncols());
+        let pieces = pieces(solved.as_mut(), TOGETHER, MatMut::split_at_col_mut, |solved| solved.ncols());
+        each(pieces, |number, mut solved| {
+            let count = solved.ncols();
+            let given = columns.subcols(number * TOGETHER, count);
+            for (mut column, given) in solved.as_mut().col_iter_mut().zip(given.col_iter()) {
+                (0..n + m).for_each(|i| column[i] = given[i] * scale[i]);
+            }
+            let (mut top, mut bottom) = solved.as_mut().split_at_row_mut(n);
+            let carried = solved_strip.transpose() * top.as_ref();
+            let border = self.border_factor.solve(&DMatrix::from_fn(m, count, |l, c| bottom[(l, c)] - carried[(l, c)]));
+            bottom.copy_from(MatRef::from_column_major_slice(border.as_slice(), m, count));
+            images.solve_together(top.as_mut());
+            matmul(top, Accum::Add, solved_strip, bottom.as_ref(), -1.0, Par::Seq);
+            for mut column in solved.col_iter_mut() {
+                (0..n + m).for_each(|i| column[i] *= scale[i]);
+            }
+        });
         solved
     }
 

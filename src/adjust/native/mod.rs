@@ -21,6 +21,7 @@ mod loss;
 mod nonlinear;
 pub mod null_model;
 mod pattern;
+mod pieces;
 mod point;
 mod rank;
 mod rows;

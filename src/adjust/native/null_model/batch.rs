@@ -32,6 +32,7 @@ pub(super) struct Share {
 }
 
 /// Rows of some points.
+#[derive(Default)]
 pub(super) struct Batch {
     pub rows: Vec<Row>,
     /// Dense columns, row by row, the points taken out: the base's border first.
@@ -61,40 +62,42 @@ pub(super) struct Group {
 }
 
 impl Batch {
-    /// An empty one, with room for `rows` rows of `dense` columns.
-    pub fn new(rows: usize, dense: usize) -> Self {
-        Self {
-            rows: Vec::with_capacity(rows),
-            panel: Vec::with_capacity(rows * dense),
-            locals: Vec::new(),
-            shares: Vec::new(),
-            groups: Vec::new(),
-            length: vec![0.0; dense],
-            by_image: Vec::new(),
-            by_local: Vec::new(),
-            local_start: Vec::new(),
-        }
+    /// Empties it, to be filled with `rows` rows of `dense` columns.
+    pub fn begin(&mut self, rows: usize, dense: usize) {
+        let Self { rows: own, panel, locals, shares, groups, length, .. } = self;
+        own.clear();
+        own.reserve(rows);
+        panel.clear();
+        panel.resize(rows * dense, 0.0);
+        locals.clear();
+        shares.clear();
+        groups.clear();
+        length.clear();
+        length.resize(dense, 0.0);
     }
 
     /// Puts finished rows in order: by image, and by the `local` local columns.
     pub fn put_in_order(&mut self, local: usize) {
-        let of_images = |row: &u32| self.rows[*row as usize].rank != NONE;
-        self.by_image = (0..self.rows.len() as u32).filter(of_images).collect();
-        self.by_image.sort_by_key(|row| self.rows[*row as usize].rank);
+        let Self { rows, by_image, by_local, local_start, locals, .. } = self;
+        by_image.clear();
+        by_image.extend((0..rows.len() as u32).filter(|row| rows[*row as usize].rank != NONE));
+        by_image.sort_by_key(|row| rows[*row as usize].rank);
         // Counted first: where a column begins is where those before it end.
-        self.local_start = vec![0; local + 1];
-        for (column, _) in &self.locals {
-            self.local_start[*column as usize + 1] += 1;
+        local_start.clear();
+        local_start.resize(local + 1, 0);
+        for (column, _) in &*locals {
+            local_start[*column as usize + 1] += 1;
         }
         for column in 0..local {
-            self.local_start[column + 1] += self.local_start[column];
+            local_start[column + 1] += local_start[column];
         }
-        let mut next = self.local_start.clone();
-        self.by_local = vec![(0, 0.0); self.locals.len()];
-        for (number, row) in self.rows.iter().enumerate() {
-            for (column, value) in &self.locals[row.locals.clone()] {
+        let mut next = local_start.clone();
+        by_local.clear();
+        by_local.resize(locals.len(), (0, 0.0));
+        for (number, row) in rows.iter().enumerate() {
+            for (column, value) in &locals[row.locals.clone()] {
                 let place = &mut next[*column as usize];
-                self.by_local[*place as usize] = (number as u32, *value);
+                by_local[*place as usize] = (number as u32, *value);
                 *place += 1;
             }
         }

@@ -24,13 +24,16 @@ mod measurements;
 mod parts;
 mod products;
 mod rows;
+mod score_system;
 mod source;
 mod sums;
+mod waves;
 
 pub use columns::{Columns, Coordinate, Entries, Measured, NoColumns};
 pub use image_cells::{GROUPINGS, ImageCell, ImageCells};
 pub use measurements::{Local, measurements_at};
 pub use parts::Parts;
+pub use score_system::ScoreSystem;
 
 use super::factor::Factor;
 use super::linearise;
@@ -47,36 +50,12 @@ use crate::camera::Interior;
 use crate::effects::{Role, Scope};
 use crate::measure::{Frame, Stages};
 use crate::problem::{Problem, State};
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par, Scale};
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::Vector3;
 use rayon::ThreadPool;
-use rayon::prelude::*;
 use source::{EffectEntry, Source};
-use std::sync::Arc;
-use sums::Sums;
 
 /// Effects of more parameters than this are taken for fields of which a measurement sees a few (splines over the sensor).
 const MOST_DENSE_PARAMETERS: usize = 64;
-/// Columns of a product that one task computes.
-const TASK_COLUMNS: usize = 64;
-
-/// Score and information of columns for unit weight; columns of effects in scaled units.
-#[derive(Debug, Clone)]
-pub struct ScoreSystem {
-    /// `s`.
-    pub score: DVector<f64>,
-    /// `M`; its diagonal alone as a column vector where that was asked for. Shared: of thousands of columns it is the largest that there is.
-    pub information: Arc<DMatrix<f64>>,
-    /// Squared length of each column before anything is taken out.
-    pub length: Vec<f64>,
-    /// Sum over the points of the squared part that each has of a score.
-    pub squares: Vec<f64>,
-    /// Information of each column while cameras and poses are held: what `squares` has in the mean where points are independent.
-    pub held: Vec<f64>,
-    /// How the base's unknowns follow one unit of each column of an effect: images by rank, then border (scaled units), column by column.
-    moves: Mat<f64>,
-}
 
 /// A converged fit, factorised. See the [module](self).
 pub struct NullModel {
@@ -246,7 +225,7 @@ impl NullModel {
     /// # Errors
     /// A state that cannot be projected.
     pub fn test(&self, extra: &dyn Columns) -> Result<ScoreSystem, AdjustError> {
-        self.pool.install(|| self.sums(extra, false))
+        self.pool.install(|| self.score_system(extra, false))
     }
 
     /// Score and information of each column alone: `information` is a column vector. For scans of many shapes.
@@ -254,75 +233,7 @@ impl NullModel {
     /// # Errors
     /// A state that cannot be projected.
     pub fn test_each(&self, extra: &dyn Columns) -> Result<ScoreSystem, AdjustError> {
-        self.pool.install(|| self.sums(extra, true))
-    }
-
-    fn sums(&self, extra: &dyn Columns, each_alone: bool) -> Result<ScoreSystem, AdjustError> {
-        let source = self.source(extra);
-        let mut sums = Sums::of(&source, each_alone)?;
-        let border = self.structure.border.len();
-        let [effects_dense, effects_local] = self.effect_columns;
-        let dense = (0..extra.dense()).map(|k| ColumnPlace::Dense(effects_dense + k));
-        let local = (0..extra.local()).map(|k| ColumnPlace::Local(effects_local + k));
-        let places: Vec<ColumnPlace> = self.places.iter().copied().chain(dense).chain(local).collect();
-        let (q, n, d, l) = (places.len(), self.structure.images * self.structure.dim, sums.dense, sums.local);
-        // Columns of the sums that the caller's are.
-        let own = |place: ColumnPlace| match place {
-            ColumnPlace::Dense(k) => border + k,
-            ColumnPlace::Local(k) => d + k,
-        };
-        let with_base = Mat::from_fn(n + border, q, |i, c| match (i < n, own(places[c])) {
-            (true, k) if k < d => sums.image_dense[i * d + k],
-            (true, k) => sums.image_local(i, self.structure.dim, k - d),
-            (false, k) if k < d => sums.dense_dense[(i - n) * d + k],
-            (false, k) => sums.local_dense[(k - d) * d + i - n],
-        });
-        // Of hundreds of images and thousands of columns these are the largest of all.
-        sums.forget_images();
-        let among = |a: usize, b: usize| match (a.min(b), a.max(b)) {
-            (a, b) if b < d => sums.dense_dense[a * d + b],
-            (a, b) if a < d => sums.local_dense[(b - d) * d + a],
-            (a, b) if each_alone => {
-                if a == b {
-                    sums.local_local[a - d]
-                } else {
-                    0.0
-                }
-            }
-            (a, b) => sums.local_local[(a - d) * l + b - d],
-        };
-        let own_places = || places.iter().map(|place| own(*place));
-        let length =
-            own_places().map(|k| if k < d { sums.length_dense[k] } else { sums.length_local[k - d] }).collect();
-        let squares =
-            own_places().map(|k| if k < d { sums.squares_dense[k] } else { sums.squares_local[k - d] }).collect();
-        let held: Vec<f64> = own_places().map(|k| among(k, k)).collect();
-        let mut information = if each_alone {
-            DMatrix::from_column_slice(q, 1, &held)
-        } else {
-            DMatrix::from_fn(q, q, |i, j| if i < j { 0.0 } else { among(own(places[i]), own(places[j])) })
-        };
-        let scores = own_places().map(|k| if k < d { sums.score_dense[k] } else { sums.score_local[k - d] });
-        let mut score = DVector::from_iterator(q, scores);
-        drop(sums);
-        let solved = self.factor.solve_columns(&with_base);
-        let rhs = |i: usize| if i < n { self.system.rhs_images[i] } else { self.system.rhs_border[i - n] };
-        for (c, score) in score.iter_mut().enumerate() {
-            *score -= solved.col_as_slice(c).iter().enumerate().map(|(i, x)| x * rhs(i)).sum::<f64>();
-        }
-        if each_alone {
-            for (c, information) in information.iter_mut().enumerate() {
-                *information -=
-                    with_base.col_as_slice(c).iter().zip(solved.col_as_slice(c)).map(|(a, b)| a * b).sum::<f64>();
-            }
-        } else {
-            take_product(&mut information, &with_base, &solved);
-            information.fill_upper_triangle_with_lower_triangle();
-        }
-        drop(with_base);
-        // A copy, since what is cut off would stay in memory.
-        let moves = Scale(-1.0) * solved.subcols(0, self.columns.len());
-        Ok(ScoreSystem { score, information: Arc::new(information), length, squares, held, moves })
+        self.pool.install(|| self.score_system(extra, true))
     }
 
     /// The state when the columns of effects change by `change` (scaled units) and the base follows, to first order.
@@ -366,15 +277,4 @@ fn scale_of(problem: &Problem, unknown: usize) -> f64 {
         Some(t) => problem.theta[t].scale,
         None => problem.camera_scales[unknown / 12][unknown % 12],
     }
-}
-
-/// Takes `a'b` from the lower triangle of `matrix`; the same sums for every number of threads.
-fn take_product(matrix: &mut DMatrix<f64>, a: &Mat<f64>, b: &Mat<f64>) {
-    let q = a.ncols();
-    matrix.as_mut_slice().par_chunks_mut((TASK_COLUMNS * q).max(1)).enumerate().for_each(|(task, columns)| {
-        let (first, count) = (task * TASK_COLUMNS, columns.len() / q.max(1));
-        let columns = faer::MatMut::from_column_major_slice_mut(columns, q, count).subrows_mut(first, q - first);
-        let (left, right) = (a.subcols(first, q - first), b.subcols(first, count));
-        matmul(columns, Accum::Add, left.transpose(), right, -1.0, Par::Seq);
-    });
 }

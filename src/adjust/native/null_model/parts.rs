@@ -2,12 +2,11 @@
 
 use super::dense_columns::Informations;
 use super::source::{Carry, EffectEntry, Source};
-use super::sums::waves;
+use super::waves::{Task, waves};
 use super::{ColumnPlace, NoColumns, NullModel, ScoreSystem};
 use crate::adjust::AdjustError;
 use crate::math::vectors::dispatch;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Parts of score and information by image: rows of an image are one unit that may err together. Rows of surveyed coordinates are the last
@@ -64,13 +63,15 @@ impl NullModel {
         let width = source.dense();
         let mut by_rank = vec![(DVector::zeros(count), DMatrix::zeros(count, count)); images + 1];
         let done = self.pool.install(|| {
-            waves(&source, |batches| {
-                let size = (images + 1).div_ceil(2 * rayon::current_num_threads()).max(1);
-                by_rank.par_chunks_mut(size).enumerate().for_each(|(task, of_images)| {
-                    let (columns, first) = ((border, count), task * size);
+            let size = (images + 1).div_ceil(2 * rayon::current_num_threads()).max(1);
+            let tasks = by_rank.chunks_mut(size).enumerate().map(|(task, of_images)| -> Task<'_> {
+                let (columns, first) = ((border, count), task * size);
+                Box::new(move |batches| {
+                    let of_images = &mut *of_images;
                     dispatch(Informations { batches, d: width, columns, of_images, first, no_image: images });
-                });
-            })
+                })
+            });
+            waves(&source, tasks.collect())
         });
         done?;
         by_rank.iter_mut().for_each(|(_, information)| information.fill_lower_triangle_with_upper_triangle());

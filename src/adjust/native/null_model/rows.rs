@@ -18,22 +18,26 @@ use crate::adjust::native::structure::{NONE, POSE};
 use crate::math::vectors::dispatch;
 use crate::measure::lanes::{Lane, MISCLOSURE, POINT, Predictions, ROTATION, THETA};
 use crate::measure::{self, MeasureError};
+use crate::problem::Problem;
 use nalgebra::{Matrix3, Vector3};
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
 impl Source<'_> {
-    /// Rows of the points of a range.
-    pub fn batch(&self, points: Range<usize>) -> Result<Batch, AdjustError> {
-        let starts = &self.problem.point_start;
-        let mut filler = Filler::new(self, 2 * (starts[points.end] - starts[points.start]) + 3 * points.len());
+    /// Rows of the points of a range, in place of those that a batch has.
+    pub fn batch(&self, points: Range<usize>, batch: Batch) -> Result<Batch, AdjustError> {
+        let Problem { point_start, control, .. } = self.problem;
+        let before = |point: usize| control.partition_point(|observation| (observation.index as usize) < point);
+        let controlled = before(points.end) - before(points.start);
+        let measured = point_start[points.end] - point_start[points.start];
+        let mut filler = Filler::new(self, batch, 2 * measured + 3 * controlled);
         filler.points(points)?;
         Ok(filler.finished())
     }
 
     /// Rows of observed antennas.
-    pub fn antennas(&self, range: Range<usize>) -> Result<Batch, AdjustError> {
-        let mut filler = Filler::new(self, 3 * range.len());
+    pub fn antennas(&self, range: Range<usize>, batch: Batch) -> Result<Batch, AdjustError> {
+        let mut filler = Filler::new(self, batch, 3 * range.len());
         for g in range {
             filler.antenna(g)?;
         }
@@ -50,13 +54,9 @@ struct Filler<'a> {
 }
 
 impl<'a> Filler<'a> {
-    fn new(source: &'a Source<'a>, rows: usize) -> Self {
-        Self {
-            source,
-            batch: Batch::new(rows, source.dense()),
-            lists: Default::default(),
-            slot: vec![NONE; source.local()],
-        }
+    fn new(source: &'a Source<'a>, mut batch: Batch, rows: usize) -> Self {
+        batch.begin(rows, source.dense());
+        Self { source, batch, lists: Default::default(), slot: vec![NONE; source.local()] }
     }
 
     fn finished(mut self) -> Batch {
@@ -66,8 +66,6 @@ impl<'a> Filler<'a> {
 
     /// Appends an empty row; gives its number.
     fn row(&mut self, rank: u32, image: [f64; MAX_DIM], point: [f64; 3], v: f64) -> usize {
-        let dense = self.source.dense();
-        self.batch.panel.resize(self.batch.panel.len() + dense, 0.0);
         let group = self.batch.groups.len() as u32;
         self.batch.rows.push(Row { rank, image, point, v, locals: 0..0, group });
         self.batch.rows.len() - 1
@@ -262,7 +260,7 @@ impl<'a> Filler<'a> {
         let Batch { rows, panel, locals, shares, groups, length, .. } = &mut self.batch;
         let end = rows.len();
         let rows = &mut rows[first..];
-        let panel = &mut panel[first * dense..];
+        let panel = &mut panel[first * dense..end * dense];
         dispatch(Lengths { panel: &*panel, length });
         if let Some(carry) = self.source.carry {
             take_base_out(self.source, carry, rows, panel, dense);

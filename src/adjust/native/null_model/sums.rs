@@ -1,27 +1,19 @@
 //! Sums over the rows of all points: normal matrices of columns among each other and with the base, in an order that depends neither on the
 //! number of threads nor on how the columns are split.
 //!
-//! Points go through in waves of batches. The rows of a wave are made side by side, while each part of the sums over the wave before is added
-//! up by one thread, over the batches in their order: a thread has a batch in its own cache for all the parts that it adds up.
+//! Each part of the sums is added up by one thread at a time, over the batches in their order (`waves`): that thread has a batch in its own
+//! cache for all the parts of a bundle.
 
+use super::ColumnPlace;
 use super::batch::Batch;
 use super::dense_columns::{DenseScores, Multiply};
 use super::products::{ImageLines, ImagesDense, ImagesLocal, LocalLines};
 use super::source::Source;
+use super::waves::{Task, waves};
 use crate::adjust::AdjustError;
 use crate::adjust::native::MAX_DIM;
 use crate::math::vectors::dispatch;
-use rayon::prelude::*;
-use std::ops::Range;
 
-/// Image measurements of a batch, at the most.
-const BATCH_MEASUREMENTS: usize = 400;
-/// The least that it is worth to sum at a time.
-const LEAST_BATCH: usize = 100;
-/// Numbers in the dense columns of a batch, at the most: half a megabyte, which stays in the cache of one thread.
-const BATCH_NUMBERS: usize = 1 << 16;
-/// Batches of a wave: enough to keep some threads busy, few enough that the rows of two waves take some 50 MB.
-const WAVE: usize = 12;
 /// Columns of a product that one task sums.
 const TASK_COLUMNS: usize = 48;
 /// Bundles of tasks per thread: what one is late with the others make up for. Each has its share of the images, and of the local columns.
@@ -56,51 +48,27 @@ pub(super) struct Sums {
     diagonal_alone: bool,
 }
 
-/// Calls `each` with the batches of every wave in turn: points first, then antennas.
-pub(super) fn waves(source: &Source<'_>, mut each: impl FnMut(&[Batch]) + Send) -> Result<(), AdjustError> {
-    let mut ranges = point_ranges(source);
-    let points = ranges.len();
-    ranges.extend(ranges_of(source.problem.gnss.len(), BATCH_MEASUREMENTS));
-    let numbered: Vec<(usize, Range<usize>)> = ranges.into_iter().enumerate().collect();
-    let rows = |wave: &[(usize, Range<usize>)]| -> Result<Vec<Batch>, AdjustError> {
-        wave.par_iter()
-            .map(|(number, range)| match *number < points {
-                true => source.batch(range.clone()),
-                false => source.antennas(range.clone()),
-            })
-            .collect()
-    };
-    let mut made: Vec<Batch> = Vec::new();
-    for wave in numbered.chunks(WAVE) {
-        let (next, ()) = rayon::join(|| rows(wave), || each(&made));
-        made = next?;
-    }
-    each(&made);
-    Ok(())
-}
-
-/// Ranges of points with about as many measurements each.
-fn point_ranges(source: &Source<'_>) -> Vec<Range<usize>> {
-    let starts = &source.problem.point_start;
-    let points = starts.len() - 1;
-    let measurements = (BATCH_NUMBERS / (2 * source.dense())).clamp(LEAST_BATCH, BATCH_MEASUREMENTS);
-    let (mut ranges, mut first) = (Vec::new(), 0);
-    while first < points {
-        let end = starts.partition_point(|start| *start < starts[first] + measurements).min(points);
-        ranges.push(first..end.max(first + 1));
-        first = end.max(first + 1);
-    }
-    ranges
-}
-
-fn ranges_of(count: usize, size: usize) -> Vec<Range<usize>> {
-    (0..count.div_ceil(size)).map(|k| k * size..((k + 1) * size).min(count)).collect()
-}
-
 impl Sums {
     /// Image unknown `row` (by rank, then unknown) with a local column.
     pub fn image_local(&self, row: usize, dim: usize, column: usize) -> f64 {
         self.image_local[(row / dim * self.local + column) * dim + row % dim]
+    }
+
+    /// Product of two columns.
+    pub fn product(&self, a: ColumnPlace, b: ColumnPlace) -> f64 {
+        use ColumnPlace::{Dense, Local};
+        match (a, b) {
+            (Dense(a), Dense(b)) => self.dense_dense[a.min(b) * self.dense + a.max(b)],
+            (Dense(dense), Local(local)) | (Local(local), Dense(dense)) => self.local_dense[local * self.dense + dense],
+            (Local(a), Local(b)) if self.diagonal_alone => {
+                if a == b {
+                    self.local_local[a]
+                } else {
+                    0.0
+                }
+            }
+            (Local(a), Local(b)) => self.local_local[a.min(b) * self.local + a.max(b)],
+        }
     }
 
     /// Gives the sums with image unknowns back.
@@ -128,38 +96,37 @@ impl Sums {
             squares_local: vec![0.0; l],
             diagonal_alone,
         };
-        waves(source, |batches| sums.add(source, batches))?;
+        let bundles = BUNDLES * rayon::current_num_threads();
+        let mut dealt: Vec<Vec<Part<'_>>> = (0..bundles).map(|_| Vec::new()).collect();
+        for (number, part) in sums.parts(source, bundles).into_iter().enumerate() {
+            dealt[number % bundles].push(part);
+        }
+        let tasks = dealt.into_iter().map(|mut parts| -> Task<'_> {
+            Box::new(move |batches| {
+                for batch in batches {
+                    parts.iter_mut().for_each(|add| add(batch));
+                }
+            })
+        });
+        waves(source, tasks.collect())?;
         Ok(sums)
     }
 
-    fn add(&mut self, source: &Source<'_>, batches: &[Batch]) {
-        let bundles = BUNDLES * rayon::current_num_threads();
-        let mut dealt: Vec<Vec<Task<'_>>> = (0..bundles).map(|_| Vec::new()).collect();
-        for (number, task) in self.tasks(source, bundles).into_iter().enumerate() {
-            dealt[number % bundles].push(task);
-        }
-        dealt.par_iter_mut().for_each(|tasks| {
-            for batch in batches {
-                tasks.iter_mut().for_each(|task| task(batch));
-            }
-        });
-    }
-
     /// What adds a batch to a part of the sums, for each of their parts; images and local columns are split into `split` of them.
-    fn tasks(&mut self, source: &Source<'_>, split: usize) -> Vec<Task<'_>> {
+    fn parts(&mut self, source: &Source<'_>, split: usize) -> Vec<Part<'_>> {
         let (d, l, dim) = (self.dense, self.local, source.structure.dim);
         let [images, locals] = [source.structure.images, l].map(|lines| lines.div_ceil(split).max(1));
         let width = if self.diagonal_alone { 1 } else { l };
-        let mut tasks: Vec<Task<'_>> = Vec::new();
+        let mut added: Vec<Part<'_>> = Vec::new();
         let (score, length, squares) = (&mut self.score_dense, &mut self.length_dense, &mut self.squares_dense);
-        tasks.push(Box::new(move |batch| dispatch(DenseScores { batch, score, length, squares })));
+        added.push(Box::new(move |batch| dispatch(DenseScores { batch, score, length, squares })));
         for (task, columns) in self.dense_dense.chunks_mut((TASK_COLUMNS * d).max(1)).enumerate() {
-            tasks.push(Box::new(move |batch| {
+            added.push(Box::new(move |batch| {
                 dispatch(Multiply { rows: &batch.panel, d, first: task * TASK_COLUMNS, columns });
             }));
         }
         for (task, lines) in self.image_dense.chunks_mut((images * dim * d).max(1)).enumerate() {
-            tasks.push(Box::new(move |batch| {
+            added.push(Box::new(move |batch| {
                 let lines = ImageLines { batch, columns: d, first: task * images, lines };
                 match dim {
                     6 => dispatch(ImagesDense::<6>(lines)),
@@ -170,7 +137,7 @@ impl Sums {
             }));
         }
         for (task, lines) in self.image_local.chunks_mut((images * dim * l).max(1)).enumerate() {
-            tasks.push(Box::new(move |batch| {
+            added.push(Box::new(move |batch| {
                 let lines = ImageLines { batch, columns: l, first: task * images, lines };
                 match dim {
                     6 => dispatch(ImagesLocal::<6>(lines)),
@@ -185,16 +152,16 @@ impl Sums {
         let scores = self.score_local.chunks_mut(locals);
         let lengths = self.length_local.chunks_mut(locals);
         let squares = self.squares_local.chunks_mut(locals);
-        let parts = dense.zip(local).zip(scores).zip(lengths).zip(squares);
-        for (task, ((((dense, local), score), length), squares)) in parts.enumerate() {
+        let lines = dense.zip(local).zip(scores).zip(lengths).zip(squares);
+        for (task, ((((dense, local), score), length), squares)) in lines.enumerate() {
             let first = task * locals;
-            tasks.push(Box::new(move |batch| {
+            added.push(Box::new(move |batch| {
                 dispatch(LocalLines { batch, first, d, width, dense, local, score, length, squares });
             }));
         }
-        tasks
+        added
     }
 }
 
 /// Adds a batch to a part of the sums.
-type Task<'a> = Box<dyn FnMut(&Batch) + Send + 'a>;
+type Part<'a> = Box<dyn FnMut(&Batch) + Send + 'a>;
