@@ -5,7 +5,7 @@ use super::fit::{DiagnoseError, Fit};
 use super::improve::Improvement;
 use super::linearised::{Linearised, Questions, with_candidates};
 use super::select::challenge::Shape;
-use super::select::{Judged, Situation};
+use super::select::{Excerpt, Judged, Situation};
 use super::settings::Settings;
 use super::structure::{self, Structure};
 use super::test::fixed;
@@ -96,22 +96,27 @@ pub fn challenge(
     if improvement.added.is_empty() {
         return Ok(false);
     }
-    let situation = left.shapes.situation(settings, &improvement.refused());
-    let shapes = least_shapes(&situation, left, settings.significance);
-    improvement.challenged(block, &left.shapes, &shapes, settings)
+    let whole = improvement.situation(&left.shapes, settings);
+    let excerpt = Excerpt::new(&whole, significant_shapes(&whole, left, settings.significance));
+    let situation = excerpt.situation(&whole);
+    let shapes = least_shapes(&situation, excerpt.shapes.clone());
+    improvement.challenged(block, &situation, &shapes, settings)
 }
 
-/// The fewest structures that explain what is left: the surest, then the surest beside it, and so on.
-fn least_shapes(situation: &Situation<'_>, left: &Left, significance: f64) -> Vec<Shape> {
+/// Structures that are significant, each by itself.
+fn significant_shapes(situation: &Situation<'_>, left: &Left, significance: f64) -> Vec<Shape> {
     let significant = |against: &str| {
         let test = left.structure.test(against);
         test.is_some_and(|test| test.family_p_value < significance) && !NOISE.contains(&against)
     };
     let tests = left.structure.columns.iter().filter(|(against, _)| significant(against));
-    let mut open: Vec<Shape> =
-        tests.map(|(against, columns)| Shape { name: against.to_string(), columns: columns.clone() }).collect();
+    let tests = tests.map(|(against, columns)| Shape { name: against.to_string(), columns: columns.clone() });
     let fields = situation.sets.iter().filter(|set| left.fields.iter().any(|field| field.id == set.id));
-    open.extend(fields.map(|set| Shape { name: set.id.clone(), columns: set.columns.clone() }));
+    tests.chain(fields.map(|set| Shape { name: set.id.clone(), columns: set.columns.clone() })).collect()
+}
+
+/// The fewest structures that explain what is left: the surest, then the surest beside it, and so on.
+fn least_shapes(situation: &Situation<'_>, mut open: Vec<Shape>) -> Vec<Shape> {
     let mut beside = situation.beside();
     let mut shapes = Vec::new();
     while shapes.len() < MOST_SHAPES {

@@ -167,8 +167,8 @@ impl Improvement {
         Ok(refused.map_or(Ok(()), |refused| Err(format!("{id}: {}", refused.reason))))
     }
 
-    /// What the rules see.
-    fn situation<'a>(&self, linearised: &'a Linearised, settings: &Settings<'_>) -> Situation<'a> {
+    /// What the rules see of a linearisation of the fit as it stands.
+    pub(super) fn situation<'a>(&self, linearised: &'a Linearised, settings: &Settings<'_>) -> Situation<'a> {
         let mut situation = linearised.situation(settings, &self.refused());
         situation.unresolved.clone_from(&self.unresolved);
         for taken in &mut situation.taken {

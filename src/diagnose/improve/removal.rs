@@ -7,10 +7,11 @@ use super::super::linearised::Linearised;
 use super::super::models::{at_approximations, with_search_held, without_effect};
 use super::super::probability::probability;
 use super::super::select::challenge::{self, Shape};
-use super::super::select::{Event, Taken};
+use super::super::select::{Event, Situation, Taken};
 use super::super::settings::Settings;
 use super::super::settle::SAME_MINIMUM;
 use super::{Change, Improvement};
+use crate::adjust::native::pool;
 use crate::block::Block;
 
 impl Improvement {
@@ -29,12 +30,11 @@ impl Improvement {
     pub fn challenged(
         &mut self,
         block: &Block,
-        linearised: &Linearised,
+        situation: &Situation<'_>,
         structures: &[Shape],
         settings: &Settings<'_>,
     ) -> Result<bool, DiagnoseError> {
-        let situation = self.situation(linearised, settings);
-        let event = linearised.null.pool().install(|| challenge::rule(&situation, structures));
+        let event = pool(settings.options.threads)?.install(|| challenge::rule(situation, structures));
         let Some(Event::Removed { id, why }) = event else { return Ok(false) };
         let went = self.let_go(block, &id, &why, settings)?;
         if went {

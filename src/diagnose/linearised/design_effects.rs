@@ -1,7 +1,7 @@
 //! Design effects: by how much measurements that err together, in an image or about a point, make an estimate less sure than it says.
 
 use super::super::fit::DiagnoseError;
-use super::super::select::{BesideChance, Nature, Set};
+use super::super::select::{Known, Nature, Set};
 use super::super::settings::Settings;
 use super::super::test::System;
 use super::super::test::design_effect::{ClusterOfValues, Clusters, Share, of_values, shares_of};
@@ -36,14 +36,14 @@ impl Linearised {
             return Ok(());
         }
         // Let go, so that what is changed need not be copied.
-        self.system.information = Arc::default();
+        drop(beside);
+        (self.system.information, self.known) = (Arc::default(), Known::default());
         let Parts { columns, mut parts } = self.null.parts(&mut self.scores, &columns)?;
         columns.iter().enumerate().for_each(|(position, column)| self.clustered[*column] = Some(position));
         // Surveyed coordinates are no cluster: each is a measurement of its own.
         parts.pop();
         self.clusters = Clusters { parts };
         let System { least, redundancy, .. } = &self.system;
-        self.beside_chance = BesideChance::default();
         self.system = at_zero(&self.scores, &self.values, least, self.null.chi_square(), *redundancy);
         Ok(())
     }

@@ -12,7 +12,7 @@ use super::candidate::Candidate;
 use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
 use super::scan::{self, Places};
-use super::select::{BesideChance, Searched, Set, Situation, Taken};
+use super::select::{Known, Searched, Set, Situation, Taken};
 use super::settings::Settings;
 use super::test::design_effect::Clusters;
 use super::test::{System, random};
@@ -34,7 +34,7 @@ pub struct Linearised {
     pub scores: ScoreSystem,
     /// The same at zero.
     pub system: System,
-    beside_chance: BesideChance,
+    known: Known,
     /// Sets of columns.
     pub sets: Vec<Set>,
     /// Candidate of each set; `None` for what is in.
@@ -153,7 +153,7 @@ pub fn with_candidates(
         null,
         scores,
         system,
-        beside_chance: BesideChance::default(),
+        known: Known::default(),
         sets,
         candidates,
         untested,
@@ -205,7 +205,7 @@ impl Linearised {
     pub fn situation(&self, settings: &Settings<'_>, refused: &BTreeSet<String>) -> Situation<'_> {
         Situation {
             system: &self.system,
-            beside_chance: &self.beside_chance,
+            known: &self.known,
             sets: &self.sets,
             values: &self.values,
             plausible: &self.plausible,

@@ -10,18 +10,22 @@
 //!
 //! The same tests decide entry and need. No rule refits: whoever carries an event out fits, linearises again and asks again.
 
+mod beside;
 pub mod challenge;
 pub mod chance;
 pub mod entry;
 mod event;
+mod excerpt;
 pub mod instead;
 pub mod need;
 mod situation;
 #[cfg(test)]
 mod tests;
 
+pub use beside::{Beside, Known};
 pub use event::Event;
-pub use situation::{Beside, BesideChance, Judged, Nature, Searched, Set, Situation, Taken};
+pub use excerpt::Excerpt;
+pub use situation::{Judged, Nature, Searched, Set, Situation, Taken};
 
 /// What is asked for next: what has to leave leaves before anything enters. `None`: nothing enters, nothing leaves.
 pub fn next(situation: &Situation<'_>) -> Option<Event> {

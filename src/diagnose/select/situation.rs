@@ -1,13 +1,12 @@
 //! What the rules see: sets of columns, which of them are in, and what each says beside those.
 
+use super::beside::{Beside, Known};
 use crate::diagnose::test::design_effect::Clusters;
 use crate::diagnose::test::pivoted::Pivoted;
 use crate::diagnose::test::{Penalised, System, fixed, multiple, random, separability, variance_factor};
 use crate::math::statistics::f_ln_sf;
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
-use std::ops::Deref;
-use std::sync::{Arc, Mutex, PoisonError};
 
 /// Laws or chance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,8 +97,8 @@ pub struct Taken {
 pub struct Situation<'a> {
     /// Score and information of all columns at zero.
     pub system: &'a System,
-    /// The same beside chance values, as far as it was asked for.
-    pub beside_chance: &'a BesideChance,
+    /// The same beside what was asked for last.
+    pub known: &'a Known,
     /// Sets.
     pub sets: &'a [Set],
     /// Values that the columns have in the fit that was linearised.
@@ -120,39 +119,6 @@ pub struct Situation<'a> {
     pub refused: BTreeSet<String>,
     /// Ids of a size that physics does not allow, of which the refits beside what is in did not tell what they are.
     pub unresolved: BTreeSet<String>,
-}
-
-/// Systems beside chance values, which of hundreds of columns are dear, and asked for again and again beside other laws.
-pub type BesideChance = Mutex<Vec<(Vec<Penalised>, Arc<System>)>>;
-
-/// The system beside what is in.
-#[derive(Debug, Clone)]
-pub struct Beside {
-    /// Beside the chance values that are in, where there are any.
-    chance: Option<Arc<System>>,
-    /// The laws that are in, beside these.
-    laws: Arc<Pivoted>,
-    all: System,
-}
-
-impl Beside {
-    /// The system beside further columns.
-    pub fn and(&self, columns: &[usize]) -> Self {
-        Self { all: self.all.beside(&[columns], &[]), ..self.clone() }
-    }
-
-    /// The system itself.
-    pub fn into_system(self) -> System {
-        self.all
-    }
-}
-
-impl Deref for Beside {
-    type Target = System;
-
-    fn deref(&self) -> &System {
-        &self.all
-    }
 }
 
 /// What a set says beside what is in.
@@ -238,27 +204,6 @@ impl Situation<'_> {
             .map(|taken| Penalised { columns: self.sets[taken.set].columns.clone(), variance: taken.variance })
             .collect();
         (fixed, random)
-    }
-
-    /// The system beside everything that is in.
-    pub fn beside(&self) -> Beside {
-        let (fixed, random) = self.parts_in();
-        let chance = (!random.is_empty()).then(|| self.beside_chance(random));
-        let within = chance.as_deref().unwrap_or(self.system);
-        let laws = within.pivoted_in_turn(&fixed);
-        let all = within.clone().beside_laws(&fixed, &laws);
-        Beside { chance, laws: Arc::new(laws), all }
-    }
-
-    fn beside_chance(&self, values: Vec<Penalised>) -> Arc<System> {
-        // Whoever panicked within left at most one entry fewer.
-        let mut known = self.beside_chance.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, system)) = known.iter().find(|(of, _)| *of == values) {
-            return system.clone();
-        }
-        let system = Arc::new(self.system.beside::<Vec<usize>>(&[], &values));
-        known.push((values, system.clone()));
-        system
     }
 
     /// Every set that is not in, judged beside what is in; of several variants the surest, its p-value corrected for the choice. Surest first.

@@ -1,7 +1,7 @@
 //! Rules on small systems: regressions of a few hundred measurements in images, no block.
 
 use super::challenge::{self, Shape};
-use super::{BesideChance, Event, Nature, Searched, Set, Situation, Taken, instead, need, next};
+use super::{Event, Known, Nature, Searched, Set, Situation, Taken, instead, need, next};
 use crate::diagnose::test::System;
 use crate::diagnose::test::design_effect::Clusters;
 use nalgebra::{DMatrix, DVector};
@@ -93,7 +93,7 @@ impl Regression {
         let clustered: Vec<Option<usize>> = (0..q).map(Some).collect();
         ask(&Situation {
             system: &system,
-            beside_chance: &BesideChance::default(),
+            known: &Known::default(),
             sets: &self.sets,
             values: &vec![0.0; q],
             plausible: &vec![self.plausible; q],

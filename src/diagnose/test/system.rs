@@ -1,6 +1,7 @@
 //! Score and information of columns, and what remains of both when some of them are taken for granted.
 
 use super::pivoted::Pivoted;
+use crate::math::symmetric::mirror_lower;
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
@@ -45,6 +46,19 @@ impl System {
     /// No columns?
     pub fn is_empty(&self) -> bool {
         self.score.is_empty()
+    }
+
+    /// The system of these columns alone.
+    pub fn excerpt(&self, columns: &[usize]) -> System {
+        let of = |values: &[f64]| columns.iter().map(|column| values[*column]).collect();
+        let n = columns.len();
+        System {
+            score: DVector::from_fn(n, |i, _| self.score[columns[i]]),
+            information: Arc::new(DMatrix::from_fn(n, n, |i, j| self.information[(columns[i], columns[j])])),
+            length: of(&self.length),
+            least: of(&self.least),
+            ..*self
+        }
     }
 
     /// The columns of a set that are worth an estimate of their own: of each the largest plausible value (half of its range) would show beside the
@@ -149,24 +163,6 @@ impl System {
             self.score[*c] = 0.0;
             information.row_mut(*c).fill(0.0);
             information.column_mut(*c).fill(0.0);
-        }
-    }
-}
-
-/// Side of the blocks in which a matrix is mirrored: two of them stay in the nearest cache.
-const MIRROR_BLOCK: usize = 32;
-
-/// Makes a square matrix symmetric by its lower triangle.
-fn mirror_lower(matrix: &mut DMatrix<f64>) {
-    let n = matrix.nrows();
-    let entries = matrix.as_mut_slice();
-    for first in (0..n).step_by(MIRROR_BLOCK) {
-        for below in (first..n).step_by(MIRROR_BLOCK) {
-            for row in below..(below + MIRROR_BLOCK).min(n) {
-                for column in first..(first + MIRROR_BLOCK).min(row) {
-                    entries[row * n + column] = entries[column * n + row];
-                }
-            }
         }
     }
 }
@@ -281,14 +277,5 @@ mod tests {
         let beside = one.beside::<[usize; 0]>(&[], &[Penalised { columns: vec![0], variance: 1.0 }]);
         assert_relative_eq!(beside.score[1], 1.0, epsilon = 1e-12);
         assert_relative_eq!(beside.information[(1, 1)], 1.5, epsilon = 1e-12);
-    }
-
-    #[test]
-    fn a_matrix_of_several_blocks_becomes_symmetric() {
-        let n = 2 * MIRROR_BLOCK + 5;
-        let entry = |i: usize, j: usize| (i.max(j) * n + i.min(j)) as f64;
-        let mut matrix = DMatrix::from_fn(n, n, |i, j| if i < j { -1.0 } else { entry(i, j) });
-        mirror_lower(&mut matrix);
-        assert_eq!(matrix, DMatrix::from_fn(n, n, entry));
     }
 }
