@@ -92,9 +92,15 @@ impl<S: Simd> Several for Wide<S> {
         Lane::splat(value)
     }
 
+    /// Without the sign bit; `abs_f64s` of pulp 0.22 calls a function for it.
     #[inline(always)]
-    fn abs(self) -> Self {
-        each!(self, abs_f64s)
+    fn abs(mut self) -> Self {
+        let magnitude = self.simd.splat_f64s(f64::from_bits(!(1 << 63)));
+        for piece in 0..pieces::<S>() {
+            let value = self.simd.and_f64s(magnitude, self.lane.get::<S>(piece));
+            self.lane.set::<S>(piece, value);
+        }
+        self
     }
 
     #[inline(always)]

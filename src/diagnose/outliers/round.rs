@@ -22,7 +22,7 @@ const BENT: f64 = 0.1;
 /// A measurement comes back below this share of the threshold; the gap keeps one from going to and fro.
 const RETURN: f64 = 0.8;
 /// Points of which the statistics are collected together.
-const CHUNK: usize = 4096;
+const CHUNK: usize = 256;
 
 /// What a round came to.
 pub(super) struct Judged {

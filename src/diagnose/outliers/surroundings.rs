@@ -6,7 +6,6 @@ use crate::diagnose::neighbours::Neighbours;
 use crate::math::statistics::median;
 use nalgebra::{Matrix2, Vector2};
 use rayon::prelude::*;
-use std::collections::HashMap;
 
 /// Neighbours that a measurement is judged against.
 const NEIGHBOURS: usize = 12;
@@ -48,16 +47,17 @@ pub(super) fn judge_neighbours(sight: &Sight, points: &mut [SeenPoint], variance
     let mut asked: Vec<usize> = around.iter().flatten().filter_map(|k| sight.point_of(*k)).collect();
     asked.sort_unstable();
     asked.dedup();
-    let known: HashMap<usize, Intersected> = asked
-        .par_iter()
-        .flat_map_iter(|j| {
-            let point = sight.point(*j);
-            let known: Vec<_> = point.intersected().map(|(k, local)| (point.seen[k].number, local)).collect();
-            known
-        })
-        .collect();
+    let of_point = |j: &usize| -> Vec<(usize, Intersected)> {
+        let point = sight.point(*j);
+        point.intersected().map(|(k, local)| (point.seen[k].number, local)).collect()
+    };
+    let known: Vec<Vec<(usize, Intersected)>> = asked.par_iter().map(of_point).collect();
+    let intersected = |k: &usize| {
+        let of_point = asked.binary_search(&sight.point_of(*k)?).ok()?;
+        known[of_point].iter().find(|(number, _)| number == k).map(|(_, local)| *local)
+    };
     let displacement = |around: &Vec<usize>| {
-        let around: Vec<Intersected> = around.iter().filter_map(|k| known.get(k).copied()).collect();
+        let around: Vec<Intersected> = around.iter().filter_map(intersected).collect();
         robust_displacement(&around, variance)
     };
     let displacements: Vec<Option<Vector2<f64>>> = around.par_iter().map(displacement).collect();

@@ -216,6 +216,10 @@ impl WithSimd for LocalLines<'_> {
         let own = first..first + score.len();
         for (a, dense) in dense.chunks_exact_mut(d).enumerate() {
             let entries = batch.of_local(first + a);
+            // A batch sees few images and few cells of the sensor: what is added to nothing is not even read.
+            if entries.is_empty() {
+                continue;
+            }
             add_rows::<1>(dense, &batch.panel, d, entries.iter().map(|(row, value)| (*row, [*value])));
             let local = &mut local[a * width..(a + 1) * width];
             for (number, value) in entries {
