@@ -23,7 +23,7 @@ pub fn search(
     model: &Model,
     options: &Options,
     treatment: Option<Treatment>,
-    tell: &dyn Fn(&str),
+    tell: &(dyn Fn(&str) + Sync),
 ) -> Result<Snooping, DiagnoseError> {
     let mut search = Snooping::new(block, model);
     if treatment == Some(Treatment::Snoop) {

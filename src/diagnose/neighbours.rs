@@ -1,5 +1,7 @@
 //! Which measurements lie near each other in an image.
 
+use rayon::prelude::*;
+
 /// Measurements per cell of the search grid, on average: a neighbourhood of three by three cells then has about eighteen.
 const PER_CELL: f64 = 2.0;
 
@@ -20,14 +22,14 @@ pub struct Neighbours {
 }
 
 impl Neighbours {
-    /// Of image points (image, px) of a number of images.
+    /// Of image points (image, px) of a number of images. Runs in the pool of its caller.
     pub fn new(places: impl Iterator<Item = (usize, [f64; 2])>, images: usize) -> Self {
         let places: Vec<_> = places.collect();
         let mut members = vec![Vec::new(); images];
         for (k, (image, _)) in places.iter().enumerate() {
             members[*image].push(k as u32);
         }
-        let grids = members.into_iter().map(|members| Grid::new(members, &places)).collect();
+        let grids = members.into_par_iter().map(|members| Grid::new(members, &places)).collect();
         Self { places, grids }
     }
 

@@ -13,6 +13,6 @@ pub struct Settings<'a> {
     pub significance: f64,
     /// Are outliers searched, and set aside?
     pub snoop: bool,
-    /// Told what is being done.
-    pub tell: &'a dyn Fn(&str),
+    /// Told what is being done, from whatever thread does it.
+    pub tell: &'a (dyn Fn(&str) + Sync),
 }

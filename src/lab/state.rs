@@ -240,7 +240,7 @@ impl Lab {
     }
 
     /// Settings of a diagnosis that can be ended.
-    pub fn settings<'a>(&'a self, stop: &Stop, snoop: bool, tell: &'a dyn Fn(&str)) -> Settings<'a> {
+    pub fn settings<'a>(&'a self, stop: &Stop, snoop: bool, tell: &'a (dyn Fn(&str) + Sync)) -> Settings<'a> {
         let options = Options { threads: self.setup.threads, stop: stop.clone(), ..Options::default() };
         Settings { plugins: &self.setup.plugins, options, significance: self.setup.significance, snoop, tell }
     }

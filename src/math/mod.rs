@@ -6,6 +6,7 @@ pub mod intersect;
 pub mod jet;
 pub mod lane;
 mod number;
+pub mod pieces;
 pub mod rotation;
 pub mod statistics;
 pub mod symmetric;

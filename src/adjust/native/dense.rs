@@ -4,7 +4,7 @@
 //! Images see what their neighbours along the block see, and nothing far away: a column is zero from some row on. So is its column of `L`, where
 //! no column before it goes farther, and those rows are not even kept (the envelope of George and Liu 1981, by panels).
 
-use super::pieces::{each, pieces};
+use crate::math::pieces::{each, pieces};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization, cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::matmul::matmul;

@@ -3,9 +3,9 @@
 
 use super::dense::Dense;
 use super::pattern::Pattern;
-use super::pieces::{each, pieces};
 use super::structure::Structure;
 use super::system::System;
+use crate::math::pieces::{each, pieces};
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
 use faer::sparse::SparseColMatRef;

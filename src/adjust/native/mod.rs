@@ -21,7 +21,6 @@ mod loss;
 mod nonlinear;
 pub mod null_model;
 mod pattern;
-mod pieces;
 mod point;
 mod rank;
 mod rows;

@@ -68,13 +68,19 @@ impl Situation<'_> {
     }
 
     fn beside_chance(&self, values: &[Penalised]) -> Arc<System> {
-        let mut known = locked(&self.known.chance);
-        if let Some((_, system)) = known.iter().find(|(of, _)| of == values) {
-            return system.clone();
+        let find = |known: &[(Vec<Penalised>, Arc<System>)]| {
+            known.iter().find(|(of, _)| of == values).map(|(_, system)| system.clone())
+        };
+        if let Some(system) = find(&locked(&self.known.chance)) {
+            return system;
         }
+        // Not while others wait: whoever computes in a pool may be given another question meanwhile.
         let system = Arc::new(self.system.beside::<Vec<usize>>(&[], values));
-        known.push((values.to_vec(), system.clone()));
-        system
+        let mut known = locked(&self.known.chance);
+        find(&known).unwrap_or_else(|| {
+            known.push((values.to_vec(), system.clone()));
+            system
+        })
     }
 }
 

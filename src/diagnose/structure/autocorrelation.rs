@@ -48,7 +48,7 @@ impl<'a> Rows<'a> {
     fn new(context: &'a Context<'a>) -> Self {
         let row = |k: usize| context.measurements[k].predicted[1];
         let mut order: Vec<u32> = (0..context.measurements.len() as u32).collect();
-        order.sort_unstable_by(|a, b| {
+        order.par_sort_unstable_by(|a, b| {
             let (own, other) = (*a as usize, *b as usize);
             let by_image = context.image(own).cmp(&context.image(other));
             by_image.then(row(own).total_cmp(&row(other))).then(a.cmp(b))

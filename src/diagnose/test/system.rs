@@ -1,8 +1,8 @@
 //! Score and information of columns, and what remains of both when some of them are taken for granted.
 
 use super::pivoted::Pivoted;
-use crate::math::symmetric::mirror_lower;
-use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use crate::math::pieces::{each, pieces};
+use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -10,6 +10,9 @@ use std::sync::Arc;
 
 /// Standard deviations at which a value shows for certain among some dozens of candidates: 4.1 for one in 25000, 0.84 for a power of 80 %.
 const SHOWS: f64 = 4.94;
+
+/// Columns of the information that are computed together.
+const TOGETHER: usize = 64;
 
 /// Score `s = C'Qv` and information `M = C'QC` of columns `C` at zero, for unit weight.
 #[derive(Debug, Clone)]
@@ -144,17 +147,22 @@ impl System {
     }
 
     /// Beside columns of which `cross = L^-1 M` and `white = L^-1 s`, `L` their factor.
-    fn less(mut self, cross: &DMatrix<f64>, white: &DVector<f64>) -> System {
+    fn less(self, cross: &DMatrix<f64>, white: &DVector<f64>) -> System {
         let n = self.len();
-        let own = Arc::make_mut(&mut self.information);
-        let information = MatMut::from_column_major_slice_mut(own.as_mut_slice(), n, n);
-        let cross_ref = MatRef::from_column_major_slice(cross.as_slice(), cross.nrows(), n);
-        let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
-        matmul(information, lower, Accum::Add, cross_ref.transpose(), whole, cross_ref, whole, -1.0, Par::Seq);
-        mirror_lower(own);
-        self.score -= cross.tr_mul(white);
-        self.chi_square -= white.norm_squared();
-        self
+        let mut information = DMatrix::zeros(n, n);
+        let rest = MatMut::from_column_major_slice_mut(information.as_mut_slice(), n, n);
+        let (own, cross_ref) = (as_faer(&self.information), as_faer(cross));
+        each(pieces(rest, TOGETHER, MatMut::split_at_col_mut, |rest| rest.ncols()), |number, mut rest| {
+            let (first, count) = (number * TOGETHER, rest.ncols());
+            rest.copy_from(own.subcols(first, count));
+            matmul(rest, Accum::Add, cross_ref.transpose(), cross_ref.subcols(first, count), -1.0, Par::Seq);
+        });
+        System {
+            score: &self.score - cross.tr_mul(white),
+            information: Arc::new(information),
+            chi_square: self.chi_square - white.norm_squared(),
+            ..self
+        }
     }
 
     fn forget(&mut self, set: &[usize]) {
@@ -171,7 +179,9 @@ impl System {
 fn solve_lower(lower: MatRef<'_, f64>, right: &mut DMatrix<f64>) {
     let (n, columns) = (right.nrows(), right.ncols());
     let right = MatMut::from_column_major_slice_mut(right.as_mut_slice(), n, columns);
-    solve_lower_triangular_in_place(lower, right, Par::Seq);
+    each(pieces(right, TOGETHER, MatMut::split_at_col_mut, |right| right.ncols()), |_, right| {
+        solve_lower_triangular_in_place(lower, right, Par::Seq);
+    });
 }
 
 fn as_faer(matrix: &DMatrix<f64>) -> MatRef<'_, f64> {

@@ -3,7 +3,7 @@
 use super::sums::Sums;
 use super::{ColumnPlace, Columns, NullModel};
 use crate::adjust::AdjustError;
-use crate::adjust::native::pieces::{each, pieces};
+use crate::math::pieces::{each, pieces};
 use crate::math::symmetric::mirror_lower;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, Par, Scale};
