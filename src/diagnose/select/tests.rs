@@ -1,7 +1,7 @@
 //! Rules on small systems: regressions of a few hundred measurements in images, no block.
 
 use super::challenge::{self, Shape};
-use super::{Event, Known, Nature, Searched, Set, Situation, Taken, instead, need, next};
+use super::{Event, Excerpt, Known, Nature, Searched, Set, Situation, Taken, instead, need, next};
 use crate::diagnose::test::System;
 use crate::diagnose::test::design_effect::Clusters;
 use nalgebra::{DMatrix, DVector};
@@ -110,6 +110,17 @@ impl Regression {
     fn next(&self) -> Option<Event> {
         self.ask(next)
     }
+}
+
+/// What a structure takes out: the same by all columns, and by those that the question is about.
+fn taken_out_by(name: &str, columns: &[usize], regression: &Regression) -> Option<Event> {
+    let shapes = vec![Shape { name: name.into(), columns: columns.to_vec() }];
+    regression.ask(|whole| {
+        let by_all = challenge::rule(whole, &shapes);
+        let excerpt = Excerpt::new(whole, shapes);
+        assert_eq!(challenge::rule(&excerpt.situation(whole), &excerpt.shapes), by_all);
+        by_all
+    })
 }
 
 fn images() -> Vec<Vec<f64>> {
@@ -231,12 +242,13 @@ fn a_structure_takes_out_what_it_could_itself_be() {
     let mut alike = pattern.clone();
     alike.iter_mut().zip(wave(2)).for_each(|(a, b)| *a = 0.75 * *a + 0.66 * b);
     let false_name = Regression::new(6)
+        .set("other", Nature::Law, vec![wave(3), wave(4)])
         .set("false", Nature::Law, vec![alike])
+        .set("image", Nature::Chance, images())
         .set("pattern", Nature::Law, vec![pattern.clone()])
         .truth(&pattern, 0.6)
-        .with_in(0);
-    let structure = [Shape { name: "pattern".into(), columns: vec![1] }];
-    let removed = false_name.ask(|situation| challenge::rule(situation, &structure));
+        .with_in(1);
+    let removed = taken_out_by("pattern", &[3 + IMAGES], &false_name);
     assert!(matches!(removed, Some(Event::Removed { id, .. }) if id == "false"));
 }
 
@@ -252,8 +264,7 @@ fn a_piece_of_a_structure_is_not_an_effect() {
         .truth(&wave, 5.0)
         .with_in(0);
     assert_eq!(bumped.ask(need::rule), None, "significant while the wave is not known");
-    let structure = [Shape { name: "wave".into(), columns: vec![1] }];
-    let removed = bumped.ask(|situation| challenge::rule(situation, &structure));
+    let removed = taken_out_by("wave", &[1], &bumped);
     assert!(matches!(&removed, Some(Event::Removed { id, .. }) if id == "bump"), "{removed:?}");
 }
 
@@ -313,6 +324,22 @@ fn a_structure_elsewhere_takes_nothing_out() {
         .truth(&wave(1), 0.3)
         .truth(&wave(9), 1.5)
         .with_in(0);
-    let structure = [Shape { name: "pattern".into(), columns: vec![1] }];
-    assert_eq!(drift_of_positions.ask(|situation| challenge::rule(situation, &structure)), None);
+    assert_eq!(taken_out_by("pattern", &[1], &drift_of_positions), None);
+}
+
+#[test]
+fn what_was_asked_for_last_is_not_taken_for_something_else() {
+    let both = Regression::new(12)
+        .set("a", Nature::Law, vec![wave(1)])
+        .set("b", Nature::Law, vec![wave(2)])
+        .truth(&wave(1), 0.5)
+        .with_in(0)
+        .with_in(1);
+    both.ask(|situation| {
+        let [all, again] = [0, 1].map(|_| situation.beside().score.clone());
+        let without = situation.without("a").beside().score.clone();
+        assert_eq!((all[0], &all), (0.0, &again));
+        assert!(without[0] > 100.0 && without[1] == 0.0, "{without}");
+        assert_eq!(situation.beside().score, all);
+    });
 }
