@@ -21,7 +21,7 @@ const LOOSE: f64 = 1.5;
 const BENT: f64 = 0.1;
 /// A measurement comes back below this share of the threshold; the gap keeps one from going to and fro.
 const RETURN: f64 = 0.8;
-/// Points of which the statistics are collected together.
+/// Points of which the statistics are collected together: so few that no thread is left alone with the last of them for long.
 const CHUNK: usize = 256;
 
 /// What a round came to.

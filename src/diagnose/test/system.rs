@@ -288,4 +288,29 @@ mod tests {
         assert_relative_eq!(beside.score[1], 1.0, epsilon = 1e-12);
         assert_relative_eq!(beside.information[(1, 1)], 1.5, epsilon = 1e-12);
     }
+
+    #[test]
+    fn of_many_columns_the_same_remains_on_any_number_of_threads() {
+        let (rows, count) = (3 * TOGETHER, 2 * TOGETHER + 5);
+        let wave = |i: usize, j: usize| ((1 + i * 7 + j * 13) as f64).sin();
+        let columns: Vec<Vec<f64>> = (0..count).map(|j| (0..rows).map(|i| wave(i, j * j)).collect()).collect();
+        let v: Vec<f64> = (0..rows).map(|i| wave(i, 3)).collect();
+        let system = regression(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), &v);
+        let taken = [2, TOGETHER + 1];
+        let alone = system.beside(&[taken], &[]);
+        for threads in [1, 2, 4] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            let beside = pool.install(|| system.beside(&[taken], &[]));
+            assert!(beside.information == alone.information && beside.score == alone.score, "{threads} threads");
+        }
+        // By hand, of columns in every piece: M_ab - M_ak (M_kk)^-1 M_kb.
+        let own = system.information.select_rows(&taken).select_columns(&taken).try_inverse().expect("independent");
+        for (a, b) in [(0, 1), (5, TOGETHER), (TOGETHER + 3, count - 1), (count - 1, count - 2)] {
+            let cross = |c: usize| DVector::from_fn(taken.len(), |i, _| system.information[(taken[i], c)]);
+            let by_hand = system.information[(a, b)] - cross(a).dot(&(&own * cross(b)));
+            // Sums of some hundred products of one.
+            assert_relative_eq!(alone.information[(a, b)], by_hand, epsilon = 1e-10);
+            assert_relative_eq!(alone.information[(b, a)], by_hand, epsilon = 1e-10);
+        }
+    }
 }

@@ -3,8 +3,9 @@
 use super::batch::Batch;
 use super::source::Source;
 use crate::adjust::AdjustError;
+use crate::adjust::native::in_order::locked;
 use std::ops::Range;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::Mutex;
 
 /// Image measurements of a batch, at the most.
 const BATCH_MEASUREMENTS: usize = 400;
@@ -84,9 +85,4 @@ fn point_ranges(source: &Source<'_>) -> Vec<Range<usize>> {
 
 fn ranges_of(count: usize, size: usize) -> impl Iterator<Item = Range<usize>> {
     (0..count.div_ceil(size)).map(move |k| k * size..((k + 1) * size).min(count))
-}
-
-/// A panic of another thread is passed on by the pool; what it left does not matter then.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
