@@ -5,6 +5,10 @@ use crate::effects::{Context, Stage};
 use crate::math::rotation;
 use crate::problem::{Problem, State};
 use nalgebra::Vector3;
+use rayon::prelude::*;
+
+/// Points that one thread looks at together.
+const TOGETHER: usize = 1024;
 
 /// Is every ray inside the domain of a candidate of the ray stage? Other stages have no domain.
 pub(super) fn holds(problem: &Problem, state: &State, candidate: &Candidate) -> bool {
@@ -13,7 +17,7 @@ pub(super) fn holds(problem: &Problem, state: &State, candidate: &Candidate) -> 
     let theta: Vec<f64> = term.effect.descriptor().parameters.iter().map(value).collect();
     let vectors: Vec<Vector3<f64>> =
         state.poses.iter().map(|pose| rotation::log(pose.rotation.to_rotation_matrix().matrix())).collect();
-    (0..problem.point_sources.len()).all(|j| {
+    (0..problem.point_sources.len()).into_par_iter().with_min_len(TOGETHER).all(|j| {
         problem.observations[problem.point_start[j]..problem.point_start[j + 1]].iter().all(|observation| {
             let image = observation.image as usize;
             let context = Context {

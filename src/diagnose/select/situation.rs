@@ -6,6 +6,7 @@ use crate::diagnose::test::pivoted::Pivoted;
 use crate::diagnose::test::{Penalised, System, fixed, multiple, random, separability, variance_factor};
 use crate::math::statistics::f_ln_sf;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 /// Laws or chance.
@@ -208,16 +209,14 @@ impl Situation<'_> {
 
     /// Every set that is not in, judged beside what is in; of several variants the surest, its p-value corrected for the choice. Surest first.
     pub fn judge_all(&self, beside: &Beside) -> Vec<Judged> {
-        let mut best: Vec<Judged> = Vec::new();
         let mut done = BTreeSet::new();
-        for (s, set) in self.sets.iter().enumerate() {
-            if self.has(&set.id) || !done.insert(&set.id) {
-                continue;
-            }
-            let variants: Vec<usize> = (s..self.sets.len()).filter(|other| self.sets[*other].id == set.id).collect();
-            let judged = variants.iter().filter_map(|variant| self.judge(*variant, beside)).collect();
-            best.extend(self.best_variant(judged, beside));
-        }
+        let first = |s: &usize| !self.has(&self.sets[*s].id) && done.insert(&self.sets[*s].id);
+        let first: Vec<usize> = (0..self.sets.len()).filter(first).collect();
+        let judged = |s: &usize| {
+            let variants = (*s..self.sets.len()).filter(|other| self.sets[*other].id == self.sets[*s].id);
+            self.best_variant(variants.filter_map(|variant| self.judge(variant, beside)).collect(), beside)
+        };
+        let mut best: Vec<Judged> = first.par_iter().filter_map(judged).collect();
         best.sort_by(|a, b| a.ln_p.total_cmp(&b.ln_p).then_with(|| b.drop.total_cmp(&a.drop)));
         best
     }

@@ -3,10 +3,16 @@
 use super::place::Place;
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::Local;
+use crate::adjust::native::pool;
 use crate::diagnose::test::variance_factor;
 use crate::measure::Predictor;
 use crate::problem::{Problem, State};
 use nalgebra::{Matrix6, Vector3};
+use rayon::ThreadPool;
+use rayon::prelude::*;
+
+/// Points whose places are looked at together.
+const PIECE: usize = 4096;
 
 /// What a group of residuals has without the columns that are tested.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +31,8 @@ pub(super) struct Context<'a> {
     /// Normal matrix of each image's pose (rotation `w`, projection centre) from its antenna alone.
     pub(super) antenna_normals: Vec<Matrix6<f64>>,
     pub(super) gnss_noise: Noise,
+    /// Its threads are those that the tests have.
+    pub(super) pool: ThreadPool,
 }
 
 impl<'a> Context<'a> {
@@ -33,7 +41,12 @@ impl<'a> Context<'a> {
         self.problem.observations[measurement].image as usize
     }
 
-    pub(super) fn new(problem: &'a Problem, state: &'a State, measurements: &'a [Local]) -> Result<Self, AdjustError> {
+    pub(super) fn new(
+        problem: &'a Problem,
+        state: &'a State,
+        measurements: &'a [Local],
+        threads: usize,
+    ) -> Result<Self, AdjustError> {
         let squares = problem.observations.iter().zip(measurements).map(|(observation, local)| {
             (local.residual[0].powi(2) + local.residual[1].powi(2)) * observation.inverse_sigma.powi(2)
         });
@@ -67,6 +80,7 @@ impl<'a> Context<'a> {
             antenna_residuals,
             antenna_normals,
             gnss_noise: Noise { sum_of_squares, degrees: f64::NAN },
+            pool: pool(threads)?,
         })
     }
 
@@ -75,15 +89,24 @@ impl<'a> Context<'a> {
         variance_factor(self.noise.sum_of_squares, self.noise.degrees)
     }
 
-    /// Places of every measurement, in the order of the problem.
-    pub(super) fn places(&self) -> impl Iterator<Item = Place> + '_ {
-        let starts = &self.problem.point_start;
-        let of_point = move |(j, point): (usize, &'a Vector3<f64>)| {
-            (starts[j]..starts[j + 1]).map(move |k| {
-                let predicted = self.measurements[k].predicted;
-                Place::new(self.problem, self.state, &self.problem.observations[k], predicted, point)
+    /// What `of_piece` makes of the places of all measurements, with their residuals (px), some points at a time, in the order of the problem: in pieces
+    /// that do not depend on the number of threads.
+    pub(super) fn in_pieces<T: Send>(
+        &self,
+        of_piece: impl Fn(&mut dyn Iterator<Item = (Place, [f64; 2])>) -> T + Sync,
+    ) -> Vec<T> {
+        let Self { problem, state, measurements, .. } = self;
+        let of_point = |j: usize| {
+            (problem.point_start[j]..problem.point_start[j + 1]).map(move |k| {
+                let Local { predicted, residual, .. } = measurements[k];
+                (Place::new(problem, state, &problem.observations[k], predicted, &state.points[j]), residual)
             })
         };
-        self.state.points.iter().enumerate().flat_map(of_point)
+        let firsts: Vec<usize> = (0..state.points.len()).step_by(PIECE).collect();
+        let of_points = |first: usize| {
+            let end = (first + PIECE).min(state.points.len());
+            of_piece(&mut (first..end).flat_map(of_point))
+        };
+        self.pool.install(|| firsts.into_par_iter().map(of_points).collect())
     }
 }

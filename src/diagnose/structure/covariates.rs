@@ -39,16 +39,39 @@ struct Binned<'a> {
     value: Component<'a>,
 }
 
+/// How far places reach.
+struct Extent {
+    depth: Option<Span>,
+    radius: f64,
+    nadir: f64,
+}
+
+impl Extent {
+    fn of(context: &Context<'_>) -> Self {
+        let pieces = context.in_pieces(|places| {
+            let (mut depths, mut radius, mut nadir) = (Vec::new(), 0.0f64, 0.0f64);
+            for (place, _) in places {
+                (radius, nadir) = (radius.max(place.radius), nadir.max(place.nadir));
+                depths.push(place.depth);
+            }
+            (depths, radius, nadir)
+        });
+        Self {
+            depth: Span::of(pieces.iter().flat_map(|(depths, ..)| depths).copied()),
+            radius: pieces.iter().fold(0.0, |most, (_, radius, _)| radius.max(most)),
+            nadir: pieces.iter().fold(0.0, |most, (.., nadir)| nadir.max(most)),
+        }
+    }
+}
+
 /// Every covariate that the block has.
 pub(super) fn all<'a>(context: &Context<'a>, found: &mut Found) -> Vec<Covariate<'a>> {
     let problem = context.problem;
     let contexts = &problem.image_contexts;
     let time = Span::of(contexts.iter().map(|image| image.time_s));
     let temperature = Span::of(contexts.iter().map(|image| image.temperature_c));
-    let depth = Span::of(context.places().map(|place| place.depth));
-    let most = |value: fn(&Place) -> f64| context.places().map(|place| value(&place)).fold(0.0, f64::max);
-    let radius = Span::of([0.0, most(|place| place.radius)].into_iter());
-    let nadir = Span::of([0.0, most(|place| place.nadir)].into_iter());
+    let Extent { depth, radius, nadir } = Extent::of(context);
+    let [radius, nadir] = [radius, nadir].map(|most| Span::of([0.0, most].into_iter()));
     let mut list = Vec::new();
     let mut take = |against: &'static str, covariate: Option<Covariate<'a>>, why: &str| match covariate {
         Some(covariate) => list.push(covariate),
@@ -76,13 +99,22 @@ pub(super) fn draw(context: &Context<'_>, covariates: &[Covariate<'_>], found: &
         .iter()
         .flat_map(|covariate| covariate.profiles.iter().map(|profile| (covariate.family.against, profile)))
         .collect();
-    let mut sums: Vec<Vec<(usize, f64, f64)>> =
-        wanted.iter().map(|(_, binned)| vec![(0, 0.0, 0.0); binned.bins]).collect();
-    for (place, local) in context.places().zip(context.measurements) {
-        for ((_, binned), sums) in wanted.iter().zip(&mut sums) {
-            let value = (binned.value)(&place, local.residual);
-            let bin = &mut sums[binned.span.bin((binned.key)(&place), binned.bins)];
-            *bin = (bin.0 + 1, bin.1 + value, bin.2 + value * value);
+    let none: Vec<Vec<(usize, f64, f64)>> = wanted.iter().map(|(_, binned)| vec![(0, 0.0, 0.0); binned.bins]).collect();
+    let pieces = context.in_pieces(|places| {
+        let mut sums = none.clone();
+        for (place, residual) in places {
+            for ((_, binned), sums) in wanted.iter().zip(&mut sums) {
+                let value = (binned.value)(&place, residual);
+                let bin = &mut sums[binned.span.bin((binned.key)(&place), binned.bins)];
+                *bin = (bin.0 + 1, bin.1 + value, bin.2 + value * value);
+            }
+        }
+        sums
+    });
+    let mut sums = none;
+    for piece in pieces {
+        for (to, of_piece) in sums.iter_mut().flatten().zip(piece.iter().flatten()) {
+            *to = (to.0 + of_piece.0, to.1 + of_piece.1, to.2 + of_piece.2);
         }
     }
     for ((against, binned), sums) in wanted.into_iter().zip(sums) {

@@ -31,10 +31,30 @@ pub(super) fn family<'a>(images: usize) -> Family<'a> {
     Family { against: "image", count: each * images, local: true, fill: Box::new(fill), coordinates: None }
 }
 
+/// Sums over the measurements of an image.
+#[derive(Clone, Default)]
+struct Sums {
+    n: usize,
+    residual: [f64; 2],
+    rotation: f64,
+    /// Squares of what a rotation turns by.
+    turning: f64,
+}
+
+impl Sums {
+    fn add(&mut self, place: &Place, [x, y]: [f64; 2]) {
+        self.n += 1;
+        self.residual[0] += x;
+        self.residual[1] += y;
+        self.rotation += place.u * y - place.v * x;
+        self.turning += place.u * place.u + place.v * place.v;
+    }
+}
+
 /// Means of every image's residuals.
 pub(super) fn values(context: &Context<'_>) -> Vec<ImageValue> {
     let contexts = &context.problem.image_contexts;
-    let mut values: Vec<ImageValue> = contexts
+    let none: Vec<ImageValue> = contexts
         .iter()
         .enumerate()
         .map(|(image, constants)| ImageValue {
@@ -48,14 +68,18 @@ pub(super) fn values(context: &Context<'_>) -> Vec<ImageValue> {
             rotation: 0.0,
         })
         .collect();
-    let mut turning = vec![0.0; values.len()];
-    for (place, local) in context.places().zip(context.measurements) {
-        let value = &mut values[place.image];
-        value.n += 1;
-        value.mean[0] += local.residual[0];
-        value.mean[1] += local.residual[1];
-        value.rotation += place.u * local.residual[1] - place.v * local.residual[0];
-        turning[place.image] += place.u * place.u + place.v * place.v;
+    let pieces = context.in_pieces(|places| {
+        let mut sums = vec![Sums::default(); contexts.len()];
+        places.for_each(|(place, residual)| sums[place.image].add(&place, residual));
+        sums
+    });
+    let (mut values, mut turning) = (none, vec![0.0; contexts.len()]);
+    for (image, sums) in pieces.iter().flat_map(|sums| sums.iter().enumerate()) {
+        let value = &mut values[image];
+        value.n += sums.n;
+        (0..2).for_each(|axis| value.mean[axis] += sums.residual[axis]);
+        value.rotation += sums.rotation;
+        turning[image] += sums.turning;
     }
     for (value, turning) in values.iter_mut().zip(&turning).filter(|(value, _)| value.n > 0) {
         value.mean = value.mean.map(|sum| sum / value.n as f64);

@@ -11,11 +11,9 @@ use super::{
 };
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{Columns, Coordinate, Local};
-use crate::adjust::native::pool;
 use crate::diagnose::test::{System, is_noise};
 use crate::evaluate::Comparison;
 use crate::problem::{Problem, State};
-use rayon::ThreadPool;
 use std::ops::Range;
 
 /// Coordinates of antennas whose redundancy is taken; of more, an even sample.
@@ -30,7 +28,6 @@ pub struct Layout<'a> {
     spectrum: Option<spectrum::Spectrum>,
     covariates: Vec<Covariate<'a>>,
     found: Found,
-    pool: ThreadPool,
 }
 
 impl<'a> Layout<'a> {
@@ -44,12 +41,12 @@ impl<'a> Layout<'a> {
         measurements: &'a [Local],
         threads: usize,
     ) -> Result<Self, AdjustError> {
-        let context = Context::new(problem, state, measurements)?;
+        let context = Context::new(problem, state, measurements, threads)?;
         let mut found = Found::default();
         let cells = sensor::Cells::new(&context);
         let spectrum = spectrum::Spectrum::new(&context, &mut found);
         let covariates = covariates::all(&context, &mut found);
-        Ok(Self { context, cells, spectrum, covariates, found, pool: pool(threads)? })
+        Ok(Self { context, cells, spectrum, covariates, found })
     }
 
     /// Calls `with` with the columns of all tests.
@@ -114,7 +111,7 @@ impl<'a> Layout<'a> {
             }
             covariates::draw(context, &self.covariates, &mut found);
             if is_noise(context.noise.sum_of_squares, context.noise.degrees) {
-                self.pool.install(|| {
+                context.pool.install(|| {
                     autocorrelation::test(context, &mut found);
                     row_spectrum::test(context, &mut found);
                 });

@@ -11,6 +11,7 @@ use super::found::Found;
 use crate::math::statistics::chi_square_ln_sf;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
@@ -23,6 +24,8 @@ pub(super) const TEST: &str = "row-spectrum";
 const HALF_PERIODS: RangeInclusive<u32> = 2..=30;
 /// Of these the variance is taken, which is the same for all; with a flip for each bit of a number it is known to an eighth.
 const OF_VARIANCE: [u32; 4] = [5, 12, 19, 26];
+/// Frequencies that are summed on one thread together: few enough for several threads, and enough for what they share.
+const TOGETHER: usize = 8;
 /// Seed of the flips.
 const SEED: u64 = 1;
 /// Images that a sum of powers needs.
@@ -35,10 +38,12 @@ pub(super) fn test(context: &Context<'_>, found: &mut Found) {
         return found.skip(TEST, "too few images");
     }
     let half_periods: Vec<u32> = HALF_PERIODS.collect();
-    let powers = rows.powers(&half_periods, 1, |_| 0);
+    let of_some = |some: &[u32]| rows.powers(some, 1, |_| 0);
+    let all = || half_periods.par_chunks(TOGETHER).flat_map_iter(of_some).collect::<Vec<f64>>();
+    let (powers, variance) = rayon::join(all, || rows.variance(count));
     let Some((half, power)) = half_periods.iter().zip(powers).max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
     // Twice a sum of exponential values is a chi-square, of fewer degrees where they hang together.
-    let dof = 2.0 * count * count / rows.variance(count);
+    let dof = 2.0 * count * count / variance;
     let ln_p_value = chi_square_ln_sf(dof * power / count, dof).min(0.0);
     let tested = Tested { statistic: power / count, dof: dof.round() as usize, p_value: ln_p_value.exp(), ln_p_value };
     let squares: f64 = context.measurements.iter().map(|local| local.residual.map(|v| v * v).iter().sum::<f64>()).sum();
@@ -108,7 +113,8 @@ impl<'a> Rows<'a> {
     fn variance(&self, mean: f64) -> f64 {
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let signs: Vec<u32> = (0..self.context.problem.point_sources.len()).map(|_| random.next_u32()).collect();
-        let powers = self.powers(&OF_VARIANCE, u32::BITS as usize, |j| signs[j]);
+        let of_one = |half: &u32| self.powers(&[*half], u32::BITS as usize, |j| signs[j]);
+        let powers: Vec<f64> = OF_VARIANCE.par_iter().flat_map_iter(of_one).collect();
         powers.iter().map(|power| (power - mean).powi(2)).sum::<f64>() / powers.len() as f64
     }
 }

@@ -162,17 +162,20 @@ fn weighed(
     let groups = Coordinated::of(linearised, of_coordinates.start, settings);
     let coordinates = &extra.coordinates;
     let mut next = fit.model.clone();
+    let in_plan_and_height = |plan: (Vec<usize>, f64), height: (Vec<usize>, f64)| {
+        rayon::join(|| groups.factor(&plan.0, plan.1), || groups.factor(&height.0, height.1))
+    };
     let factors = &mut next.sigma_factors;
-    factors.control = groups.factor(&coordinates.control(false), now.control);
-    factors.control_z = groups.factor(&coordinates.control(true), now.control_z);
+    (factors.control, factors.control_z) =
+        in_plan_and_height((coordinates.control(false), now.control), (coordinates.control(true), now.control_z));
     if let Some(flights) = extra.flights {
         let shares = flights.shares(linearised, fit)?;
         for (flight, (name, share)) in block.flights.iter().zip(shares).enumerate() {
             let Some(own) = next.flight_factors.get_mut(name) else { continue };
             let of = |number: usize| flights.of_image(problem.gnss[number].index) == flight;
             own.image = share.factor(own.image);
-            own.gnss = groups.factor(&coordinates.gnss(false, of), own.gnss);
-            own.gnss_z = groups.factor(&coordinates.gnss(true, of), own.gnss_z);
+            (own.gnss, own.gnss_z) =
+                in_plan_and_height((coordinates.gnss(false, of), own.gnss), (coordinates.gnss(true, of), own.gnss_z));
         }
     } else {
         // What is left of the redundancy and of v'Pv is the images'.
@@ -182,8 +185,9 @@ fn weighed(
             images.chi_square -= residual(linearised, column).powi(2);
         }
         factors.image = images.factor(now.image);
-        factors.gnss = groups.factor(&coordinates.gnss(false, |_| true), now.gnss);
-        factors.gnss_z = groups.factor(&coordinates.gnss(true, |_| true), now.gnss_z);
+        let all = |_| true;
+        (factors.gnss, factors.gnss_z) =
+            in_plan_and_height((coordinates.gnss(false, all), now.gnss), (coordinates.gnss(true, all), now.gnss_z));
     }
     Ok(next)
 }
