@@ -161,6 +161,20 @@ fn a_step_beyond_the_minimum_is_taken_back_to_it() {
     assert!(iterations <= 6, "{iterations} steps");
 }
 
+/// The same along a valley, which `v` follows.
+fn overshooting_valley(x: &DVector<f64>) -> Linearised {
+    let (u, v) = (x[0], x[1]);
+    let jacobian = DMatrix::from_row_slice(3, 2, &[1.0, 0.0, -200.0 * u, 100.0, 0.1 * u, 0.0]);
+    (DVector::from_column_slice(&[u, 100.0 * (v - u * u), 7.0 + 0.05 * u * u]), jacobian)
+}
+
+#[test]
+fn a_step_beyond_the_minimum_is_taken_back_along_the_valley_that_was_followed() {
+    let (x, iterations) = minimum(&Small::new(overshooting_valley, &[0]), [0.5, 0.25]);
+    assert!(x.amax() < 1e-5, "{x}");
+    assert!(iterations <= 6, "{iterations} steps");
+}
+
 #[test]
 fn what_does_not_converge_is_given_only_where_that_is_asked_for() {
     let problem = Small::new(valley, &[]);

@@ -17,10 +17,11 @@ const LEAST_SHARE: f64 = 0.05;
 /// - Along a few unknowns the problem bends (the place of a flaw on the sensor, the centre of distortion), and the many others that are tied to them
 ///   (coefficients of what lies there) have gone straight on. They follow in a second step while the few stay. Source: the idea of variable
 ///   projection, Golub and Pereyra (1973), that such a step is to be judged by what remains when the rest has followed.
-/// - All of it bends, and the rest cannot follow: the bend along the step is looked at, where the step before was poor, too. It costs as much as
-///   two steps, and from approximations the first is poor often.
-/// - Large residuals add to the curvature, and the step goes beyond the minimum. The parabola through both values with the slope at the start has it:
-///   `h = s / (2 s - b)` of the step, `2 s` the slope and `b` what the whole step brought.
+/// - Residuals add to the curvature, also to that along the few where the rest follows, and the step goes beyond the minimum (or, damped, not as far).
+///   The parabola through both values with the slope at the start has it: `h = s / (2 s - b)` of the step, `2 s` the slope and `b` what the whole step
+///   brought.
+/// - All of it bends, and the rest cannot follow: the bend along the step is looked at, where the parabola was not true either and the step before was
+///   poor, too. It costs as much as two steps, and from approximations the first is poor often.
 pub fn looked_at_again<P: Iterated>(
     problem: &P,
     state: &P::State,
@@ -30,18 +31,31 @@ pub fn looked_at_again<P: Iterated>(
     (damping, curvature): (f64, Curvature),
     poor_before: bool,
 ) -> Attempt<P::State> {
-    let before = problem.chi_square(system);
-    let predicted_drop = straight.predicted_drop;
-    let brings_little = |attempt: &Attempt<P::State>| before - attempt.chi_square < POOR_PREDICTION * predicted_drop;
-    let (slope, brought) = (problem.decrement(system, x), before - straight.chi_square);
+    let (before, predicted_drop) = (problem.chi_square(system), straight.predicted_drop);
+    let drop = |attempt: &Attempt<P::State>| before - attempt.chi_square;
+    let following = |moved: &Attempt<P::State>, promised: f64| -> Option<Attempt<P::State>> {
+        let once = problem.followed(&moved.state, damping)?;
+        // What it fell short of its own promise by is left for another time.
+        let left = once.predicted_drop - (moved.chi_square - once.chi_square);
+        let again = drop(&once) < POOR_PREDICTION * promised && left > (1.0 - POOR_PREDICTION) * promised;
+        let twice = if again { problem.followed(&once.state, damping) } else { None };
+        Some(lower(once, twice))
+    };
+    let followed = following(&straight, predicted_drop);
+    let brought = drop(followed.as_ref().unwrap_or(&straight));
+    let slope = problem.decrement(system, x);
     let share = slope / (2.0 * slope - brought);
-    let followed = problem.followed(&straight.state, damping);
-    let asks_for_bend = poor_before && followed.as_ref().is_none_or(brings_little);
+    let of_parabola = Some(share).filter(|_| brought < POOR_PREDICTION * predicted_drop && share > LEAST_SHARE);
+    let promised = of_parabola.map_or(predicted_drop, |share| share * slope);
+    let at_least = of_parabola.and_then(|share| {
+        let moved = problem.attempt(state, system, &problem.part(x, share), damping, curvature)?;
+        let followed = following(&moved, promised);
+        Some(lower(moved, followed))
+    });
+    let is_poor = |attempt: &Attempt<P::State>| drop(attempt) < POOR_PREDICTION * promised;
+    let asks_for_bend = poor_before && [&followed, &at_least].into_iter().flatten().all(is_poor);
     let bent = if asks_for_bend { problem.bent(state, &straight.state, x, damping) } else { None };
-    let mut best = lower(lower(straight, followed), bent);
-    if brings_little(&best) && share > LEAST_SHARE {
-        best = lower(best, problem.attempt(state, system, &problem.part(x, share), damping, curvature));
-    }
+    let best = [followed, at_least, bent].into_iter().fold(straight, lower);
     Attempt { predicted_drop, ..best }
 }
 
