@@ -12,19 +12,20 @@ use crate::problem::Problem;
 /// Values that are tried besides the default: the domain's end and its halves, since a lag acts by its ratio to the length of a flight.
 const HALVINGS: i32 = 6;
 
-/// Every candidate that is not in the model: those that the block can test, in each variant, and those that it cannot, with what they need.
+/// The `wanted` candidates that are not in the model: those that the block can test, in each variant, and those that it cannot, with what they need.
 pub fn candidates(
     block: &Block,
     fit: &Fit,
     added: &Added,
     plugins: &[EffectRef],
+    wanted: impl Fn(&Candidate) -> bool,
 ) -> (Vec<(Candidate, Searched)>, Vec<Candidate>) {
     let Fit { model, problem, solution } = fit;
     let (mut tested, mut untested) = (Vec::new(), Vec::new());
     for mut candidate in all(block, problem, model, plugins) {
         let is_in = model.effects.iter().any(|term| term.effect.descriptor().id == candidate.id)
             || added.freed.contains_key(&candidate.id);
-        if is_in {
+        if is_in || !wanted(&candidate) {
             continue;
         }
         if candidate.testable() && !super::domain::holds(problem, &solution.state, &candidate) {

@@ -1,5 +1,6 @@
 //! What is left beside the effects that are in: structure that no named effect explains, and what it may take out.
 
+use super::candidate::Candidate;
 use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
 use super::improve::Improvement;
@@ -72,8 +73,8 @@ fn structure_of(
     let comparison = run::compare(block, problem, solution)?;
     let measurements = measurements_at(problem, state, settings.options.threads)?;
     let layout = structure::Layout::new(problem, state, &measurements, settings.options.threads)?;
-    let (mut fields, _) = catalogue::candidates(block, fit, &improvement.parts, settings.plugins);
-    fields.retain(|(candidate, _)| !candidate.physical);
+    let is_field = |candidate: &Candidate| !candidate.physical;
+    let (fields, _) = catalogue::candidates(block, fit, &improvement.parts, settings.plugins, is_field);
     layout.analyse(comparison.as_ref(), settings.significance, |columns| {
         let asked = Questions { tested: fields, extra: columns, clustered: true, ..Questions::nothing() };
         let linearised = with_candidates(block, fit, &improvement.parts, asked, settings)?;

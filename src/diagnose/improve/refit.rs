@@ -13,8 +13,10 @@ use crate::block::Block;
 use crate::problem::Problem;
 use std::collections::BTreeSet;
 
-/// Refits for the standard deviation of random values: each estimate beside the last leaves a tenth of its error.
+/// Refits for the standard deviation of random values at most.
 const VARIANCE_REFITS: usize = 3;
+/// What an estimate of it leaves of the error of the last one, at most: it is of a linear problem, of which the next fit moves the place alone.
+const LEFT_OF_CHANGE: f64 = 0.1;
 /// Change of a standard deviation, in its own relative uncertainty `1 / sqrt(2 n)`, that asks for another refit.
 const VARIANCE_CHANGE: f64 = 0.1;
 /// Iterations of a refit at most: five times what one takes that starts where nearly the same model ended.
@@ -96,13 +98,15 @@ impl Improvement {
             let linearised = without_candidates(block, &fit, parts, settings)?;
             let situation = linearised.situation(settings, &BTreeSet::new());
             let mut problem = fit.problem.clone();
-            let mut known = true;
+            let (mut known, mut last) = (true, true);
             for taken in situation.taken.iter().filter(|taken| situation.sets[taken.set].nature == Nature::Chance) {
                 let set = &situation.sets[taken.set];
                 let variance = linearised.variance(&situation, taken.set);
                 let deviation = variance.sqrt().max(SMALLEST_DEVIATION);
                 let change = (deviation / taken.variance.sqrt()).ln().abs();
-                known &= change < VARIANCE_CHANGE / (2.0 * set.columns.len() as f64).sqrt();
+                let allowed = VARIANCE_CHANGE / (2.0 * set.columns.len() as f64).sqrt();
+                known &= change < allowed;
+                last &= LEFT_OF_CHANGE * change < allowed;
                 for entry in problem.theta.iter_mut() {
                     let of = &fit.problem.effects[entry.effect as usize];
                     if of.effect.descriptor().id == set.id && entry.prior_sigma.is_some() {
@@ -116,6 +120,9 @@ impl Improvement {
             problem.start = fit.solution.state.clone();
             fit = solve(&fit.model.clone(), problem, &settings.options)?;
             fit.model = at_solution(&fit);
+            if last {
+                break;
+            }
         }
         Ok(fit)
     }

@@ -18,12 +18,13 @@ impl Linearised {
     pub(super) fn widen(&mut self, laws: bool, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
         let situation = self.situation(settings, &BTreeSet::new());
         let beside = situation.beside();
-        let asked = |set: usize| {
-            situation.has(&self.sets[set].id)
-                || situation.judge(set, &beside).is_some_and(|judged| judged.ln_p < situation.ln_level)
+        let asked = |set: &usize| {
+            situation.has(&self.sets[*set].id)
+                || situation.judge(*set, &beside).is_some_and(|judged| judged.ln_p < situation.ln_level)
         };
         let wanted = |nature: Nature| -> Vec<usize> {
-            (0..self.sets.len()).filter(|set| self.sets[*set].nature == nature && asked(*set)).collect()
+            let of_nature = (0..self.sets.len()).into_par_iter().filter(|set| self.sets[*set].nature == nature);
+            of_nature.filter(asked).collect()
         };
         let values = (laws || self.extra_columns.is_empty()) && !wanted(Nature::Chance).is_empty();
         let laws = if laws { wanted(Nature::Law) } else { Vec::new() };

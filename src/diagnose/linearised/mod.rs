@@ -87,7 +87,7 @@ pub fn linearise(
     known: &Places,
     settings: &Settings<'_>,
 ) -> Result<Linearised, DiagnoseError> {
-    let (mut tested, mut untested) = catalogue::candidates(block, fit, added, settings.plugins);
+    let (mut tested, mut untested) = catalogue::candidates(block, fit, added, settings.plugins, |_| true);
     let all = tested.len();
     tested.retain(|(candidate, _)| fields || candidate.physical);
     let elsewhere = all - tested.len();

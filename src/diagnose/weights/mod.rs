@@ -15,6 +15,7 @@ mod flights;
 mod tests;
 
 use super::added::Added;
+use super::candidate::Candidate;
 use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
 use super::linearised::{Linearised, Questions, with_candidates};
@@ -131,10 +132,10 @@ pub fn reweighted(
     let flights = by_flight.then(|| Flights::new(&fit.problem, block.flights.len()));
     let extra = Extra { coordinates: Coordinates::new(&fit.problem), flights: flights.as_ref() };
     let beside = |stages: &[Stage]| -> Result<Model, DiagnoseError> {
-        let (mut tested, untested) = catalogue::candidates(block, fit, added, settings.plugins);
-        tested.retain(|(candidate, _)| {
+        let wanted = |candidate: &Candidate| {
             candidate.physical && candidate.term().is_some_and(|term| stages.contains(&term.effect.descriptor().stage))
-        });
+        };
+        let (tested, untested) = catalogue::candidates(block, fit, added, settings.plugins, wanted);
         let asked = Questions { tested, untested, extra: &extra, ..Questions::nothing() };
         let linearised = with_candidates(block, fit, added, asked, settings)?;
         weighed(block, fit, &linearised, &extra, settings)
