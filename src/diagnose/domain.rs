@@ -1,7 +1,9 @@
 //! Can an effect be computed for every measurement? (Refraction has no meaning for a point above the camera.)
 
 use super::candidate::Candidate;
+use crate::effects::formula::Answer;
 use crate::effects::{Context, Stage};
+use crate::math::lane::{LANES, Lane};
 use crate::math::rotation;
 use crate::problem::{Problem, State};
 use nalgebra::Vector3;
@@ -17,21 +19,33 @@ pub(super) fn holds(problem: &Problem, state: &State, candidate: &Candidate) -> 
     let theta: Vec<f64> = term.effect.descriptor().parameters.iter().map(value).collect();
     let vectors: Vec<Vector3<f64>> =
         state.poses.iter().map(|pose| rotation::log(pose.rotation.to_rotation_matrix().matrix())).collect();
-    (0..problem.point_sources.len()).into_par_iter().with_min_len(TOGETHER).all(|j| {
-        problem.observations[problem.point_start[j]..problem.point_start[j + 1]].iter().all(|observation| {
+    // A point and one of its measurements, for each lane.
+    let hold = |seen: &[(usize, usize)]| {
+        let mut input = [Lane::default(); Stage::Ray.inputs()];
+        let contexts = std::array::from_fn(|lane| {
+            // The last one stands for those that are too few.
+            let (j, k) = seen[lane.min(seen.len() - 1)];
+            let observation = &problem.observations[k];
             let image = observation.image as usize;
-            let context = Context {
+            let numbers = [&vectors[image], &state.poses[image].centre, &state.points[j]];
+            input.iter_mut().zip(numbers.into_iter().flatten()).for_each(|(to, number)| to[lane] = *number);
+            Context {
                 block: &problem.block_context,
                 image: &problem.image_contexts[image],
                 column_px: observation.x,
                 row_px: observation.y,
                 surveyed: None,
-            };
-            let mut input = [0.0; 9];
-            input[..3].copy_from_slice(vectors[image].as_slice());
-            input[3..6].copy_from_slice(state.poses[image].centre.as_slice());
-            input[6..].copy_from_slice(state.points[j].as_slice());
-            term.effect.eval(&context, &input, &theta, &mut [0.0; 3], None, None).is_ok()
-        })
-    })
+            }
+        });
+        let answer = Answer { out: &mut [Lane::default(); Stage::Ray.outputs()], d_input: None, d_theta: None };
+        term.effect.eval_eight(&contexts, &input, &[&theta; LANES], answer).is_ok()
+    };
+    let all_of = |first: usize| {
+        let points = first..(first + TOGETHER).min(problem.point_sources.len());
+        let starts = &problem.point_start;
+        let seen: Vec<_> = points.flat_map(|j| (starts[j]..starts[j + 1]).map(move |k| (j, k))).collect();
+        seen.chunks(LANES).all(hold)
+    };
+    let firsts: Vec<usize> = (0..problem.point_sources.len()).step_by(TOGETHER).collect();
+    firsts.into_par_iter().all(all_of)
 }

@@ -59,12 +59,13 @@ impl Effect for FlatPort {
         input: &[f64],
         theta: &[f64],
         out: &mut [f64],
-        d_input: Option<&mut [f64]>,
+        mut d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
         let &[thickness, n] = theta else { return Err(OutsideDomain) };
         let r = vector(input, 0);
-        let axis = exp(&r).transpose() * Vector3::z();
+        let to_camera = exp(&r);
+        let axis = to_camera.transpose() * Vector3::z();
         let ray = vector(input, 6) - vector(input, 3);
         let distance = ray.norm();
         let d = ray / distance;
@@ -80,8 +81,11 @@ impl Effect for FlatPort {
         for k in 0..3 {
             out[k] += thickness * g * outwards[k];
         }
-        if let Some(matrix) = d_input {
+        if let Some(matrix) = &mut d_input {
             fill_identity(Stage::Ray, matrix);
+        }
+        // Without a thickness, as candidates are tested, the input is handed on.
+        if let Some(matrix) = d_input.filter(|_| thickness != 0.0) {
             let g_by_c = (1.0 - n * n) / (root * root * root);
             // d c = -outwards . dw / |w|;  d d = (1 - d d^T) dw / |w|.
             let c_by_point = outwards.transpose() * (-1.0 / distance);
@@ -91,7 +95,7 @@ impl Effect for FlatPort {
             add_block(matrix, 9, 0, 3, &-by_point);
             add_block(matrix, 9, 0, 6, &by_point);
             // The axis R^T e turns by R^T [e]x J dr.
-            let axis_by_r = exp(&r).transpose() * skew(&Vector3::z()) * left_jacobian(&r);
+            let axis_by_r = to_camera.transpose() * skew(&Vector3::z()) * left_jacobian(&r);
             let by_axis = (outwards * d.transpose() * g_by_c - across * g) * thickness;
             add_block(matrix, 9, 0, 0, &(by_axis * axis_by_r));
         }

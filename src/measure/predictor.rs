@@ -6,6 +6,7 @@ use super::frame::{self, Frame, Stages};
 use super::lanes::{LANES, POINT, Predictions, Views};
 use super::{MeasureError, position};
 use crate::camera::undistort::viewing_ray;
+use crate::math::pieces::each;
 use crate::math::vectors::dispatch;
 use crate::problem::{ImageObservation, MeasurementKind, Problem, State};
 use nalgebra::{Matrix2x3, Matrix3x6, Vector3};
@@ -20,8 +21,10 @@ thread_local! {
     static EIGHT: RefCell<Eight> = RefCell::default();
 }
 
-/// Points whose measurements are predicted together.
+/// Points whose measurements one thread predicts together.
 const CHUNK: usize = 1024;
+/// Points whose measurements are predicted before any of them is told.
+const AHEAD: usize = 8 * CHUNK;
 
 /// A world point as an image sees it.
 #[derive(Debug, Clone, Copy)]
@@ -86,12 +89,18 @@ impl<'a> Predictor<'a> {
         found
     }
 
-    /// Tells point, measurement and image point of every measurement of the problem, in its order.
+    /// Tells point, measurement and image point of every measurement of the problem, in its order. They are predicted on the threads of the current
+    /// pool; outside of any on one.
     pub fn each_measurement(&self, mut tell: impl FnMut(usize, &ImageObservation, Option<ImagePoint>)) {
         let Problem { observations, point_start: starts, .. } = self.problem;
-        for first in (0..self.state.points.len()).step_by(CHUNK) {
-            let points = first..self.state.points.len().min(first + CHUNK);
-            let mut predicted = self.measurements_of(points.clone()).into_iter();
+        for first in (0..self.state.points.len()).step_by(AHEAD) {
+            let points = first..self.state.points.len().min(first + AHEAD);
+            let mut predicted = vec![Vec::new(); points.len().div_ceil(CHUNK)];
+            each(predicted.iter_mut().collect(), |number, of_chunk: &mut Vec<_>| {
+                let first = first + number * CHUNK;
+                *of_chunk = self.measurements_of(first..points.end.min(first + CHUNK));
+            });
+            let mut predicted = predicted.into_iter().flatten();
             for j in points {
                 let of_point = &observations[starts[j]..starts[j + 1]];
                 of_point.iter().zip(predicted.by_ref()).for_each(|(seen, predicted)| tell(j, seen, predicted));
