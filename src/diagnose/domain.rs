@@ -49,3 +49,29 @@ pub(super) fn holds(problem: &Problem, state: &State, candidate: &Candidate) -> 
     let firsts: Vec<usize> = (0..problem.point_sources.len()).step_by(TOGETHER).collect();
     firsts.into_par_iter().all(all_of)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::candidate::candidates;
+    use super::*;
+    use crate::model::Model;
+    use crate::scenario::{Scenario, simulate};
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn a_single_point_above_its_cameras_is_outside_the_domain_of_what_acts_on_rays() {
+        let scenario = Scenario::preset("mapping", &BTreeMap::from([("points".into(), 100.0)])).expect("a preset");
+        let block = simulate(&scenario, 1).expect("a block").block;
+        let problem = Problem::new(&block, &Model::default()).expect("a problem");
+        let outside = |state: &State| -> Vec<String> {
+            let all = candidates(&block, &problem, &Model::default(), &[]).into_iter();
+            all.filter(|candidate| !holds(&problem, state, candidate)).map(|candidate| candidate.id).collect()
+        };
+        assert!(outside(&problem.start).is_empty());
+        for point in [0, problem.start.points.len() - 1] {
+            let mut state = problem.start.clone();
+            state.points[point].z += 1e4;
+            assert_eq!(outside(&state), ["refraction", "flat-port"]);
+        }
+    }
+}
