@@ -106,9 +106,8 @@ pub fn minimise<P: Iterated>(
             // A direction without any information is the caller's to name.
             let decrement = increments.as_ref().map_or(0.0, |x| problem.decrement(&system, x));
             if decrement < small {
-                // The step is at hand: taken, it leaves rounding where its promise left a share of sigma. Who asks for less has what was asked.
+                // The step is at hand: taken, it leaves rounding where its promise left a share of sigma.
                 let last = increments
-                    .filter(|_| options.chi_square_change <= CHI_SQUARE_CHANGE)
                     .and_then(|x| problem.advance(&state, &system, &x, damping, Curvature::Newton, damping))
                     .filter(|(step, _)| step.chi_square < chi_square);
                 let (mut state, mut system, mut steps) = match last {
