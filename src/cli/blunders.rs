@@ -65,6 +65,10 @@ pub fn explain(error: RunError, block: &Block, model: &Model, options: &Options,
     let may_stay_unconverged = matches!(failure, AdjustError::NotConverged { .. });
     let options = Options { may_stay_unconverged, ..options.clone() };
     let Ok(fit) = robust_fit(block, model, None, &options) else { return error.into() };
+    // A camera that a robust fit, too, can only hold is not left undetermined by blunders.
+    if matches!(failure, AdjustError::Singular { .. }) && fit.model.free != model.free {
+        return error.into();
+    }
     let converged = has_converged(&fit);
     let solved = solved_by(&fit);
     let Ok(outliers) = stand_alone(block, solved) else { return error.into() };

@@ -161,6 +161,9 @@ fn plain(block: &Block, wrong: &HashSet<PointId>, model: &Model, options: &Optio
         let may_stay_unconverged = matches!(error, RunError::Adjust(AdjustError::NotConverged { .. }));
         let options = Options { may_stay_unconverged, ..options.clone() };
         let fit = robust_fit(block, model, None, &options).map_err(|robust| robust.to_string())?;
+        if matches!(error, RunError::Adjust(AdjustError::Singular { .. })) && fit.model.free != model.free {
+            return Err("the camera can only be held".to_string());
+        }
         let solved = Solved { problem: &fit.problem, state: &fit.solution.state };
         let found = stand_alone(block, solved).map_err(|error| error.to_string())?;
         found.rejected.first().map(|worst| worst.point).ok_or_else(|| "nothing stands alone".to_string())

@@ -5,10 +5,9 @@
 //! straight line by `h^2/2 c''` for a share `h` of it. The step that takes this into account is that of measurements that are shifted
 //! by `-c''/2`: geodesic acceleration. Source: Transtrum and Sethna (2012), arXiv:1201.5885, eq. 11, with a central difference for `c''`.
 
-use super::linearise::chi_square_beside_points;
 use super::point::Prepared;
 use super::side_by_side::{Eights, Workspace};
-use super::step::{loss_of, move_images_and_border, surveyed_chi_square};
+use super::step::move_images_and_border;
 use crate::math::vectors::dispatch;
 use crate::measure;
 use crate::problem::{Problem, State};
@@ -62,15 +61,6 @@ pub fn shifted_by_bend(
         }
     }
     Some(shifted)
-}
-
-/// `sum rho` at a state. Runs in the pool of its caller.
-pub fn chi_square(at: &Prepared<'_>) -> Option<f64> {
-    let Prepared { problem, state, .. } = at;
-    let points = predicted(at)?.points;
-    let measured: f64 = problem.observations.iter().zip(points).map(|(o, point)| loss_of(problem, o, point)).sum();
-    let surveyed = surveyed_chi_square(at, 0..state.points.len(), &state.points)?;
-    Some(measured + surveyed + chi_square_beside_points(at).ok()?)
 }
 
 fn predicted(at: &Prepared<'_>) -> Option<Predicted> {

@@ -144,13 +144,8 @@ impl Iterated for Bundle<'_> {
         let shifted = Bundle { problem: &shifted, ..*self };
         let system = shifted.linearise(state, damping, Curvature::Weights).ok()?;
         let increments = shifted.solve(&system, damping)?;
-        let curvature = Curvature::Weights;
-        let bent =
-            self.pool.install(|| try_step(&shifted.at(state), &system, &increments, damping, curvature, false))?;
-        let (predicted_drop, bent) = (bent.predicted_drop, BundleState { state: bent.state, frames: bent.frames });
-        // Of the measurements as they are.
-        let chi_square = self.pool.install(|| bend::chi_square(&self.at(&bent)))?;
-        Some(Attempt { state: bent, chi_square, predicted_drop })
+        // The points follow by what was measured.
+        self.attempt(state, &system, &increments, damping, Curvature::Weights)
     }
 
     /// The damping hides directions without information, so that without it they are named.

@@ -2,7 +2,6 @@
 //! Levenberg-Marquardt.
 
 mod aligned;
-mod back_substitution;
 mod bend;
 mod bundle;
 mod chunks;
@@ -12,6 +11,7 @@ mod dense;
 mod eliminate;
 mod evaluation;
 mod factor;
+mod follow;
 mod in_order;
 mod iterated;
 pub mod kernels;

@@ -2,12 +2,15 @@
 
 use super::loss::{Curvature, LEAST_CURVATURE, curvature_along, rho};
 use crate::effects::Stage;
-use crate::measure::lanes::{LANES, Lane, MISCLOSURE, Predictions, Views};
+use crate::measure::lanes::{CAMERA, LANES, Lane, MISCLOSURE, Predictions, Views};
 use crate::measure::{Answers, Frame, MeasureError, Predict, Seen, Stages, Wanted};
 use crate::problem::{Loss, Problem};
 use nalgebra::Vector3;
 use pulp::Simd;
 use std::ops::Range;
+
+/// Place in the rows of [`Predictions`] of what a step moves the image point by, where the points alone are asked for: like a derivative.
+const ALONG_STEP: usize = CAMERA;
 
 /// The images of a problem at a state, and the effects that act in them.
 #[derive(Clone, Copy)]
@@ -160,6 +163,47 @@ impl Workspace {
         simd.vectorize(Predict { seen, views, out: predictions, answers, wanted: Wanted::Nothing }).ok()?;
         Some(true)
     }
+
+    /// Linearises and weighs the next of `eights` by the object points alone. A robust loss, whose weights are those of the state that a step comes
+    /// from, is told what was `predicted` there. `Some(false)` where there are none, `None` where one cannot be predicted.
+    #[inline(always)]
+    pub fn linearise_by_point<S: Simd>(
+        &mut self,
+        simd: S,
+        cameras: Cameras<'_>,
+        curvature: Curvature,
+        eights: &mut Eights<'_>,
+        predicted: Option<&[Lane; 2]>,
+    ) -> Option<bool> {
+        let Self { views, eight, predictions, answers } = self;
+        let Cameras { problem, stages, frames } = cameras;
+        if !eights.next(simd, views, eight) {
+            return Some(false);
+        }
+        if stages.plain_image() {
+            views.predict_by_point(simd, predictions);
+            if eight.behind(&predictions.depth).is_some() {
+                return None;
+            }
+        } else {
+            let observations = &problem.observations[eight.numbers.clone()];
+            let seen = Seen { problem, stages, frames, observations };
+            simd.vectorize(Predict { seen, views, out: predictions, answers, wanted: Wanted::ByPoint }).ok()?;
+        }
+        if let Some(predicted) = predicted {
+            for i in 0..2 {
+                predictions.rows[i][ALONG_STEP] = difference(simd, &predictions.point[i], &predicted[i]);
+            }
+            predictions.point = *predicted;
+        }
+        eight.weigh(simd, problem.loss, curvature, predictions, &mut Lane::default());
+        if predicted.is_some() {
+            for row in &mut predictions.rows {
+                row[MISCLOSURE] = difference(simd, &row[MISCLOSURE], &row[ALONG_STEP]);
+            }
+        }
+        Some(true)
+    }
 }
 
 impl Eight {
@@ -245,4 +289,13 @@ pub fn add_costs<S: Simd>(simd: S, loss: Loss, squares: &Lane, costs: &mut Lane)
     for piece in 0..LANES / S::F64_LANES {
         costs.set::<S>(piece, simd.add_f64s(costs.get::<S>(piece), squares.get::<S>(piece)));
     }
+}
+
+#[inline(always)]
+fn difference<S: Simd>(simd: S, a: &Lane, b: &Lane) -> Lane {
+    let mut difference = Lane::default();
+    for piece in 0..LANES / S::F64_LANES {
+        difference.set::<S>(piece, simd.sub_f64s(a.get::<S>(piece), b.get::<S>(piece)));
+    }
+    difference
 }

@@ -1,20 +1,21 @@
-//! A trial step: images and border as the reduced system says, then every point by back-substitution, and what chi-square is there.
+//! A trial step: images and border as the reduced system says, then every point follows its images, and what chi-square is there.
 
-use super::MAX_DIM;
-use super::back_substitution::{BackSubstitute, Costs, Increments, Left};
+use super::follow::{Follow, Followers, Motion, motions};
 use super::linearise::chi_square_beside_points;
-use super::loss::{Curvature, rho};
-use super::point::{PointRows, Prepared, inverse_of_damped};
-use super::rows::{Contents, batches};
-use super::side_by_side::Workspace;
+use super::loss::Curvature;
+use super::point::Prepared;
+use super::rows::batches;
+use super::side_by_side::{Eights, Workspace, add_costs};
 use super::structure::Structure;
 use super::system::System;
 use super::turn::Turn;
 use crate::camera::tie_centre;
+use crate::math::lane::Lane;
 use crate::math::vectors::dispatch;
 use crate::measure::{self, Frame};
-use crate::problem::{ImageObservation, Pose, Problem, State};
+use crate::problem::{Pose, Problem, State};
 use nalgebra::Vector3;
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -30,52 +31,46 @@ pub struct Step {
     pub predicted_drop: f64,
 }
 
-/// Takes the step: images and border first, then every point by back-substitution. `None` where the new state cannot be projected.
-/// `costs`: whether chi-square is asked for.
+/// Takes the step, of the `system` that was damped by `damping`: images and border first, then every point follows. `None` where the new state
+/// cannot be projected. `costs`: whether chi-square is asked for.
 pub fn try_step(
     at: &Prepared<'_>,
     system: &System,
-    (images, border): &(Vec<f64>, Vec<f64>),
+    increments: &(Vec<f64>, Vec<f64>),
     damping: f64,
     curvature: Curvature,
     costs: bool,
 ) -> Option<Step> {
     let Prepared { problem, structure, state, .. } = *at;
+    let (images, border) = increments;
     let mut next = state.clone();
     let turn = move_images_and_border(problem, structure, &mut next, images, border);
     let frames = measure::frames(problem, &structure.stages, &next).ok()?;
     let after = Prepared { problem, structure, state: &next, frames: &frames };
-    let step = PointStep { at, after: &after, turn: &turn, images, border, damping, curvature, costs };
-    let chunk = |points: &Range<usize>| match (structure.wide_border(), structure.dim) {
-        (false, _) => step.narrow(points),
-        (true, 6) => step.wide::<6>(points),
-        (true, 7) => step.wide::<7>(points),
-        (true, 8) => step.wide::<8>(points),
-        (true, _) => step.wide::<MAX_DIM>(points),
-    };
+    let motions = motions(state, &next);
+    let step = PointStep { before: at, after: &after, turn: &turn, motions: &motions, damping, curvature, costs };
     // Begun in their order, because the last ones are small; and kept in it.
     let chunks = structure.chunks.iter().enumerate().par_bridge();
     let mut moved: Vec<(usize, Moved)> =
-        chunks.map(|(number, points)| Some((number, chunk(points)?))).collect::<Option<_>>()?;
+        chunks.map(|(number, points)| Some((number, step.chunk(points)?))).collect::<Option<_>>()?;
     moved.sort_unstable_by_key(|(number, _)| *number);
     let mut chi_square = 0.0;
-    let mut predicted_drop = 0.0;
+    let mut by_damping = 0.0;
     let mut first = 0;
     for (_, part) in moved {
         next.points[first..first + part.points.len()].copy_from_slice(&part.points);
         first += part.points.len();
         chi_square += part.chi_square;
-        predicted_drop += part.predicted_drop;
+        by_damping += part.by_damping;
     }
-    let share = |dx: &[f64], gradient: &[f64], diagonal: &[f64]| -> f64 {
-        dx.iter().zip(gradient).zip(diagonal).map(|((x, g), d)| x * g + damping * x * x * d).sum()
-    };
-    predicted_drop += share(images, &system.gradient_images, &system.diagonal_images)
-        + share(border, &system.gradient_border, &system.diagonal_border);
+    let squares = |dx: &[f64], diagonal: &[f64]| dx.iter().zip(diagonal).map(|(x, d)| x * x * d).sum::<f64>();
+    by_damping += damping * (squares(images, &system.diagonal_images) + squares(border, &system.diagonal_border));
     if costs {
         let after = Prepared { problem, structure, state: &next, frames: &frames };
         chi_square += chi_square_beside_points(&after).ok()?;
     }
+    // The damped system says `(N + lambda D) d = g`, so that `2 g'd - d'N d = g'd + lambda d'D d`.
+    let predicted_drop = system.decrement(increments) + by_damping;
     chi_square.is_finite().then_some(Step { state: next, frames, chi_square, predicted_drop })
 }
 
@@ -120,15 +115,14 @@ pub fn move_images_and_border(
     turn
 }
 
-/// What the points' own steps follow from: the increments of images and border, and the damped system that these solve.
+/// What the points follow.
 struct PointStep<'a> {
     /// Before the step.
-    at: &'a Prepared<'a>,
+    before: &'a Prepared<'a>,
     /// After it, but for the points.
     after: &'a Prepared<'a>,
     turn: &'a Turn,
-    images: &'a [f64],
-    border: &'a [f64],
+    motions: &'a [Motion],
     damping: f64,
     curvature: Curvature,
     costs: bool,
@@ -138,78 +132,61 @@ struct PointStep<'a> {
 struct Moved {
     points: Vec<Vector3<f64>>,
     chi_square: f64,
-    predicted_drop: f64,
+    /// `lambda d'D d`.
+    by_damping: f64,
 }
 
 impl PointStep<'_> {
-    fn wide<const D: usize>(&self, points: &Range<usize>) -> Option<Moved> {
-        let mut rows = PointRows::<D>::with(self.curvature);
-        let mut moved = Moved { points: Vec::with_capacity(points.len()), chi_square: 0.0, predicted_drop: 0.0 };
-        for j in points.clone() {
-            rows.linearise(self.at, j).ok()?;
-            let mut rest = rows.gradient;
-            for row in &rows.rows {
-                let dx = &self.images[row.rank as usize * D..(row.rank as usize + 1) * D];
-                for k in 0..D {
-                    rest -= Vector3::from(row.w[k]) * dx[k];
-                }
-            }
-            for (l, column) in rows.columns.index().iter().enumerate() {
-                let dx = self.border[*column as usize];
-                for a in 0..3 {
-                    rest[a] -= rows.w_shared[a][l] * dx;
-                }
-            }
-            let step = inverse_of_damped(&rows.v_matrix, self.damping)? * rest;
-            let damped = self.damping * step.component_mul(&step).dot(&rows.v_matrix.diagonal());
-            moved.predicted_drop += step.dot(&rows.gradient) + damped;
-            let object = self.turn.position(&self.at.state.points[j], &step);
-            moved.points.push(object);
-            if self.costs {
-                let one = OnTheirOwn { after: self.after };
-                moved.chi_square += one.chi_square(j..j + 1, &[object])?;
-            }
-        }
-        Some(moved)
-    }
-
-    fn narrow(&self, points: &Range<usize>) -> Option<Moved> {
-        let structure = self.at.structure;
-        let contents = Contents::new(structure);
-        let images = structure.padded(self.images);
-        let increments = Increments { contents: &contents, images: &images, border: self.border };
-        let (mut work, mut left) = (Workspace::new(&structure.stages), Vec::new());
-        let mut moved = Moved { points: Vec::with_capacity(points.len()), chi_square: 0.0, predicted_drop: 0.0 };
-        for batch in batches(self.at.problem, points) {
-            left.clear();
-            left.resize(batch.len(), Left::default());
-            let (at, curvature, points) = (self.at, self.curvature, batch.clone());
-            let (increments, work) = (&increments, &mut work);
-            dispatch(BackSubstitute { at, curvature, points, increments, work, left: &mut left }).ok()?;
-            increments.add_surveyed(at, batch.clone(), &mut left).ok()?;
+    fn chunk(&self, points: &Range<usize>) -> Option<Moved> {
+        let Self { before, after, turn, motions, damping, curvature, costs } = *self;
+        let [mut work, mut work_before] = [(); 2].map(|()| Workspace::new(&after.structure.stages));
+        let mut followers = Followers::default();
+        let mut moved = Moved { points: Vec::with_capacity(points.len()), chi_square: 0.0, by_damping: 0.0 };
+        for batch in batches(after.problem, points) {
+            let (points, work, work_before, followers) = (batch.clone(), &mut work, &mut work_before, &mut followers);
+            dispatch(Follow { before, after, motions, curvature, points, work, work_before, followers })?;
             let first = moved.points.len();
-            for (j, left) in batch.clone().zip(&left) {
-                let step = left.step(self.damping)?;
-                let damped = self.damping * step.component_mul(&step).dot(&left.normal().diagonal());
-                moved.predicted_drop += step.dot(&left.gradient()) + damped;
-                moved.points.push(self.turn.position(&at.state.points[j], &step));
+            for (point, (carried, rays)) in
+                before.state.points[batch.clone()].iter().zip(followers.carried.iter().zip(&followers.rays))
+            {
+                let arrived = carried + rays.step(damping, &turn.increment(point, carried))?;
+                let step = turn.increment(point, &arrived);
+                moved.by_damping += damping * step.component_mul(&step).dot(&rays.normal().diagonal());
+                moved.points.push(arrived);
             }
-            if !self.costs {
-                continue;
+            if costs {
+                let objects = &moved.points[first..];
+                moved.chi_square += dispatch(Costs { after, points: batch.clone(), objects, work })?;
+                moved.chi_square += surveyed_chi_square(after, batch, objects)?;
             }
-            let objects = &moved.points[first..];
-            moved.chi_square += dispatch(Costs { after: self.after, points: batch.clone(), objects, work })?;
-            moved.chi_square += surveyed_chi_square(self.after, batch, objects)?;
         }
         Some(moved)
     }
 }
 
-/// `rho` of an image measurement that is predicted at `point`.
-#[inline(always)]
-pub fn loss_of(problem: &Problem, observation: &ImageObservation, point: [f64; 2]) -> f64 {
-    let (dx, dy) = (observation.x - point[0], observation.y - point[1]);
-    rho(problem.loss, (dx * dx + dy * dy) * observation.inverse_sigma * observation.inverse_sigma).0
+/// `sum rho` of the image measurements of some points at `objects`. `None`: one that cannot be predicted.
+struct Costs<'a, 'b> {
+    after: &'a Prepared<'b>,
+    points: Range<usize>,
+    objects: &'a [Vector3<f64>],
+    work: &'a mut Workspace,
+}
+
+impl WithSimd for Costs<'_, '_> {
+    type Output = Option<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Option<f64> {
+        let Self { after, points, objects, work } = self;
+        let cameras = after.cameras();
+        let mut eights = Eights::new(cameras, objects, points, &mut work.views);
+        let mut costs = Lane::default();
+        while work.predict(simd, cameras, &mut eights)? {
+            let (_, squares) = work.eight.misclosures(simd, &work.predictions.point);
+            add_costs(simd, cameras.problem.loss, &squares, &mut costs);
+        }
+        Some(costs.iter().sum())
+    }
 }
 
 /// `sum rho` of the surveyed coordinates of some points.
@@ -225,23 +202,32 @@ pub fn surveyed_chi_square(after: &Prepared<'_>, points: Range<usize>, objects: 
     Some(sum)
 }
 
-/// Predicts measurements through every effect, one by one.
-struct OnTheirOwn<'a> {
-    after: &'a Prepared<'a>,
-}
+#[cfg(test)]
+mod tests {
+    use super::super::linearise::linearise;
+    use super::super::spare::Spare;
+    use super::super::{factor::Factor, frames};
+    use super::*;
+    use crate::model::{Datum, Model};
+    use crate::scenario::{Scenario, add_noise, simulate};
+    use std::collections::BTreeMap;
 
-impl OnTheirOwn<'_> {
-    /// `sum rho` of some points at `objects`. `None`: a measurement that cannot be predicted.
-    fn chi_square(&self, points: Range<usize>, objects: &[Vector3<f64>]) -> Option<f64> {
-        let Prepared { problem, structure, frames, .. } = self.after;
-        let mut sum = surveyed_chi_square(self.after, points.clone(), objects)?;
-        for (j, object) in points.zip(objects) {
-            for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
-                let (stages, frame) = (&structure.stages, &frames[observation.image as usize]);
-                let point = measure::predict_point(problem, stages, frame, observation, object)?;
-                sum += loss_of(problem, observation, point);
-            }
+    #[test]
+    fn a_damped_step_brings_what_it_promises() {
+        let scenario = Scenario::preset("closerange", &BTreeMap::from([("points".into(), 60.0)])).expect("a preset");
+        let mut block = simulate(&scenario, 1).expect("a block").block;
+        add_noise(&mut block, 0.3, 1).expect("noise");
+        let problem = Problem::new(&block, &Model { datum: Datum::Free, ..Model::default() }).expect("a problem");
+        let structure = Structure::new(&problem);
+        let state = &problem.start;
+        let frames = frames(&problem, &structure, state).expect("images");
+        let at = Prepared { problem: &problem, structure: &structure, state, frames: &frames };
+        for damping in [0.01, 1.0, 100.0] {
+            let system = linearise(&at, damping, Curvature::Weights, &Spare::default()).expect("a system");
+            let increments = Factor::new(&structure, &system, None, damping).expect("positive definite").solve();
+            let step = try_step(&at, &system, &increments, damping, Curvature::Weights, true).expect("a step");
+            let brought = (system.chi_square - step.chi_square) / step.predicted_drop;
+            assert!((brought - 1.0).abs() < 0.01, "{brought} of what was promised at {damping}");
         }
-        Some(sum)
     }
 }

@@ -210,15 +210,6 @@ impl Structure {
         self.border.len() > WIDEST_DENSE_BORDER
     }
 
-    /// Values of the images' unknowns with zeros after those of each, as many as there are in a row.
-    pub fn padded(&self, images: &[f64]) -> Vec<f64> {
-        let mut padded = vec![0.0; self.images * self.stride];
-        for (to, from) in padded.chunks_exact_mut(self.stride).zip(images.chunks_exact(self.dim)) {
-            to[..self.dim].copy_from_slice(from);
-        }
-        padded
-    }
-
     /// Sets the derivatives by what is held of a pose to zero, in the row of an image.
     #[inline(always)]
     pub fn hold_pose(&self, rank: u32, row: &mut [f64]) {
