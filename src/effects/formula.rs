@@ -231,10 +231,14 @@ impl<F: Formula> WithSimd for SideBySide<'_, F> {
             }
         }
         let mut theta: SmallVec<[Lane; FEW_PARAMETERS]> = SmallVec::new();
-        for p in 0..thetas[0].len() {
-            let mut numbers = Lane::default();
-            for lane in 0..LANES {
-                numbers[lane] = thetas[lane][p];
+        // The values of a block stand in one place; eight that are put together cannot be read at once.
+        let alike = thetas.iter().all(|values| std::ptr::eq(*values, thetas[0]));
+        for (p, value) in thetas[0].iter().enumerate() {
+            let mut numbers = Lane::splat(*value);
+            if !alike {
+                for lane in 1..LANES {
+                    numbers[lane] = thetas[lane][p];
+                }
             }
             theta.push(numbers);
         }

@@ -2,6 +2,7 @@
 
 use super::chain::context;
 use super::frame::{Frame, Stages};
+use super::interior_chain::InteriorChain;
 use super::lanes::{CAMERA, Predictions, THETA, Views};
 use super::matrices::{changes, fill_left_out};
 use super::ray::Ray;
@@ -107,7 +108,7 @@ impl Seen<'_> {
         views.predict(simd, out);
         eight.in_front(&out.depth)?;
         if !straight {
-            through_ray(&mut Rows { simd, rows: &mut out.rows }, &answers.ray, &stages.ray_locals);
+            through_ray(&mut Rows::new(simd, &mut out.rows), &answers.ray, &stages.ray_locals);
         }
         for (position, &e) in stages.of(Stage::Image).iter().enumerate() {
             let (own, before) = (stages.locals(problem, e), stages.before(problem, position));
@@ -121,9 +122,9 @@ impl Seen<'_> {
                 true => fill_left_out::<Wide<S>>(d_in, 2, 0, 0..IMAGE_INTERIOR, inputs),
                 false => inputs = Inputs::NONE,
             }
-            through_image(&mut Rows { simd, rows: &mut out.rows }, (&*d_in, &*d_own), own, before, inputs);
+            through_image(&mut Rows::new(simd, &mut out.rows), (&*d_in, &*d_own), own, before, inputs);
         }
-        eight.through_interiors(&mut out.rows);
+        eight.through_interiors(views, &mut out.rows);
         if problem.tie_dc_to_pp {
             out.tie_centre();
         }
@@ -152,7 +153,7 @@ impl Seen<'_> {
         }
         eight.in_front(&out.depth)?;
         if by_point && !straight && answers.ray.bends {
-            point_through_ray(&mut Rows { simd, rows: &mut out.rows }, &answers.ray);
+            point_through_ray(&mut Rows::new(simd, &mut out.rows), &answers.ray);
         }
         for &e in self.stages.of(Stage::Image) {
             let (input, d_in) = (image_input(&out.point, views), &mut answers.d_in);
@@ -160,7 +161,7 @@ impl Seen<'_> {
             let inputs = eight.ask(e, &input, Answer { out: &mut out.point, d_input, d_theta: None })?;
             if by_point && changes(eight.seed(), d_in, 2, 0, inputs) {
                 fill_left_out::<Wide<S>>(d_in, 2, 0, 0..IMAGE_INTERIOR, inputs);
-                point_through_image(&mut Rows { simd, rows: &mut out.rows }, d_in);
+                point_through_image(&mut Rows::new(simd, &mut out.rows), d_in);
             }
         }
         Ok(())
@@ -211,33 +212,45 @@ impl<'a, S: Simd> Eight<'a, S> {
 
     /// From derivatives by interior orientations after their effects to those by that before them.
     #[inline(always)]
-    fn through_interiors(&self, rows: &mut [Vec<Lane>; 2]) {
+    fn through_interiors(&self, views: &Views, rows: &mut [Vec<Lane>; 2]) {
         let Some(first) = self.frames[0].interior_chain.as_deref() else { return };
+        // Most effects add to the same few numbers.
+        if self.frames[0].adds_few {
+            self.add_interiors(first, |k| views.behind_interior(k), rows);
+            return;
+        }
         let mut chains = [first; LANES];
-        // Most effects add to the same few numbers in every image.
         let mut add_alike = true;
         for (chain, frame) in chains.iter_mut().zip(self.frames) {
             // Images that are prepared together all have one, or none has.
             let Some(own) = frame.interior_chain.as_deref() else { return };
-            let alike = Arc::ptr_eq(&own.places, &first.places);
-            add_alike &= alike && own.d_interior.is_none() && own.d_rotation.is_none();
+            add_alike &= own.adds() && Arc::ptr_eq(&own.places, &first.places);
             *chain = own;
         }
-        if !add_alike {
-            for (lane, chain) in chains.into_iter().enumerate() {
-                through_interior(&mut One { lane, rows: &mut *rows }, chain);
-            }
+        if add_alike {
+            let values = |k: usize| {
+                let mut values = Lane::default();
+                for lane in 0..LANES {
+                    values[lane] = chains[lane].d_theta[k];
+                }
+                values
+            };
+            self.add_interiors(first, values, rows);
             return;
         }
-        let mut rows = Rows { simd: self.simd, rows };
-        for (k, (local, entry)) in first.places.iter().enumerate() {
-            let mut values = Lane::default();
-            for lane in 0..LANES {
-                values[lane] = chains[lane].d_theta[k];
-            }
+        for (lane, chain) in chains.into_iter().enumerate() {
+            through_interior(&mut One { lane, rows: &mut *rows }, chain);
+        }
+    }
+
+    /// The same where effects add to the numbers that `chain` has the places of; `values` are the derivatives by place.
+    #[inline(always)]
+    fn add_interiors(&self, chain: &InteriorChain, values: impl Fn(usize) -> Lane, rows: &mut [Vec<Lane>; 2]) {
+        let mut rows = Rows::new(self.simd, rows);
+        for (k, (local, entry)) in chain.places.iter().enumerate() {
             for i in 0..2 {
                 let by_theta = rows.get(i, THETA + local);
-                rows.set(i, THETA + local, by_theta + by_theta.of(values) * rows.get(i, CAMERA + entry));
+                rows.set(i, THETA + local, by_theta + by_theta.of(values(k)) * rows.get(i, CAMERA + entry));
             }
         }
     }
@@ -281,8 +294,10 @@ impl<S: Simd> Rays for Eight<'_, S> {
         let own = self.stages.locals(self.problem, e);
         // Not by mapping the frames: a closure would be called eight times.
         let mut thetas = [&self.frames[0].theta[own.clone()]; LANES];
-        for lane in 1..LANES {
-            thetas[lane] = &self.frames[lane].theta[own.clone()];
+        if !self.stages.alike[e] {
+            for lane in 1..LANES {
+                thetas[lane] = &self.frames[lane].theta[own.clone()];
+            }
         }
         self.problem.effects[e].effect.eval_eight(&self.contexts, input, &thetas, answer)
     }
@@ -291,7 +306,17 @@ impl<S: Simd> Rays for Eight<'_, S> {
 /// Derivatives of eight measurements.
 struct Rows<'a, S> {
     simd: S,
-    rows: &'a mut [Vec<Lane>; 2],
+    rows: [&'a mut [Lane]; 2],
+}
+
+impl<'a, S: Simd> Rows<'a, S> {
+    #[inline(always)]
+    fn new(simd: S, rows: &'a mut [Vec<Lane>; 2]) -> Self {
+        let rows = rows.each_mut().map(|row| row.as_mut_slice());
+        // Asked once, not at each of the many places below it.
+        assert!(rows[0].len() >= THETA && rows[1].len() >= THETA);
+        Self { simd, rows }
+    }
 }
 
 impl<S: Simd> Derivatives for Rows<'_, S> {

@@ -2,9 +2,10 @@
 //! and the values of the effect parameters that hold there.
 
 use super::MeasureError;
+use super::interior_chain::InteriorChain;
 use super::plain::PlainView;
 use crate::camera::{Interior, PARAMETER_COUNT as COUNT};
-use crate::effects::{Context, OutsideDomain, Role, Stage};
+use crate::effects::{Context, OutsideDomain, Role, Scope, Stage};
 use crate::math::lane::{LANES, Lane};
 use crate::math::rotation;
 use crate::problem::{Problem, State};
@@ -25,6 +26,8 @@ pub struct Stages {
     pub local_offset: Vec<usize>,
     /// Length of the local list: all parameters of all effects.
     pub local_len: usize,
+    /// Per effect: whether its parameters have the same values in every image.
+    pub alike: Vec<bool>,
     /// Positions in the local list of the parameters of exposure and ray effects.
     pub ray_locals: Vec<usize>,
     /// Per effect: where its parameters stand in [`Self::ray_locals`].
@@ -37,12 +40,14 @@ impl Stages {
         let mut by_stage: [Vec<usize>; Stage::ALL.len()] = Default::default();
         let mut local_offset = Vec::new();
         let mut local_len = 0;
+        let mut alike = Vec::new();
         for (e, instance) in problem.effects.iter().enumerate() {
             by_stage[instance.effect.descriptor().stage as usize].push(e);
+            alike.push(instance.slots.iter().all(|(scope, _)| *scope == Scope::Global));
             local_offset.push(local_len);
             local_len += instance.slots.len();
         }
-        Self { by_stage, local_offset, local_len, ray_locals: Vec::new(), ray_places: Vec::new() }
+        Self { by_stage, local_offset, local_len, alike, ray_locals: Vec::new(), ray_places: Vec::new() }
             .with_ray_places(problem)
     }
 
@@ -116,39 +121,6 @@ impl Stages {
     }
 }
 
-/// Derivatives of the interior orientation after its effects. The matrices, which few effects have, stand elsewhere: whether they are there is asked
-/// at every measurement.
-#[derive(Debug, Clone)]
-pub struct InteriorChain {
-    /// 12x12, by the camera's interior orientation; `None` where the effects only add to it (identity).
-    pub d_interior: Option<Box<SMatrix<f64, COUNT, COUNT>>>,
-    /// 12x3, by the rotation `w`; `None` where no effect depends on it (zero).
-    pub d_rotation: Option<Box<SMatrix<f64, COUNT, 3>>>,
-    /// Local parameters, and entries of the twelve, that `d_theta` is of: those where it is not zero in any image. Most effects move one or four of
-    /// twelve numbers. Images that are prepared together have it in common.
-    pub places: Arc<[(usize, usize)]>,
-    /// By the local parameters.
-    pub d_theta: Vec<f64>,
-}
-
-impl InteriorChain {
-    /// Derivatives by local parameters: the parameter, the entry, the value.
-    pub fn by_theta(&self) -> impl Iterator<Item = (usize, usize, f64)> {
-        self.places.iter().zip(&self.d_theta).map(|((local, entry), value)| (*local, *entry, *value))
-    }
-
-    /// Takes other places, which have all that are not zero among them.
-    fn at_places(&mut self, places: &Arc<[(usize, usize)]>) {
-        let mut d_theta = vec![0.0; places.len()];
-        for (local, entry, value) in self.by_theta() {
-            if let Ok(k) = places.binary_search(&(local, entry)) {
-                d_theta[k] = value;
-            }
-        }
-        (self.places, self.d_theta) = (places.clone(), d_theta);
-    }
-}
-
 /// One image at a state.
 #[derive(Debug, Clone)]
 pub struct Frame {
@@ -169,9 +141,15 @@ pub struct Frame {
     /// Local list of effect parameters.
     pub theta: Vec<f64>,
     /// The numbers that measurements side by side are given once more, together: first rotation by rows, projection centre and rotation vector, then
-    /// from the third lane on the interior orientation.
+    /// from the third lane on the interior orientation, and what [`Self::adds_few`] says.
     pub numbers: [Lane; 4],
+    /// In all images that are prepared together the interior effects add to the interior orientation, and the derivatives by their parameters, in the
+    /// order of [`InteriorChain::places`], are few enough to stand behind it in [`Self::numbers`].
+    pub adds_few: bool,
 }
+
+/// How many that is.
+const FEW: usize = 2 * LANES - COUNT;
 
 impl Frame {
     /// Prepares image `image`. Errors: an interior effect outside its domain.
@@ -190,6 +168,7 @@ impl Frame {
             interior_chain: None,
             theta,
             numbers: [Lane::default(); 4],
+            adds_few: false,
         };
         if !problem.effects.is_empty() {
             frame.rotation_vector = rotation::log(&rotation);
@@ -212,6 +191,15 @@ impl Frame {
                 lane[..numbers.len()].copy_from_slice(numbers);
             }
         }
+    }
+
+    /// Puts the derivatives of its chain, which are few, behind the interior orientation.
+    fn add_few(&mut self) {
+        let derivatives = self.interior_chain.iter().flat_map(|chain| &chain.d_theta);
+        for (k, value) in (COUNT..).zip(derivatives) {
+            self.numbers[2 + k / LANES][k % LANES] = *value;
+        }
+        self.adds_few = true;
     }
 
     /// `(r, C)`.
@@ -303,5 +291,9 @@ pub fn frames(problem: &Problem, stages: &Stages, state: &State) -> Result<Vec<F
     let all: BTreeSet<(usize, usize)> = chains().flat_map(|chain| chain.places.iter().copied()).collect();
     let all: Arc<[(usize, usize)]> = all.into_iter().collect();
     frames.iter_mut().filter_map(|frame| frame.interior_chain.as_mut()).for_each(|chain| chain.at_places(&all));
+    let adds = |frame: &Frame| frame.interior_chain.as_ref().is_some_and(|chain| chain.adds());
+    if all.len() <= FEW && frames.iter().all(adds) {
+        frames.iter_mut().for_each(Frame::add_few);
+    }
     Ok(frames)
 }

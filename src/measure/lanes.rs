@@ -203,6 +203,12 @@ impl Views {
         &self.interior.as_flattened()[..PARAMETER_COUNT]
     }
 
+    /// Number `k` behind the interior orientation of each, once turned.
+    #[inline(always)]
+    pub fn behind_interior(&self, k: usize) -> Lane {
+        self.interior.as_flattened()[PARAMETER_COUNT + k]
+    }
+
     /// Replaces projection centres and object points, once turned.
     #[inline(always)]
     pub fn set_ray(&mut self, centre: &[Lane; 3], object: &[Lane; 3]) {

@@ -1,6 +1,6 @@
 //! Derivatives through the effects: one text for one measurement and for several side by side.
 
-use super::frame::InteriorChain;
+use super::interior_chain::InteriorChain;
 use super::lanes::{CAMERA, CENTRE, MISCLOSURE, POINT, ROTATION, THETA};
 use super::ray::Ray;
 use crate::camera::PARAMETER_COUNT;
@@ -146,7 +146,7 @@ pub(super) fn through_interior(d: &mut impl Derivatives<Number = f64>, chain: &I
         for (local, entry, value) in chain.by_theta() {
             d.set(i, THETA + local, d.get(i, THETA + local) + value * d.get(i, CAMERA + entry));
         }
-        if chain.d_rotation.is_none() && chain.d_interior.is_none() {
+        if chain.adds() {
             continue;
         }
         let by_interior = SMatrix::<f64, 1, PARAMETER_COUNT>::from_fn(|_, k| d.get(i, CAMERA + k));
