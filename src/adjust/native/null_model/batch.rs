@@ -45,7 +45,7 @@ pub(super) struct Batch {
     pub groups: Vec<Group>,
     /// Sum of squares of each dense column before anything is taken out.
     pub length: Vec<f64>,
-    /// Numbers of the rows of images, those of an image side by side.
+    /// Numbers of the rows, those of an image side by side; those of none at the end.
     by_image: Vec<u32>,
     /// Row and value of the entries of local columns, those of a column side by side.
     by_local: Vec<(u32, f64)>,
@@ -80,7 +80,7 @@ impl Batch {
     pub fn put_in_order(&mut self, local: usize) {
         let Self { rows, by_image, by_local, local_start, locals, .. } = self;
         by_image.clear();
-        by_image.extend((0..rows.len() as u32).filter(|row| rows[*row as usize].rank != NONE));
+        by_image.extend(0..rows.len() as u32);
         by_image.sort_by_key(|row| rows[*row as usize].rank);
         // Counted first: where a column begins is where those before it end.
         local_start.clear();
@@ -109,6 +109,11 @@ impl Batch {
         let first = self.by_image.partition_point(|row| (rank(row) as usize) < ranks.start);
         let end = self.by_image.partition_point(|row| (rank(row) as usize) < ranks.end);
         self.by_image[first..end].chunk_by(move |a, b| rank(a) == rank(b))
+    }
+
+    /// Numbers of the rows of no image.
+    pub fn of_no_image(&self) -> &[u32] {
+        &self.by_image[self.by_image.partition_point(|row| self.rows[*row as usize].rank != NONE)..]
     }
 
     /// Row and value of the entries of a local column.

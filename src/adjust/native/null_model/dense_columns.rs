@@ -1,9 +1,7 @@
 //! Products of the dense columns of batches among each other, added to sums.
 
 use super::batch::Batch;
-use super::products::{LANES, add};
-use crate::adjust::native::structure::NONE;
-use nalgebra::{DMatrix, DVector};
+use super::products::{LANES, add, add_rows};
 use pulp::{Simd, WithSimd};
 use std::array::from_fn;
 
@@ -128,20 +126,36 @@ fn multiply_tile<S: Simd, const C: usize, const N: usize>(
     C
 }
 
-/// Finished rows added to scores and informations over `count` dense columns from `first` on.
+/// Finished rows added to scores and informations over the dense columns from `block`, a register of them, on.
 pub(super) struct Informations<'a> {
     /// What is added.
     pub batches: &'a [Batch],
     /// Number of dense columns.
     pub d: usize,
-    /// The first of those that are asked for, and how many they are.
-    pub columns: (usize, usize),
-    /// Of the image of each rank from `first` on: score, and upper triangle of the information, column by column.
-    pub of_images: &'a mut [(DVector<f64>, DMatrix<f64>)],
+    /// The first register of columns.
+    pub block: usize,
+    /// Sums of the images from `first` on.
+    pub of_images: &'a mut [Information],
     /// See `of_images`.
     pub first: usize,
     /// Rank that rows of no image have.
     pub no_image: usize,
+}
+
+/// Score and information of some columns in the rows of an image.
+#[derive(Clone)]
+pub(super) struct Information {
+    /// `D'v`.
+    pub score: Vec<f64>,
+    /// `D'D`, row by row; of its registers of columns those from the diagonal on.
+    pub information: Vec<f64>,
+}
+
+impl Information {
+    /// Of no row.
+    pub fn zeros(columns: usize) -> Self {
+        Self { score: vec![0.0; columns], information: vec![0.0; columns * columns] }
+    }
 }
 
 impl WithSimd for Informations<'_> {
@@ -149,21 +163,31 @@ impl WithSimd for Informations<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { batches, d, columns: (start, count), of_images, first, no_image } = self;
+        let Self { batches, d, block, of_images, first, no_image } = self;
+        let end = first + of_images.len();
         for batch in batches {
-            for (row, line) in batch.rows.iter().zip(batch.panel.chunks_exact(d)) {
-                let rank = if row.rank == NONE { no_image } else { row.rank as usize };
-                let own = rank.checked_sub(first).and_then(|position| of_images.get_mut(position));
-                let Some((score, information)) = own else { continue };
-                let line = &line[start..start + count];
-                add(score.as_mut_slice(), row.v, line);
-                for (c, column) in information.as_mut_slice().chunks_exact_mut(count.max(1)).enumerate() {
-                    if line[c] != 0.0 {
-                        add(&mut column[..=c], line[c], line);
-                    }
-                }
+            for rows in batch.of_images(first..end.min(no_image)) {
+                let rank = batch.rows[rows[0] as usize].rank as usize;
+                add_information(&mut of_images[rank - first], batch, d, block, rows);
+            }
+            if (first..end).contains(&no_image) {
+                add_information(&mut of_images[no_image - first], batch, d, block, batch.of_no_image());
             }
         }
+    }
+}
+
+/// Adds some rows of a batch.
+#[inline(always)]
+fn add_information(to: &mut Information, batch: &Batch, d: usize, block: usize, rows: &[u32]) {
+    let Information { score, information } = to;
+    let (panel, blocks, width) = ((&batch.panel[..], d), block..d / LANES, score.len());
+    let rows = rows.iter().copied();
+    add_rows::<1>(score, panel, blocks.clone(), 0, rows.clone().map(|row| (row, [batch.rows[row as usize].v])));
+    let (lanes, _) = batch.panel.as_chunks();
+    for (number, lines) in information.chunks_exact_mut(LANES * width).enumerate() {
+        let rows = rows.clone().map(|row| (row, lanes[row as usize * (d / LANES) + block + number]));
+        add_rows::<LANES>(lines, panel, blocks.clone(), number, rows);
     }
 }
 

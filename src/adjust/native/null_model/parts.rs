@@ -1,6 +1,7 @@
 //! Chosen columns projected row by row, and what each image has of their score and information.
 
-use super::dense_columns::Informations;
+use super::dense_columns::{Information, Informations};
+use super::products::LANES;
 use super::source::{Carry, EffectEntry, Source};
 use super::waves::{Task, waves};
 use super::{ColumnPlace, NoColumns, NullModel, ScoreSystem};
@@ -60,23 +61,29 @@ impl NullModel {
         };
         let border = self.structure.border.len();
         let images = self.structure.images;
-        let width = source.dense();
-        let mut by_rank = vec![(DVector::zeros(count), DMatrix::zeros(count, count)); images + 1];
+        // From the register on that the first column is in.
+        let (d, block, skipped) = (source.dense(), border / LANES, border % LANES);
+        let width = d - LANES * block;
+        let mut by_rank = vec![Information::zeros(width); images + 1];
         let done = self.pool.install(|| {
             let size = (images + 1).div_ceil(2 * rayon::current_num_threads()).max(1);
             let tasks = by_rank.chunks_mut(size).enumerate().map(|(task, of_images)| -> Task<'_> {
-                let (columns, first) = ((border, count), task * size);
+                let first = task * size;
                 Box::new(move |batches| {
                     let of_images = &mut *of_images;
-                    dispatch(Informations { batches, d: width, columns, of_images, first, no_image: images });
+                    dispatch(Informations { batches, d, block, of_images, first, no_image: images });
                 })
             });
             waves(&source, tasks.collect())
         });
         done?;
-        by_rank.iter_mut().for_each(|(_, information)| information.fill_lower_triangle_with_upper_triangle());
+        let part = |rank: usize| {
+            let Information { score, information } = &by_rank[rank];
+            let of = |a: usize, b: usize| information[(skipped + a.min(b)) * width + skipped + a.max(b)];
+            (DVector::from_column_slice(&score[skipped..][..count]), DMatrix::from_fn(count, count, of))
+        };
         let ranks = self.structure.rank.iter().map(|rank| *rank as usize).chain([images]);
-        let parts: Vec<_> = ranks.map(|rank| std::mem::take(&mut by_rank[rank])).collect();
+        let parts: Vec<_> = ranks.map(part).collect();
         let information = Arc::make_mut(&mut system.information);
         for (a, to) in dense.iter().enumerate() {
             system.score[*to] = parts.iter().map(|(score, _)| score[a]).sum();

@@ -6,6 +6,7 @@ use super::batch::{Batch, Row, Share};
 use nalgebra::Matrix3;
 use pulp::{Simd, WithSimd};
 use std::array::from_fn;
+use std::ops::Range;
 
 /// Columns that are summed side by side: a register of the widest kind. Rows have a whole number of them.
 pub(super) const LANES: usize = 8;
@@ -81,46 +82,49 @@ impl WithSimd for PointOut<'_> {
     }
 }
 
-/// `lines[k] += sum of a[k] X` over rows `X` of a panel of `d` columns, each with its numbers `a`.
+/// `lines[k] += sum of a[k] X` over rows `X` of a panel of `d` columns, each with its numbers `a`. Lines have the registers of columns that are
+/// `blocks`; the first `skipped` of these stay as they are.
 #[inline(always)]
-fn add_rows<const D: usize>(
+pub(super) fn add_rows<const D: usize>(
     lines: &mut [f64],
-    panel: &[f64],
-    d: usize,
+    (panel, d): (&[f64], usize),
+    blocks: Range<usize>,
+    skipped: usize,
     rows: impl Iterator<Item = (u32, [f64; D])> + Clone,
 ) {
     let (panel, _) = panel.as_chunks::<LANES>();
     let (lines, _) = lines.as_chunks_mut::<LANES>();
-    let blocks = d / LANES;
+    let (of_row, width) = (d / LANES, blocks.len());
+    let mut at = skipped;
     // What is read of a row serves two registers of columns.
-    for block in (0..blocks / 2).map(|pair| 2 * pair) {
-        add_blocks::<D, 2>(lines, panel, blocks, block, rows.clone());
+    while at + 2 <= width {
+        add_blocks::<D, 2>(lines, (width, at), (panel, of_row, blocks.start + at), rows.clone());
+        at += 2;
     }
-    if blocks % 2 == 1 {
-        add_blocks::<D, 1>(lines, panel, blocks, blocks - 1, rows);
+    if at < width {
+        add_blocks::<D, 1>(lines, (width, at), (panel, of_row, blocks.start + at), rows);
     }
 }
 
-/// The same of `B` registers of columns, from `block` on.
+/// The same of `B` registers of columns: from the `at`-th on of the `width` of a line, from `block` on of the `of_row` of a row.
 #[inline(always)]
 fn add_blocks<const D: usize, const B: usize>(
     lines: &mut [[f64; LANES]],
-    panel: &[[f64; LANES]],
-    blocks: usize,
-    block: usize,
+    (width, at): (usize, usize),
+    (panel, of_row, block): (&[[f64; LANES]], usize, usize),
     rows: impl Iterator<Item = (u32, [f64; D])>,
 ) {
     let mut sums = [[[0.0; LANES]; B]; D];
     for (number, a) in rows {
-        let x = &panel[number as usize * blocks + block..][..B];
+        let x = &panel[number as usize * of_row + block..][..B];
         for (sums, a) in sums.iter_mut().zip(a) {
             for (sum, x) in sums.iter_mut().zip(x) {
                 *sum = from_fn(|l| sum[l] + a * x[l]);
             }
         }
     }
-    for (line, sums) in lines.chunks_exact_mut(blocks).zip(&sums) {
-        for (line, sum) in line[block..].iter_mut().zip(sums) {
+    for (line, sums) in lines.chunks_exact_mut(width).zip(&sums) {
+        for (line, sum) in line[at..].iter_mut().zip(sums) {
             *line = from_fn(|l| line[l] + sum[l]);
         }
     }
@@ -151,7 +155,8 @@ impl<const D: usize> WithSimd for ImagesDense<'_, D> {
         for rows in batch.of_images(first..first + lines.len() / size) {
             let own = batch.rows[rows[0] as usize].rank as usize - first;
             let rows = rows.iter().map(|number| (*number, from_fn(|k| batch.rows[*number as usize].image[k])));
-            add_rows::<D>(&mut lines[own * size..(own + 1) * size], &batch.panel, columns, rows);
+            let panel = (&batch.panel[..], columns);
+            add_rows::<D>(&mut lines[own * size..(own + 1) * size], panel, 0..columns / LANES, 0, rows);
         }
     }
 }
@@ -220,7 +225,8 @@ impl WithSimd for LocalLines<'_> {
             if entries.is_empty() {
                 continue;
             }
-            add_rows::<1>(dense, &batch.panel, d, entries.iter().map(|(row, value)| (*row, [*value])));
+            let rows = entries.iter().map(|(row, value)| (*row, [*value]));
+            add_rows::<1>(dense, (&batch.panel, d), 0..d / LANES, 0, rows);
             let local = &mut local[a * width..(a + 1) * width];
             for (number, value) in entries {
                 let row = &batch.rows[*number as usize];

@@ -263,7 +263,7 @@ impl<'a> Filler<'a> {
         let panel = &mut panel[first * dense..end * dense];
         dispatch(Lengths { panel: &*panel, length });
         if let Some(carry) = self.source.carry {
-            take_base_out(self.source, carry, rows, panel, dense);
+            dispatch(BaseOut { source: self.source, carry, rows, panel });
         }
         let start = shares.len();
         if let Some(j) = point {
@@ -323,23 +323,37 @@ impl WithSimd for Linearise<'_, '_> {
 }
 
 /// Takes the base's unknowns out of the dense columns behind its own.
-fn take_base_out(source: &Source<'_>, carry: &Carry, rows: &[Row], panel: &mut [f64], dense: usize) {
-    let (dim, border) = (source.structure.dim, source.structure.border.len());
-    let first_border = source.structure.images * dim;
-    for (row, line) in rows.iter().zip(panel.chunks_exact_mut(dense)) {
-        let (own, columns) = line.split_at_mut(border);
-        let mut take = |unknown: usize, value: f64| {
-            if value != 0.0 {
-                add(columns, value, &carry.moves[unknown * carry.columns..(unknown + 1) * carry.columns]);
+struct BaseOut<'a> {
+    source: &'a Source<'a>,
+    carry: &'a Carry,
+    rows: &'a [Row],
+    /// Their dense columns, row by row.
+    panel: &'a mut [f64],
+}
+
+impl WithSimd for BaseOut<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { source, carry, rows, panel } = self;
+        let (dim, border) = (source.structure.dim, source.structure.border.len());
+        let first_border = source.structure.images * dim;
+        for (row, line) in rows.iter().zip(panel.chunks_exact_mut(source.dense())) {
+            let (own, columns) = line.split_at_mut(border);
+            let mut take = |unknown: usize, value: f64| {
+                if value != 0.0 {
+                    add(columns, value, &carry.moves[unknown * carry.columns..(unknown + 1) * carry.columns]);
+                }
+            };
+            if row.rank != NONE {
+                for k in 0..dim {
+                    take(row.rank as usize * dim + k, row.image[k]);
+                }
             }
-        };
-        if row.rank != NONE {
-            for k in 0..dim {
-                take(row.rank as usize * dim + k, row.image[k]);
+            for (l, value) in own.iter().enumerate() {
+                take(first_border + l, *value);
             }
-        }
-        for (l, value) in own.iter().enumerate() {
-            take(first_border + l, *value);
         }
     }
 }
