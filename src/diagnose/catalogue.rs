@@ -20,7 +20,7 @@ pub fn candidates(
     plugins: &[EffectRef],
     wanted: impl Fn(&Candidate) -> bool,
 ) -> (Vec<(Candidate, Searched)>, Vec<Candidate>) {
-    let Fit { model, problem, solution } = fit;
+    let Fit { model, problem, solution, .. } = fit;
     let (mut tested, mut untested) = (Vec::new(), Vec::new());
     for mut candidate in all(block, problem, model, plugins) {
         let is_in = model.effects.iter().any(|term| term.effect.descriptor().id == candidate.id)

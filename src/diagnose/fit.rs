@@ -2,6 +2,7 @@
 
 use super::pinned;
 use crate::adjust::native::Native;
+use crate::adjust::native::null_model::SharedBase;
 use crate::adjust::{AdjustError, CovarianceOf, Options, Solution, Solver};
 use crate::block::Block;
 use crate::measure::MeasureError;
@@ -20,9 +21,17 @@ pub struct Fit {
     pub problem: Problem,
     /// Its solution.
     pub solution: Solution,
+    /// What its null models have in common.
+    pub null_base: SharedBase,
 }
 
 impl Fit {
+    /// A fit that nothing was asked of yet.
+    pub fn new(model: Model, problem: Problem, solution: Solution) -> Self {
+        Self { model, problem, solution, null_base: SharedBase::default() }
+    }
+
+
     /// `v'Pv`, priors of random values included.
     pub fn chi_square(&self) -> f64 {
         2.0 * self.solution.cost
@@ -73,12 +82,12 @@ pub fn solve(model: &Model, problem: Problem, options: &Options) -> Result<Fit, 
         Err(_) => problem.searched().iter().map(|t| problem.theta[*t].effect).collect(),
     };
     if lost.is_empty() {
-        return Ok(Fit { model: model.clone(), problem, solution: solved? });
+        return Ok(Fit::new(model.clone(), problem, solved?));
     }
     let (held_model, held) = hold_search(model, &problem, &lost);
     match (solve_as_it_is(&held, options), solved) {
-        (Ok(solution), _) => Ok(Fit { model: held_model, problem: held, solution }),
-        (Err(_), solved) => Ok(Fit { model: model.clone(), problem, solution: solved? }),
+        (Ok(solution), _) => Ok(Fit::new(held_model, held, solution)),
+        (Err(_), solved) => Ok(Fit::new(model.clone(), problem, solved?)),
     }
 }
 

@@ -76,7 +76,7 @@ impl Step {
         change: Change,
         why: &str,
     ) -> Result<Self, DiagnoseError> {
-        let Fit { model, problem, solution } = fit;
+        let Fit { model, problem, solution, .. } = fit;
         let comparison = run::compare(block, problem, solution)?;
         Ok(Self {
             change,

@@ -21,6 +21,7 @@ use super::select::{Beside, Event, Nature, Situation, next};
 use super::settings::Settings;
 use super::weights;
 use crate::adjust::native::Native;
+use crate::adjust::native::null_model::SharedBase;
 use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Solver};
 use crate::block::Block;
 use crate::run::distortion_centre;
@@ -376,7 +377,7 @@ impl Improvement {
             Err(_) => return Ok(()),
         };
         distortion_centre::check(&problem, Native.name(), &solution)?;
-        self.fit.solution = solution;
+        (self.fit.solution, self.fit.null_base) = (solution, SharedBase::default());
         self.fit.model = at_solution(&self.fit);
         let Some(Step { change, why, drop, predicted, ln_p, iterations, .. }) = self.steps.pop() else { return Ok(()) };
         self.note(block, change, &why)?;

@@ -115,7 +115,7 @@ pub fn with_candidates(
     settings: &Settings<'_>,
 ) -> Result<Linearised, DiagnoseError> {
     let Questions { tested, untested, extra, clustered, elsewhere } = asked;
-    let Fit { model, problem, solution } = fit;
+    let Fit { model, problem, solution, null_base } = fit;
     let threads = settings.options.threads;
     let terms: Vec<EffectTerm> = tested.iter().filter_map(|(candidate, _)| candidate.term().cloned()).collect();
     let (mut problem, state) = problem.with_effects(block, model.datum, &terms, &solution.state)?;
@@ -141,7 +141,7 @@ pub fn with_candidates(
     least.resize(count, 0.0);
     values.resize(count, 0.0);
     let redundancy = problem.redundancy().2 as f64;
-    let null = NullModel::new(problem, state, columns, threads)?;
+    let null = NullModel::sharing(null_base, problem, state, columns, threads)?;
     let scores = null.test(extra)?;
     let system = at_zero(&scores, &values, &least, null.chi_square(), redundancy);
     let extra_columns = count - (extra.dense() + extra.local())..count;

@@ -16,6 +16,7 @@
 //! projects chosen columns row by row ([`NullModel::parts`]): what is left of a column of which the base takes 99.9 % keeps its digits there,
 //! and the parts of `s` and `M` by image come with it.
 
+mod base;
 mod batch;
 mod columns;
 mod dense_columns;
@@ -29,30 +30,25 @@ mod source;
 mod sums;
 mod waves;
 
+pub use base::SharedBase;
 pub use columns::{Columns, Coordinate, Entries, Measured, NoColumns};
 pub use image_cells::{GROUPINGS, ImageCell, ImageCells};
 pub use measurements::{Local, measurements_at};
 pub use parts::Parts;
 pub use score_system::ScoreSystem;
 
-use super::factor::Factor;
-use super::linearise;
-use super::loss::Curvature;
-use super::pattern::Pattern;
-use super::point::Prepared;
-use super::rank::factor_of_full_rank;
-use super::spare::Spare;
 use super::structure::Structure;
-use super::system::System;
 use super::{frames as frames_of, pool, step, structure as structure_of};
-use crate::adjust::{AdjustError, LinearSolver};
+use crate::adjust::AdjustError;
 use crate::camera::Interior;
 use crate::effects::{Role, Scope};
 use crate::measure::{Frame, Stages};
 use crate::problem::{Problem, State};
 use nalgebra::Vector3;
+use base::Base;
 use rayon::ThreadPool;
 use source::{EffectEntry, Source};
+use std::sync::Arc;
 
 /// Effects of more parameters than this are taken for fields of which a measurement sees a few (splines over the sensor).
 const MOST_DENSE_PARAMETERS: usize = 64;
@@ -65,8 +61,7 @@ pub struct NullModel {
     /// The effects that act at the state.
     acting: Stages,
     frames: Vec<Frame>,
-    system: System,
-    factor: Factor,
+    base: Arc<Base>,
     pool: ThreadPool,
     /// Unknowns (layout) of the columns of effects, in the caller's order.
     columns: Vec<usize>,
@@ -90,24 +85,32 @@ impl NullModel {
     /// # Errors
     /// A singular base; a state that cannot be projected.
     pub fn new(problem: Problem, state: State, columns: Vec<usize>, threads: usize) -> Result<Self, AdjustError> {
+        Self::sharing(&SharedBase::default(), problem, state, columns, threads)
+    }
+
+    /// The same with the base that other null models of one fit have made, where it is of the same unknowns. `state` is the fit's, and `problem`
+    /// differs from its by what is free and by effects that do not act yet.
+    ///
+    /// # Errors
+    /// See [`Self::new`].
+    pub fn sharing(
+        base: &SharedBase,
+        problem: Problem,
+        state: State,
+        columns: Vec<usize>,
+        threads: usize,
+    ) -> Result<Self, AdjustError> {
         let mut structure = structure_of(&problem)?;
         // Candidates at their nominal values change nothing: the base does without them.
         let acting = acting(&problem, &state);
         let acting = structure.stages.only(&problem, |effect| acting[effect]);
-        let all_stages = std::mem::replace(&mut structure.stages, acting.clone());
-        let frames = frames_of(&problem, &structure, &state)?;
-        let at = Prepared { problem: &problem, structure: &structure, state: &state, frames: &frames };
         let pool = pool(threads)?;
-        let system = pool.install(|| linearise::linearise(&at, 0.0, Curvature::Weights, &Spare::default()))?;
-        structure.stages = all_stages;
+        let base = base.of(&problem, &mut structure, &state, &acting, &pool)?;
         let frames = frames_of(&problem, &structure, &state)?;
-        let pattern = Pattern::of(&structure, LinearSolver::Auto);
-        let factor = factor_of_full_rank(&problem, &structure, &system, pattern.as_deref())?;
         let mut model = Self {
             acting,
             frames,
-            system,
-            factor,
+            base,
             pool,
             units: columns.iter().map(|unknown| scale_of(&problem, *unknown)).collect(),
             columns,
@@ -139,7 +142,7 @@ impl NullModel {
 
     /// `v'Pv`.
     pub fn chi_square(&self) -> f64 {
-        self.system.chi_square
+        self.base.system.chi_square
     }
 
     /// Unknown (number of the layout) of a column of an effect.
