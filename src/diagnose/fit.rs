@@ -31,7 +31,6 @@ impl Fit {
         Self { model, problem, solution, null_base: SharedBase::default() }
     }
 
-
     /// `v'Pv`, priors of random values included.
     pub fn chi_square(&self) -> f64 {
         2.0 * self.solution.cost

@@ -50,8 +50,12 @@ impl Neighbours {
                 }
             }
         }
-        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        near.truncate(count);
+        let nearer = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        if count < near.len() {
+            near.select_nth_unstable_by(count, nearer);
+            near.truncate(count);
+        }
+        near.sort_unstable_by(nearer);
         near.into_iter().map(|(_, member)| member as usize)
     }
 }

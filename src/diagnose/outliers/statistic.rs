@@ -25,6 +25,11 @@ pub(super) struct Weight {
 impl Weight {
     /// `None` where no direction has redundancy.
     pub(super) fn of(redundancy: Matrix2<f64>) -> Option<Self> {
+        // Most have redundancy in all directions: the lesser eigenvalue tells.
+        let (half, apart) = (0.5 * redundancy.trace(), 0.5 * (redundancy[(0, 0)] - redundancy[(1, 1)]));
+        if half - apart.hypot(redundancy[(0, 1)]) > SMALLEST_REDUNDANCY {
+            return redundancy.try_inverse().map(|inverse| Self { inverse, dof: 2.0 });
+        }
         let eigen = redundancy.symmetric_eigen();
         let mut weight = Self { inverse: Matrix2::zeros(), dof: 0.0 };
         for k in (0..2).filter(|k| eigen.eigenvalues[*k] > SMALLEST_REDUNDANCY) {
@@ -73,6 +78,16 @@ mod tests {
         let verdict = one.verdict(Vector2::new(3.0, 100.0));
         assert!((verdict.statistic - 18.0).abs() < 1e-12 && verdict.dof == 1.0);
         assert!(Weight::of(Matrix2::zeros()).is_none());
+    }
+
+    #[test]
+    fn with_redundancy_in_all_directions_it_is_that_of_the_inverse() {
+        let redundancy = Matrix2::new(0.5, 0.2, 0.2, 0.3);
+        let verdict = Weight::of(redundancy).expect("two directions").verdict(Vector2::new(1.0, -2.0));
+        // By hand: (1, -2) adj(R) (1, -2)' / det R.
+        assert!(
+            (verdict.statistic - (0.3 + 4.0 * 0.2 + 4.0 * 0.5) / (0.15 - 0.04)).abs() < 1e-12 && verdict.dof == 2.0
+        );
     }
 
     #[test]

@@ -102,7 +102,8 @@ fn best_places(search: &Scan<'_>, null: &NullModel) -> Result<Vec<(Candidate, Se
     let worth_it = best.iter().flatten().filter(worth_refining).map(|(_, shape)| *shape);
     let (mut shapes, mut about) = (Vec::new(), worth_it.collect::<Vec<Shape>>());
     for refinement in REFINEMENTS {
-        about = null.pool().install(|| about.par_iter().flat_map_iter(|shape| grid.finer(*shape, refinement)).collect());
+        about =
+            null.pool().install(|| about.par_iter().flat_map_iter(|shape| grid.finer(*shape, refinement)).collect());
         shapes.extend_from_slice(&about);
     }
     if !shapes.is_empty() {

@@ -46,13 +46,10 @@ struct Rows<'a> {
 
 impl<'a> Rows<'a> {
     fn new(context: &'a Context<'a>) -> Self {
-        let row = |k: usize| context.measurements[k].predicted[1];
-        let mut order: Vec<u32> = (0..context.measurements.len() as u32).collect();
-        order.par_sort_unstable_by(|a, b| {
-            let (own, other) = (*a as usize, *b as usize);
-            let by_image = context.image(own).cmp(&context.image(other));
-            by_image.then(row(own).total_cmp(&row(other))).then(a.cmp(b))
-        });
+        let place = |k: usize| (context.image(k), context.measurements[k].predicted[1], k as u32);
+        let mut places: Vec<(usize, f64, u32)> = (0..context.measurements.len()).map(place).collect();
+        places.par_sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+        let order: Vec<u32> = places.into_iter().map(|(.., k)| k).collect();
         let mut position = vec![0; order.len()];
         for (place, k) in order.iter().enumerate() {
             position[*k as usize] = place as u32;
@@ -106,15 +103,16 @@ impl<'a> Products<'a> {
                 let weight = observations[k].inverse_sigma * observations[other].inverse_sigma;
                 let expected = -variance * (pulled * moved(context, other).transpose()).trace();
                 let product = (a[0] * b[0] + a[1] * b[1]) * weight - expected;
-                (owner[k].min(owner[other]), owner[k].max(owner[other]), [k as u32, other as u32], product)
+                let (first, second) = (owner[k].min(owner[other]), owner[k].max(owner[other]));
+                (joined(first, second), joined(k as u32, other as u32), product)
             })
         };
-        let mut pairs: Vec<(u32, u32, [u32; 2], f64)> =
-            (0..observations.len()).into_par_iter().flat_map_iter(of_one).collect();
+        // Of two points, then of two of their measurements.
+        let mut pairs: Vec<(u64, u64, f64)> = (0..observations.len()).into_par_iter().flat_map_iter(of_one).collect();
         // No two keys are the same: there is but one order.
-        pairs.par_sort_unstable_by_key(|pair| (pair.0, pair.1, pair.2));
+        pairs.par_sort_unstable_by_key(|pair| (pair.0, pair.1));
         let mut sum = Sum { products: pairs.len(), ..Sum::default() };
-        for pair in pairs.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        for pair in pairs.chunk_by(|a, b| a.0 == b.0) {
             let part: f64 = pair.iter().map(|(.., product)| product).sum();
             sum.sum += part;
             sum.squares += part * part;
@@ -122,6 +120,11 @@ impl<'a> Products<'a> {
         }
         sum
     }
+}
+
+/// Two numbers as one that is in their order.
+fn joined(first: u32, second: u32) -> u64 {
+    u64::from(first) << u32::BITS | u64::from(second)
 }
 
 /// How the pose of its own image moves a measurement once the point has followed.

@@ -1,15 +1,15 @@
 //! What null models of one fit take for granted: linearised and factorised once.
 
-use super::super::factor::Factor;
-use super::super::loss::Curvature;
-use super::super::pattern::Pattern;
-use super::super::point::Prepared;
-use super::super::rank::factor_of_full_rank;
-use super::super::spare::Spare;
-use super::super::structure::Structure;
-use super::super::system::System;
-use super::super::{frames, linearise};
+use crate::adjust::native::factor::Factor;
 use crate::adjust::native::in_order::locked;
+use crate::adjust::native::loss::Curvature;
+use crate::adjust::native::pattern::Pattern;
+use crate::adjust::native::point::Prepared;
+use crate::adjust::native::rank::factor_of_full_rank;
+use crate::adjust::native::spare::Spare;
+use crate::adjust::native::structure::Structure;
+use crate::adjust::native::system::System;
+use crate::adjust::native::{frames, linearise};
 use crate::adjust::{AdjustError, LinearSolver};
 use crate::measure::Stages;
 use crate::problem::{Problem, State};
