@@ -79,7 +79,8 @@ impl Improvement {
             steps: Vec::new(),
             confirmations: Vec::new(),
             fit: base.clone(),
-            base,
+            // It is kept to be described: what it takes for granted need not be kept with it.
+            base: Fit { null_base: SharedBase::default(), ..base },
             heldout_px,
             added,
             parts,

@@ -29,6 +29,10 @@ impl NullModel {
         let is_dense = |c: &usize| matches!(self.places[*c], ColumnPlace::Dense(_));
         let dense: Vec<usize> = columns.iter().copied().filter(is_dense).collect();
         let count = dense.len();
+        if count == 0 {
+            let nothing = (DVector::zeros(0), DMatrix::zeros(0, 0));
+            return Ok(Parts { columns: dense, parts: vec![nothing; self.structure.images + 1] });
+        }
         let unknowns = system.moves.nrows();
         let mut moves = vec![0.0; unknowns * count];
         for (position, c) in dense.iter().enumerate() {
