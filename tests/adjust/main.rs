@@ -10,6 +10,7 @@ mod dike;
 mod found_again;
 mod moved;
 mod noisy;
+mod null_model;
 mod reduced;
 mod singular;
 mod threads;

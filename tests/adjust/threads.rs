@@ -1,9 +1,10 @@
 //! The number of threads, and the width of the vector registers, change how long it takes, not what comes out.
 
 use crate::common::{effect, preset, solve_both_with};
+use crate::null_model::null_model;
 use misclosure::adjust::ceres::Ceres;
 use misclosure::adjust::native::Native;
-use misclosure::adjust::native::null_model::{NoColumns, NullModel, Parts};
+use misclosure::adjust::native::null_model::{NoColumns, Parts};
 use misclosure::adjust::{Options, Solution, Solver};
 use misclosure::block::Block;
 use misclosure::math::vectors::{Vectors, use_vectors};
@@ -93,19 +94,7 @@ fn native_gives_the_same_bits_in_registers_of_any_width() {
     }
 }
 
-/// A null model asked about values per image and coefficients that all images share.
-fn null_model(block: &Block, threads: usize) -> NullModel {
-    let effects = vec![effect("focal-image"), effect("radial-high"), effect("decentring-high")];
-    let mut problem = Problem::new(block, &Model { effects, ..Model::default() }).expect("a problem");
-    for entry in &mut problem.theta {
-        (entry.free, entry.prior_sigma) = (false, None);
-    }
-    let columns = (0..problem.theta.len()).map(|t| problem.layout().theta(t)).collect();
-    let state = problem.start.clone();
-    NullModel::new(problem, state, columns, threads).expect("a null model")
-}
-
-/// Every bit of what it says, by image too.
+/// Every bit of what a null model says, by image too.
 fn score_bits(block: &Block, threads: usize) -> Vec<u64> {
     let null = null_model(block, threads);
     let mut scores = null.test(&NoColumns).expect("scores");
@@ -116,35 +105,6 @@ fn score_bits(block: &Block, threads: usize) -> Vec<u64> {
     let Parts { parts, .. } = null.parts(&mut scores, &columns).expect("parts");
     let by_image = parts.iter().flat_map(|(score, information)| score.iter().chain(information.iter()));
     by_pass.iter().chain(by_image).map(|number| number.to_bits()).collect()
-}
-
-/// The second pass takes the base out row by row, the first out of the sums.
-#[test]
-fn parts_of_images_sum_to_what_the_null_model_says() {
-    let mut block = preset("dike", &[("points", 900.0), ("check", 10.0)], 33).block;
-    add_noise(&mut block, 0.3, 34).expect("noise");
-    let null = null_model(&block, 1);
-    let scores = null.test(&NoColumns).expect("scores");
-    let mut refined = scores.clone();
-    let all: Vec<usize> = (0..scores.score.len()).collect();
-    let Parts { columns, parts } = null.parts(&mut refined, &all).expect("parts");
-    assert_eq!(parts.len(), block.images.len() + 1, "those of no image are the last");
-    assert!(columns.len() > 1 && columns.len() < all.len(), "values per image are not projected");
-    for (a, one) in columns.iter().enumerate() {
-        let sum: f64 = parts.iter().map(|(score, _)| score[a]).sum();
-        assert_eq!(sum, refined.score[*one]);
-        let size = scores.information[(*one, *one)].sqrt();
-        assert!((sum - scores.score[*one]).abs() < 1e-6 * size, "score of {one}: {sum} for {}", scores.score[*one]);
-        for (b, other) in columns.iter().enumerate() {
-            let sum: f64 = parts.iter().map(|(_, information)| information[(a, b)]).sum();
-            let size = size * scores.information[(*other, *other)].sqrt();
-            let first = scores.information[(*one, *other)];
-            assert!((sum - first).abs() < 1e-6 * size, "information of {one} with {other}: {sum} for {first}");
-        }
-    }
-    let per_image: Vec<usize> = all.iter().copied().filter(|column| !columns.contains(column)).collect();
-    let Parts { columns, parts } = null.parts(&mut refined, &per_image).expect("nothing is projected");
-    assert!(columns.is_empty() && parts.len() == block.images.len() + 1);
 }
 
 #[test]

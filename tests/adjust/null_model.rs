@@ -1,0 +1,78 @@
+//! What a null model says twice, it says the same.
+
+use crate::common::{effect, preset};
+use misclosure::adjust::native::null_model::{NoColumns, NullModel, Parts, SharedBase};
+use misclosure::block::Block;
+use misclosure::camera::K3;
+use misclosure::model::Model;
+use misclosure::problem::Problem;
+use misclosure::scenario::add_noise;
+
+/// The two passes of a null model round apart: the first takes of a column what the base absorbs, up to all but a thousandth, as a difference of sums.
+const PASSES: f64 = 1e-6;
+
+fn block() -> Block {
+    let mut block = preset("dike", &[("points", 900.0), ("check", 10.0)], 33).block;
+    add_noise(&mut block, 0.3, 34).expect("noise");
+    block
+}
+
+/// A null model asked about values per image and coefficients that all images share.
+pub fn null_model(block: &Block, threads: usize) -> NullModel {
+    null_model_sharing(&SharedBase::default(), block, true, threads)
+}
+
+/// The same on a base that is at hand; of the camera k3 is free in the base or not.
+fn null_model_sharing(base: &SharedBase, block: &Block, free_k3: bool, threads: usize) -> NullModel {
+    let effects = vec![effect("focal-image"), effect("radial-high"), effect("decentring-high")];
+    let mut problem = Problem::new(block, &Model { effects, ..Model::default() }).expect("a problem");
+    for entry in &mut problem.theta {
+        (entry.free, entry.prior_sigma) = (false, None);
+    }
+    problem.camera_free[0][K3] &= free_k3;
+    let columns = (0..problem.theta.len()).map(|t| problem.layout().theta(t)).collect();
+    let state = problem.start.clone();
+    NullModel::sharing(base, problem, state, columns, threads).expect("a null model")
+}
+
+#[test]
+fn null_models_share_a_base_of_the_same_unknowns_and_no_other() {
+    let block = block();
+    let score = |base: &SharedBase, free_k3| {
+        null_model_sharing(base, &block, free_k3, 1).test(&NoColumns).expect("scores").score
+    };
+    let [free, held] = [true, false].map(|free_k3| score(&SharedBase::default(), free_k3));
+    assert!(free != held, "the base is another");
+    let shared = SharedBase::default();
+    for (free_k3, alone) in [(true, &free), (true, &free), (false, &held), (true, &free)] {
+        assert!(score(&shared, free_k3) == *alone, "k3 free: {free_k3}");
+    }
+}
+
+/// The second pass takes the base out row by row, the first out of the sums.
+#[test]
+fn parts_of_images_sum_to_what_the_null_model_says() {
+    let block = block();
+    let null = null_model(&block, 1);
+    let scores = null.test(&NoColumns).expect("scores");
+    let mut refined = scores.clone();
+    let all: Vec<usize> = (0..scores.score.len()).collect();
+    let Parts { columns, parts } = null.parts(&mut refined, &all).expect("parts");
+    assert_eq!(parts.len(), block.images.len() + 1, "those of no image are the last");
+    assert!(columns.len() > 1 && columns.len() < all.len(), "values per image are not projected");
+    for (a, one) in columns.iter().enumerate() {
+        let sum: f64 = parts.iter().map(|(score, _)| score[a]).sum();
+        assert_eq!(sum, refined.score[*one]);
+        let size = scores.information[(*one, *one)].sqrt();
+        assert!((sum - scores.score[*one]).abs() < PASSES * size, "score of {one}: {sum} for {}", scores.score[*one]);
+        for (b, other) in columns.iter().enumerate() {
+            let sum: f64 = parts.iter().map(|(_, information)| information[(a, b)]).sum();
+            let size = size * scores.information[(*other, *other)].sqrt();
+            let first = scores.information[(*one, *other)];
+            assert!((sum - first).abs() < PASSES * size, "information of {one} with {other}: {sum} for {first}");
+        }
+    }
+    let per_image: Vec<usize> = all.iter().copied().filter(|column| !columns.contains(column)).collect();
+    let Parts { columns, parts } = null.parts(&mut refined, &per_image).expect("nothing is projected");
+    assert!(columns.is_empty() && parts.len() == block.images.len() + 1);
+}
