@@ -17,8 +17,10 @@
 //! Worked numbers, sensor 5000 x 3000: ax_1_0 = 0.5 moves the centre (2500, 1500) by (0.5, 0); by_0_1 = 0.25 moves
 //! (100, 3000) by (0, 0.25).
 
-use super::common::{IMAGE_COLUMNS, estimated, hand_on, known};
-use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use super::common::{estimated, known};
+use super::formula::{Formula, Given, OBSERVED, Sum};
+use super::{Context, Descriptor, Kind, OutsideDomain, Scope, Stage};
+use crate::math::Several;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
@@ -51,53 +53,58 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     source: "Tang, Fritsch, Cramer 2012".into(),
 });
 
-impl Effect for ImageFourier {
-    fn descriptor(&self) -> &Descriptor {
+impl Formula for ImageFourier {
+    const STAGE: Stage = Stage::Image;
+
+    fn descriptor() -> &'static Descriptor {
         &DESCRIPTOR
     }
 
-    fn eval(
-        &self,
-        context: &Context<'_>,
-        input: &[f64],
-        theta: &[f64],
-        out: &mut [f64],
-        d_input: Option<&mut [f64]>,
-        d_theta: Option<&mut [f64]>,
-    ) -> Result<(), OutsideDomain> {
-        let (width, height) = (known(context.image.width_px)?, known(context.image.height_px)?);
-        let (u, v) = (PI * (input[0] / width - 0.5), PI * (input[1] / height - 0.5));
-        hand_on(Stage::Image, input, out);
-        let mut slopes = [[0.0; 2]; 2];
-        let mut columns = [0.0; PER_COMPONENT];
-        for (i, (m, n)) in ORDERS.into_iter().enumerate() {
-            let (m, n) = (f64::from(m), f64::from(n));
-            let (sin, cos) = (m * u + n * v).sin_cos();
-            columns[2 * i] = cos;
-            columns[2 * i + 1] = sin;
-            for axis in 0..2 {
-                let [a, b] = [0, 1].map(|k| theta[axis * PER_COMPONENT + 2 * i + k]);
-                out[axis] += a * cos + b * sin;
-                let by_phase = b * cos - a * sin;
-                slopes[axis][0] += by_phase * m * PI / width;
-                slopes[axis][1] += by_phase * n * PI / height;
-            }
-        }
-        if let Some(matrix) = d_input {
-            fill_identity(Stage::Image, matrix);
-            for axis in 0..2 {
-                matrix[axis * IMAGE_COLUMNS] += slopes[axis][0];
-                matrix[axis * IMAGE_COLUMNS + 1] += slopes[axis][1];
-            }
-        }
-        if let Some(matrix) = d_theta {
-            matrix.fill(0.0);
-            for axis in 0..2 {
-                matrix[axis * 3 * PER_COMPONENT..][..PER_COMPONENT].copy_from_slice(&columns);
-            }
-        }
-        Ok(())
+    #[inline(always)]
+    fn observe(context: &Context<'_>) -> Result<[f64; OBSERVED], OutsideDomain> {
+        Ok([known(context.image.width_px)?, known(context.image.height_px)?, 0.0, 0.0])
     }
+
+    /// Holds on every sensor.
+    #[inline(always)]
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+        let (half, pi) = (given.constant(0.5), given.constant(PI));
+        let slope = [pi / given.observed(0), pi / given.observed(1)];
+        let u = multiples(pi * (given.input(0) / given.observed(0) - half));
+        let v = multiples(pi * (given.input(1) / given.observed(1) - half));
+        let nothing = given.constant(0.0);
+        let (mut moved, mut slopes) = ([nothing; 2], [[nothing; 2]; 2]);
+        for (i, (m, n)) in ORDERS.into_iter().enumerate() {
+            let ((sin_u, cos_u), (sin_v, cos_v)) = (u[m as usize], v[n.unsigned_abs() as usize]);
+            let sin_v = if n < 0 { -sin_v } else { sin_v };
+            let (sin, cos) = (sin_u * cos_v + cos_u * sin_v, cos_u * cos_v - sin_u * sin_v);
+            for axis in 0..2 {
+                let first = axis * PER_COMPONENT + 2 * i;
+                let (a, b) = (given.theta(first), given.theta(first + 1));
+                moved[axis] = moved[axis] + a * cos + b * sin;
+                let by_phase = b * cos - a * sin;
+                slopes[axis][0] = slopes[axis][0] + by_phase * f64::from(m);
+                slopes[axis][1] = slopes[axis][1] + by_phase * f64::from(n);
+                answer.by_theta(axis, first, cos);
+                answer.by_theta(axis, first + 1, sin);
+            }
+        }
+        for axis in 0..2 {
+            answer.out(axis, moved[axis]);
+            if answer.wants_input() {
+                answer.by_input(axis, 0, slopes[axis][0] * slope[0]);
+                answer.by_input(axis, 1, slopes[axis][1] * slope[1]);
+            }
+        }
+        given.constant(1.0)
+    }
+}
+
+/// Sine and cosine of nothing, of an angle, and of twice it.
+#[inline(always)]
+fn multiples<T: Several>(angle: T) -> [(T, T); 3] {
+    let (sin, cos) = angle.sin_cos();
+    [(angle.like(0.0), angle.like(1.0)), (sin, cos), (sin * cos * 2.0, cos * cos - sin * sin)]
 }
 
 #[cfg(test)]

@@ -23,7 +23,9 @@
 //! by (1, 0).
 
 use super::common::{IMAGE_COLUMNS, estimated, given, hand_on, known};
+use super::formula::{Answer, Inputs};
 use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity, spline};
+use crate::math::lane::{LANES, Lane};
 use std::sync::LazyLock;
 
 /// Coefficients along x, per component.
@@ -74,30 +76,13 @@ impl Effect for ImageGrid {
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        let size = [known(context.image.width_px)?, known(context.image.height_px)?];
-        let along = GridPlace::of(input[0], size[0], theta[2 * NODES], theta[2 * NODES + 2], ACROSS)?;
-        let down = GridPlace::of(input[1], size[1], theta[2 * NODES + 1], theta[2 * NODES + 2], DOWN)?;
+        let cell = Cell::of(context, [input[0], input[1]], theta)?;
         hand_on(Stage::Image, input, out);
-        let columns = theta.len();
         let mut slopes = [[0.0; 2]; 2];
-        let mut matrix = d_theta;
-        if let Some(matrix) = matrix.as_deref_mut() {
-            matrix.fill(0.0);
-        }
-        for (i, a) in along.functions() {
-            for (j, b) in down.functions() {
-                let weight = along.weights[a] * down.weights[b];
-                for axis in 0..2 {
-                    let node = axis * NODES + i * DOWN + j;
-                    out[axis] += theta[node] * weight;
-                    slopes[axis][0] += theta[node] * along.slopes[a] * down.weights[b];
-                    slopes[axis][1] += theta[node] * along.weights[a] * down.slopes[b];
-                    if let Some(matrix) = matrix.as_deref_mut() {
-                        matrix[axis * columns + node] = weight;
-                    }
-                }
-            }
-        }
+        cell.add(theta, |axis, moved, by_input| {
+            out[axis] += moved;
+            slopes[axis] = [0, 1].map(|k| slopes[axis][k] + by_input[k]);
+        });
         if let Some(matrix) = d_input {
             fill_identity(Stage::Image, matrix);
             for axis in 0..2 {
@@ -105,7 +90,99 @@ impl Effect for ImageGrid {
                 matrix[axis * IMAGE_COLUMNS + 1] += slopes[axis][1];
             }
         }
+        if let Some(matrix) = d_theta {
+            matrix.fill(0.0);
+            cell.weights(|node, weight| {
+                for axis in 0..2 {
+                    matrix[axis * (theta.len() + NODES) + node] = weight;
+                }
+            });
+        }
         Ok(())
+    }
+
+    /// Of the many parameters each sees a few: what is theirs is written where it belongs, measurement by measurement.
+    fn eval_eight(
+        &self,
+        contexts: &[Context<'_>; LANES],
+        input: &[Lane],
+        thetas: &[&[f64]; LANES],
+        answer: Answer<'_, Lane>,
+    ) -> Result<Inputs, usize> {
+        let Answer { out, d_input, mut d_theta } = answer;
+        out.copy_from_slice(&input[..2]);
+        if let Some(matrix) = &mut d_theta {
+            matrix.fill(Lane::default());
+        }
+        let mut slopes = [[Lane::default(); 2]; 2];
+        for (lane, theta) in thetas.iter().enumerate() {
+            let cell = Cell::of(&contexts[lane], [input[0][lane], input[1][lane]], theta).map_err(|_| lane)?;
+            if theta[..2 * NODES].iter().any(|coefficient| *coefficient != 0.0) {
+                cell.add(theta, |axis, moved, by_input| {
+                    out[axis][lane] += moved;
+                    (0..2).for_each(|k| slopes[axis][k][lane] += by_input[k]);
+                });
+            }
+            if let Some(matrix) = &mut d_theta {
+                cell.weights(|node, weight| {
+                    for axis in 0..2 {
+                        matrix[axis * (theta.len() + NODES) + node][lane] = weight;
+                    }
+                });
+            }
+        }
+        let mut inputs = Inputs::NONE;
+        let Some(matrix) = d_input.filter(|_| slopes != [[Lane::default(); 2]; 2]) else { return Ok(inputs) };
+        for k in 0..2 {
+            inputs.insert(k);
+            for axis in 0..2 {
+                let identity = if axis == k { 1.0 } else { 0.0 };
+                matrix[axis * IMAGE_COLUMNS + k] = Lane(slopes[axis][k].map(|slope| identity + slope));
+            }
+        }
+        Ok(inputs)
+    }
+}
+
+/// Where an image point stands in the grid.
+struct Cell {
+    along: GridPlace,
+    down: GridPlace,
+}
+
+impl Cell {
+    fn of(context: &Context<'_>, point: [f64; 2], theta: &[f64]) -> Result<Self, OutsideDomain> {
+        let size = [known(context.image.width_px)?, known(context.image.height_px)?];
+        let [centre_x, centre_y, cell] = [theta[2 * NODES], theta[2 * NODES + 1], theta[2 * NODES + 2]];
+        let along = GridPlace::of(point[0], size[0], centre_x, cell, ACROSS)?;
+        Ok(Self { along, down: GridPlace::of(point[1], size[1], centre_y, cell, DOWN)? })
+    }
+
+    /// Gives what each coefficient moves an axis by, and what that changes by with the point.
+    fn add(&self, theta: &[f64], mut sum: impl FnMut(usize, f64, [f64; 2])) {
+        let Self { along, down } = self;
+        for (i, a) in along.functions() {
+            for (j, b) in down.functions() {
+                let by_point = [along.slopes[a] * down.weights[b], along.weights[a] * down.slopes[b]];
+                for axis in 0..2 {
+                    let coefficient = theta[axis * NODES + i * DOWN + j];
+                    sum(
+                        axis,
+                        coefficient * (along.weights[a] * down.weights[b]),
+                        by_point.map(|slope| coefficient * slope),
+                    );
+                }
+            }
+        }
+    }
+
+    /// Gives the coefficients of a component that the point sees, and their weights.
+    fn weights(&self, mut take: impl FnMut(usize, f64)) {
+        for (i, a) in self.along.functions() {
+            for (j, b) in self.down.functions() {
+                take(i * DOWN + j, self.along.weights[a] * self.down.weights[b]);
+            }
+        }
     }
 }
 

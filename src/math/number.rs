@@ -49,6 +49,9 @@ pub trait Several: Number {
     /// Its exponential.
     fn exp(self) -> Self;
 
+    /// Its sine and its cosine.
+    fn sin_cos(self) -> (Self, Self);
+
     /// Zero where it is zero, one elsewhere.
     fn not_zero(self) -> Self;
 
@@ -90,6 +93,11 @@ impl Several for f64 {
     #[inline(always)]
     fn exp(self) -> f64 {
         f64::exp(self)
+    }
+
+    #[inline(always)]
+    fn sin_cos(self) -> (f64, f64) {
+        f64::sin_cos(self)
     }
 
     #[inline(always)]

@@ -115,6 +115,16 @@ impl<S: Simd> Several for Wide<S> {
         self
     }
 
+    /// One by one, as [`Self::exp`].
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let (mut sine, mut cosine) = (self, self);
+        for (sine, cosine) in sine.lane.iter_mut().zip(cosine.lane.iter_mut()) {
+            (*sine, *cosine) = sine.sin_cos();
+        }
+        (sine, cosine)
+    }
+
     #[inline(always)]
     fn not_zero(mut self) -> Self {
         self.lane.iter_mut().for_each(|value| *value = if *value == 0.0 { 0.0 } else { 1.0 });
