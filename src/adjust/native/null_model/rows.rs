@@ -140,7 +140,11 @@ impl<'a> Filler<'a> {
         let mut finish_until = |filler: &mut Self, end: usize| -> Result<(), AdjustError> {
             while point < end {
                 filler.control(point)?;
-                filler.finish(first, Some(point))?;
+                if filler.is_asked(first) {
+                    filler.finish(first, Some(point))?;
+                } else {
+                    filler.forget(first);
+                }
                 (point, first) = (point + 1, filler.batch.rows.len());
             }
             Ok(())
@@ -252,6 +256,20 @@ impl<'a> Filler<'a> {
         self.fill_effects(first, image, &weights, derivative);
         self.position(first, &weights, |i| Coordinate::Gnss(g, i));
         self.finish(first, None)
+    }
+
+    /// Is there a column with entries in the rows from `first` on? Dense ones have them everywhere.
+    fn is_asked(&self, first: usize) -> bool {
+        let Source { effect_columns, extra, .. } = self.source;
+        effect_columns[0] + extra.dense() > 0 || self.batch.rows[first..].iter().any(|row| !row.locals.is_empty())
+    }
+
+    /// Lets go of the rows from `first` on.
+    fn forget(&mut self, first: usize) {
+        let dense = self.source.dense();
+        let Batch { rows, panel, .. } = &mut self.batch;
+        panel[first * dense..rows.len() * dense].fill(0.0);
+        rows.truncate(first);
     }
 
     /// Takes the base (where asked for) and the point out of the rows from `first` on.
