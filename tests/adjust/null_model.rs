@@ -49,6 +49,33 @@ fn null_models_share_a_base_of_the_same_unknowns_and_no_other() {
     }
 }
 
+/// Of two families there are no products; whatever else there is has the same bits.
+#[test]
+fn families_are_asked_apart_from_each_other() {
+    let block = block();
+    let null = null_model(&block, 1);
+    let together = null.test(&NoColumns).expect("scores");
+    let last = together.score.len();
+    // Local columns with a dense one, dense ones alone, and a column that goes with all.
+    for families in [vec![0..3, 3..last - 1], vec![1..last - 2, last - 2..last], vec![0..last - 2]] {
+        let apart = null.test_apart(&NoColumns, &families).expect("scores");
+        assert!(apart.score == together.score && apart.squares == together.squares);
+        let of = |column: usize| families.iter().position(|family| family.contains(&column));
+        let mut products = 0;
+        for (a, b) in (0..last).flat_map(|a| (0..last).map(move |b| (a, b))) {
+            let value = apart.information[(a, b)];
+            match (of(a), of(b)) {
+                (Some(one), Some(other)) if one != other => assert!(value.is_nan(), "{a} with {b} is {value}"),
+                _ => {
+                    products += 1;
+                    assert_eq!(value, together.information[(a, b)], "{a} with {b}");
+                }
+            }
+        }
+        assert!(products > last, "not the diagonal alone");
+    }
+}
+
 /// The second pass takes the base out row by row, the first out of the sums.
 #[test]
 fn parts_of_images_sum_to_what_the_null_model_says() {

@@ -13,6 +13,9 @@ use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+/// Laws of more columns are fields, of which no part by image is asked: each would have thousands of numbers.
+const MOST_COLUMNS: usize = 64;
+
 impl Linearised {
     /// Design effects, which make a p-value larger and never smaller: of what would be significant without, and of what is in.
     pub(super) fn widen(&mut self, laws: bool, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
@@ -28,7 +31,8 @@ impl Linearised {
         };
         let values = (laws || self.extra_columns.is_empty()) && !wanted(Nature::Chance).is_empty();
         let laws = if laws { wanted(Nature::Law) } else { Vec::new() };
-        let columns: Vec<usize> = laws.into_iter().flat_map(|set| self.sets[set].columns.iter().copied()).collect();
+        let own = laws.into_iter().map(|set| &self.sets[set].columns).filter(|columns| columns.len() <= MOST_COLUMNS);
+        let columns: Vec<usize> = own.flatten().copied().collect();
         if values {
             self.design_effects =
                 design_effects(&self.null, &self.sets, self.null.chi_square() / self.system.redundancy)?;

@@ -25,6 +25,7 @@ use limits::{least_information, plausible_values};
 use nalgebra::{DMatrix, DVector};
 use sets::Laid;
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// A fit with everything that is asked of it.
 pub struct Linearised {
@@ -50,9 +51,9 @@ pub struct Linearised {
     clustered: Vec<Option<usize>>,
     design_effects: Vec<f64>,
     /// Effects of the null model's problem whose values are those of the fit or of a set: first and last of what is in.
-    in_effects: std::ops::Range<usize>,
+    in_effects: Range<usize>,
     /// Further columns, behind those of the sets.
-    pub extra_columns: std::ops::Range<usize>,
+    pub extra_columns: Range<usize>,
     elsewhere: usize,
 }
 
@@ -142,7 +143,8 @@ pub fn with_candidates(
     values.resize(count, 0.0);
     let redundancy = problem.redundancy().2 as f64;
     let null = NullModel::sharing(null_base, problem, state, columns, threads)?;
-    let scores = null.test(extra)?;
+    let apart = if extra.families().is_empty() { Vec::new() } else { apart(&sets[taken.len()..]) };
+    let scores = null.test_apart(extra, &apart)?;
     let system = at_zero(&scores, &values, &least, null.chi_square(), redundancy);
     let extra_columns = count - (extra.dense() + extra.local())..count;
     let mut linearised = Linearised {
@@ -167,10 +169,20 @@ pub fn with_candidates(
     Ok(linearised)
 }
 
+/// Candidates by their columns, the variants of one together: nothing is asked of two of them at once.
+fn apart(asked: &[Set]) -> Vec<Range<usize>> {
+    let columns = |sets: &[Set]| {
+        let all = sets.iter().flat_map(|set| set.columns.iter().copied());
+        let (first, last) = (all.clone().min()?, all.max()?);
+        Some(first..last + 1)
+    };
+    asked.chunk_by(|a, b| a.id == b.id).filter_map(columns).collect()
+}
+
 /// Score, information and `v'Pv` where all columns are zero.
 fn at_zero(scores: &ScoreSystem, values: &[f64], least: &[f64], chi_square: f64, redundancy: f64) -> System {
+    let moved = times(&scores.information, values);
     let values = DVector::from_column_slice(values);
-    let moved = &*scores.information * &values;
     System {
         chi_square: chi_square + 2.0 * scores.score.dot(&values) + values.dot(&moved),
         score: &scores.score + moved,
@@ -179,6 +191,15 @@ fn at_zero(scores: &ScoreSystem, values: &[f64], least: &[f64], chi_square: f64,
         least: least.to_vec(),
         redundancy,
     }
+}
+
+/// `M x`. Of columns of two families there is no product: where `x` is zero none is read.
+fn times(information: &DMatrix<f64>, values: &[f64]) -> DVector<f64> {
+    let mut product = DVector::zeros(values.len());
+    for (column, value) in values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+        product.axpy(*value, &information.column(column), 1.0);
+    }
+    product
 }
 
 impl Linearised {
@@ -242,7 +263,7 @@ impl Linearised {
         let n = chance.len();
         let mut own = DMatrix::from_fn(n, n, |i, j| self.system.information[(chance[i].0, chance[j].0)]);
         (0..n).for_each(|i| own[(i, i)] += chance[i].1);
-        let laws: DVector<f64> = &*self.system.information * DVector::from_column_slice(&values);
+        let laws = times(&self.system.information, &values);
         let right = DVector::from_fn(n, |i, _| self.system.score[chance[i].0] - laws[chance[i].0]);
         if let Some(factor) = own.cholesky() {
             for ((column, _), value) in chance.iter().zip(factor.solve(&right).iter()) {
@@ -283,7 +304,7 @@ impl Linearised {
     }
 
     /// Effects of the null model's problem that are in the fit and were not the user's own.
-    pub fn in_effects(&self) -> std::ops::Range<usize> {
+    pub fn in_effects(&self) -> Range<usize> {
         self.in_effects.clone()
     }
 }

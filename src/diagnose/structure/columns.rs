@@ -36,17 +36,19 @@ pub(super) struct Family<'a> {
     pub coordinates: Option<FillCoordinate<'a>>,
 }
 
-/// The columns of all tests.
-pub(super) struct Families<'a> {
+/// The columns of tests.
+pub struct Families<'a> {
     problem: &'a Problem,
     state: &'a State,
-    pub list: Vec<Family<'a>>,
+    pub(super) list: Vec<Family<'a>>,
     first: Vec<usize>,
     counts: [usize; 2],
+    together: bool,
 }
 
 impl<'a> Families<'a> {
-    pub fn new(problem: &'a Problem, state: &'a State, list: Vec<Family<'a>>) -> Self {
+    /// Of a fit. `together`: two tests may be asked about at once.
+    pub(super) fn new(problem: &'a Problem, state: &'a State, list: Vec<Family<'a>>, together: bool) -> Self {
         let mut counts = [0; 2];
         let mut place = |family: &Family<'_>| {
             let count = &mut counts[usize::from(family.local)];
@@ -54,11 +56,17 @@ impl<'a> Families<'a> {
             *count - family.count
         };
         let first = list.iter().map(&mut place).collect();
-        Self { problem, state, list, first, counts }
+        Self { problem, state, list, first, counts, together }
+    }
+
+    /// Columns of a test, in the order of [`Columns`].
+    pub fn of(&self, against: &str) -> Option<Range<usize>> {
+        let position = self.list.iter().position(|family| family.against == against)?;
+        self.ranges().into_iter().nth(position)
     }
 
     /// Columns of each test, in the order of [`Columns`]: dense ones first.
-    pub fn ranges(&self) -> Vec<Range<usize>> {
+    pub(super) fn ranges(&self) -> Vec<Range<usize>> {
         let range = |(family, first): (&Family<'_>, &usize)| {
             let first = first + if family.local { self.counts[0] } else { 0 };
             first..first + family.count
@@ -74,6 +82,10 @@ impl Columns for Families<'_> {
 
     fn local(&self) -> usize {
         self.counts[1]
+    }
+
+    fn families(&self) -> Vec<Range<usize>> {
+        if self.together { Vec::new() } else { self.ranges() }
     }
 
     fn image(&self, measured: &Measured<'_>, x: &mut Entries<'_>, y: &mut Entries<'_>) {

@@ -9,7 +9,7 @@ pub(super) struct Found {
     pub(super) tests: Vec<StructureTest>,
     pub(super) skipped: Vec<(&'static str, String)>,
     pub(super) pictures: Pictures,
-    /// Columns that stand for a test where they are not all of its own.
+    /// Columns that stand for a test where they are not all of its own, by their numbers in it.
     pub(super) shapes: Vec<(&'static str, Vec<usize>)>,
 }
 

@@ -49,8 +49,8 @@ impl<'a> Layout<'a> {
         Ok(Self { context, cells, spectrum, covariates, found })
     }
 
-    /// Calls `with` with the columns of all tests.
-    fn families(&self) -> Families<'_> {
+    /// The columns of the tests that are `wanted`. `together`: two of them may be asked about at once.
+    pub fn families(&self, together: bool, wanted: impl Fn(&str) -> bool) -> Families<'_> {
         let problem = self.context.problem;
         let mut list = vec![self.cells.family()];
         list.extend(self.spectrum.as_ref().map(spectrum::Spectrum::family));
@@ -65,18 +65,19 @@ impl<'a> Layout<'a> {
         }
         list.extend(gnss::DIRECTIONS.iter().filter_map(|(name, _)| gnss::family(problem, name)));
         list.push(redundancy(problem));
-        Families::new(problem, self.context.state, list)
+        list.retain(|family| wanted(family.against));
+        Families::new(problem, self.context.state, list, together)
     }
 
     /// Hands the columns of all tests to `test`, and judges what comes back: a system in which they are the last columns, and their spread.
     pub fn analyse<T, E>(
-        mut self,
+        &mut self,
         comparison: Option<&Comparison>,
         significance: f64,
         test: impl FnOnce(&dyn Columns) -> Result<(T, System, Spread), E>,
     ) -> Result<(T, Structure), E> {
         let mut found = std::mem::take(&mut self.found);
-        let families = self.families();
+        let families = self.families(false, |_| true);
         let (tested, system, spread) = test(&families)?;
         let first = system.len() - families.dense() - families.local();
         let names: Vec<&'static str> = families.list.iter().map(|family| family.against).collect();
@@ -134,7 +135,7 @@ impl<'a> Layout<'a> {
         let of_name = |name: &'static str| {
             let shape = found.shapes.iter().find(|(other, _)| *other == name).map(|(_, columns)| columns.clone());
             let position = names.iter().position(|other| *other == name)?;
-            Some((name, shape.unwrap_or_else(|| ranges[position].clone().collect())))
+            Some((name, shape.unwrap_or_else(|| (0..ranges[position].len()).collect())))
         };
         let columns = found.tests.iter().filter(|test| test.decides).filter_map(|test| of_name(test.against)).collect();
         let Found { tests, skipped, pictures, .. } = found;

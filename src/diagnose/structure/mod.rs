@@ -32,6 +32,7 @@ mod sensor;
 mod spectrum;
 
 pub use asked::Spread;
+pub use columns::Families;
 pub use layout::Layout;
 pub use pictures::{Cell, ImageValue, Peak, Pictures, Profile, ProfileBin, SensorGrid, SpectrumGrid};
 
@@ -73,7 +74,7 @@ pub struct Structure {
     pub pictures: Pictures,
     /// Level of the family of tests.
     pub significance: f64,
-    /// Columns of each test that decides, in the system that it was judged in.
+    /// Columns that stand for each test that decides, by their numbers among its own.
     pub columns: Vec<(&'static str, Vec<usize>)>,
 }
 

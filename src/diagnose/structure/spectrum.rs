@@ -110,7 +110,7 @@ impl Spectrum {
             )
         });
         if let Some((.., c)) = peaks.first() {
-            found.shapes.push(("spectrum", asked.columns(&(4 * c..4 * c + 4).collect::<Vec<_>>())));
+            found.shapes.push(("spectrum", (4 * c..4 * c + 4).collect()));
         }
         found.pictures.peaks = peaks.into_iter().map(|(peak, ..)| peak).collect();
         found.push("spectrum", best, description);

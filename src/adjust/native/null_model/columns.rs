@@ -1,6 +1,7 @@
 //! Where columns come from: what one unit of each would add to the measurements.
 
 use crate::problem::ImageObservation;
+use std::ops::Range;
 
 /// What a provider of columns sees of an image measurement.
 #[derive(Debug, Clone, Copy)]
@@ -61,6 +62,11 @@ pub trait Columns: Sync {
     fn dense(&self) -> usize;
     /// Number of local columns.
     fn local(&self) -> usize;
+    /// Families of them, of which no two are asked about together: the system then has no products of columns of two families. Ranges of columns,
+    /// the local ones behind the dense ones; what is in none goes with all.
+    fn families(&self) -> Vec<Range<usize>> {
+        Vec::new()
+    }
     /// Entries of an image measurement: of its x and of its y.
     fn image(&self, measured: &Measured<'_>, x: &mut Entries<'_>, y: &mut Entries<'_>);
     /// Entries of an observed coordinate.

@@ -56,6 +56,8 @@ pub(super) struct Multiply<'a> {
     pub first: usize,
     /// Their products, column by column.
     pub columns: &'a mut [f64],
+    /// Of each, up to which column these are wanted. Further ones may be there or not.
+    pub until: &'a [usize],
 }
 
 impl WithSimd for Multiply<'_> {
@@ -63,7 +65,7 @@ impl WithSimd for Multiply<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { rows, d, first, columns } = self;
+        let Self { rows, d, first, columns, until } = self;
         let pieces = d / S::F64_LANES;
         for rows in rows.chunks(ROWS_TOGETHER * d) {
             let mut piece = first / S::F64_LANES;
@@ -75,6 +77,11 @@ impl WithSimd for Multiply<'_> {
                     // As many sums as there are registers for.
                     let wide = S::F64_LANES == LANES && below - column >= 8;
                     let at = (first + column, piece);
+                    let wanted = until[column..][..if wide { 8 } else { 4 }].iter().max();
+                    if wanted.is_some_and(|until| *until <= piece * S::F64_LANES) {
+                        column += if wide { 8 } else { 4 };
+                        continue;
+                    }
                     let own = &mut columns[column * d..];
                     column += match (wide, count) {
                         (true, 3) => multiply_tile::<S, 8, 3>(simd, own, at, d, rows),
@@ -204,7 +211,7 @@ mod tests {
             for first in (0..d).step_by(48) {
                 let count = 48.min(d - first);
                 let mut columns = vec![1.0; count * d];
-                dispatch(Multiply { rows: &rows, d, first, columns: &mut columns });
+                dispatch(Multiply { rows: &rows, d, first, columns: &mut columns, until: &vec![d; count] });
                 for c in 0..count {
                     for r in first + c..d {
                         let product = |sum: f64, row: &[f64]| row[first + c].mul_add(row[r], sum);

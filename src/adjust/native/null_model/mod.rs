@@ -20,6 +20,7 @@ mod base;
 mod batch;
 mod columns;
 mod dense_columns;
+mod families;
 mod image_cells;
 mod measurements;
 mod parts;
@@ -48,10 +49,8 @@ use base::Base;
 use nalgebra::Vector3;
 use rayon::ThreadPool;
 use source::{EffectEntry, Source};
+use std::ops::Range;
 use std::sync::Arc;
-
-/// Effects of more parameters than this are taken for fields of which a measurement sees a few (splines over the sensor).
-const MOST_DENSE_PARAMETERS: usize = 64;
 
 /// A converged fit, factorised. See the [module](self).
 pub struct NullModel {
@@ -166,7 +165,7 @@ impl NullModel {
             let Some(t) = unknown.checked_sub(layout.theta(0)) else { return false };
             let entry = &self.problem.theta[t];
             let instance = &self.problem.effects[entry.effect as usize];
-            instance.slots[entry.parameter as usize].0 == Scope::Image || instance.slots.len() > MOST_DENSE_PARAMETERS
+            instance.slots[entry.parameter as usize].0 == Scope::Image
         };
         let mut counts = [0; 2];
         let mut place_of = vec![None; layout.pose(0, 0)];
@@ -228,7 +227,15 @@ impl NullModel {
     /// # Errors
     /// A state that cannot be projected.
     pub fn test(&self, extra: &dyn Columns) -> Result<ScoreSystem, AdjustError> {
-        self.pool.install(|| self.score_system(extra, false))
+        self.test_apart(extra, &[])
+    }
+
+    /// The same with `families` of columns of effects beside those of `extra`: of two families the information is not a number.
+    ///
+    /// # Errors
+    /// A state that cannot be projected.
+    pub fn test_apart(&self, extra: &dyn Columns, families: &[Range<usize>]) -> Result<ScoreSystem, AdjustError> {
+        self.pool.install(|| self.score_system(extra, families, false))
     }
 
     /// Score and information of each column alone: `information` is a column vector. For scans of many shapes.
@@ -236,7 +243,7 @@ impl NullModel {
     /// # Errors
     /// A state that cannot be projected.
     pub fn test_each(&self, extra: &dyn Columns) -> Result<ScoreSystem, AdjustError> {
-        self.pool.install(|| self.score_system(extra, true))
+        self.pool.install(|| self.score_system(extra, &[], true))
     }
 
     /// The state when the columns of effects change by `change` (scaled units) and the base follows, to first order.

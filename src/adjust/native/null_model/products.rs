@@ -3,6 +3,7 @@
 //! What is summed over many rows stays in registers while their entries of some neighbouring columns go by.
 
 use super::batch::{Batch, Row, Share};
+use super::families::Families;
 use nalgebra::Matrix3;
 use pulp::{Simd, WithSimd};
 use std::array::from_fn;
@@ -96,6 +97,17 @@ pub(super) fn add_rows<const D: usize>(
     let (lines, _) = lines.as_chunks_mut::<LANES>();
     let (of_row, width) = (d / LANES, blocks.len());
     let mut at = skipped;
+    // One number of a row has a sum or two in each register of columns: only many of them keep the processor busy.
+    if D == 1 {
+        while at + 8 <= width {
+            add_blocks::<D, 8>(lines, (width, at), (panel, of_row, blocks.start + at), rows.clone());
+            at += 8;
+        }
+        while at + 4 <= width {
+            add_blocks::<D, 4>(lines, (width, at), (panel, of_row, blocks.start + at), rows.clone());
+            at += 4;
+        }
+    }
     // What is read of a row serves two registers of columns.
     while at + 2 <= width {
         add_blocks::<D, 2>(lines, (width, at), (panel, of_row, blocks.start + at), rows.clone());
@@ -200,6 +212,8 @@ pub(super) struct LocalLines<'a> {
     pub d: usize,
     /// Columns of `local`: all, or one where the diagonal is enough.
     pub width: usize,
+    /// Which products are wanted.
+    pub families: &'a Families,
     /// With dense columns.
     pub dense: &'a mut [f64],
     /// With local ones.
@@ -217,7 +231,7 @@ impl WithSimd for LocalLines<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { batch, first, d, width, dense, local, score, length, squares } = self;
+        let Self { batch, first, d, width, families, dense, local, score, length, squares } = self;
         let own = first..first + score.len();
         for (a, dense) in dense.chunks_exact_mut(d).enumerate() {
             let entries = batch.of_local(first + a);
@@ -226,8 +240,10 @@ impl WithSimd for LocalLines<'_> {
                 continue;
             }
             let rows = entries.iter().map(|(row, value)| (*row, [*value]));
-            add_rows::<1>(dense, (&batch.panel, d), 0..d / LANES, 0, rows);
+            let blocks = families.dense_of_local[first + a].div_ceil(LANES);
+            add_rows::<1>(&mut dense[..blocks * LANES], (&batch.panel, d), 0..blocks, 0, rows);
             let local = &mut local[a * width..(a + 1) * width];
+            let wanted = first + a..families.local[first + a];
             for (number, value) in entries {
                 let row = &batch.rows[*number as usize];
                 score[a] += value * row.v;
@@ -237,7 +253,7 @@ impl WithSimd for LocalLines<'_> {
                     continue;
                 }
                 let others = &batch.locals[row.locals.clone()];
-                for (other, entry) in others.iter().filter(|(other, _)| *other as usize >= first + a) {
+                for (other, entry) in others.iter().filter(|(other, _)| wanted.contains(&(*other as usize))) {
                     local[*other as usize] += value * entry;
                 }
             }
@@ -256,7 +272,7 @@ impl WithSimd for LocalLines<'_> {
                     continue;
                 }
                 let line = &mut local[(a - first) * width..(a - first + 1) * width];
-                for other in &shares[position..] {
+                for other in shares[position..].iter().take_while(|other| (other.column as usize) < families.local[a]) {
                     line[other.column as usize] -= taken(other);
                 }
             }

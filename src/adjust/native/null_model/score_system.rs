@@ -1,5 +1,6 @@
 //! Score and information of columns: the sums over all rows, less what the base takes of them.
 
+use super::families::Families;
 use super::sums::Sums;
 use super::{ColumnPlace, Columns, NullModel};
 use crate::adjust::AdjustError;
@@ -9,6 +10,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, Par, Scale};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Columns of a product that one task computes.
@@ -19,7 +21,7 @@ const TASK_COLUMNS: usize = 64;
 pub struct ScoreSystem {
     /// `s`.
     pub score: DVector<f64>,
-    /// `M`; its diagonal alone as a column vector where that was asked for. Shared: of thousands of columns it is the largest that there is.
+    /// `M`; its diagonal alone as a column vector where that was asked for; not a number for columns of two families. Shared: of thousands of columns it is the largest that there is.
     pub information: Arc<DMatrix<f64>>,
     /// Squared length of each column before anything is taken out.
     pub length: Vec<f64>,
@@ -32,11 +34,15 @@ pub struct ScoreSystem {
 }
 
 impl NullModel {
-    /// Score and information of the columns of effects and of `extra`, on the threads of the current pool. `each_alone`: of the information its
-    /// diagonal.
-    pub(super) fn score_system(&self, extra: &dyn Columns, each_alone: bool) -> Result<ScoreSystem, AdjustError> {
+    /// Score and information of the columns of effects and of `extra`, on the threads of the current pool; `families` of those of effects beside
+    /// the own ones of `extra`. `each_alone`: of the information its diagonal.
+    pub(super) fn score_system(
+        &self,
+        extra: &dyn Columns,
+        families: &[Range<usize>],
+        each_alone: bool,
+    ) -> Result<ScoreSystem, AdjustError> {
         let source = self.source(extra);
-        let mut sums = Sums::of(&source, each_alone)?;
         let [effects_dense, effects_local] = self.effect_columns;
         let dense = (0..extra.dense()).map(|k| ColumnPlace::Dense(effects_dense + k));
         let local = (0..extra.local()).map(|k| ColumnPlace::Local(effects_local + k));
@@ -49,6 +55,11 @@ impl NullModel {
                 local => local,
             })
             .collect();
+        let behind = self.columns.len();
+        let further = extra.families().into_iter().map(|columns| behind + columns.start..behind + columns.end);
+        let families: Vec<Range<usize>> = families.iter().cloned().chain(further).collect();
+        let families = Families::new(&families, &places, (border, source.dense()), source.local());
+        let mut sums = Sums::of(&source, &families, each_alone)?;
         let with_base = self.with_base(&sums, &places);
         // Of hundreds of images and thousands of columns these are the largest of all.
         sums.forget_images();
@@ -69,8 +80,8 @@ impl NullModel {
         } else {
             let mut lower = DMatrix::zeros(q, q);
             lower.as_mut_slice().par_chunks_mut(q.max(1)).enumerate().for_each(|(j, column)| {
-                for (entry, place) in column[j..].iter_mut().zip(&places[j..]) {
-                    *entry = sums.product(*place, places[j]);
+                for (i, entry) in column.iter_mut().enumerate().skip(j) {
+                    *entry = if families.apart(i, j) { f64::NAN } else { sums.product(places[i], places[j]) };
                 }
             });
             lower

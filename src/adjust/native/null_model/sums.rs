@@ -7,6 +7,7 @@
 use super::ColumnPlace;
 use super::batch::Batch;
 use super::dense_columns::{DenseScores, Multiply};
+use super::families::Families;
 use super::products::{ImageLines, ImagesDense, ImagesLocal, LocalLines};
 use super::source::Source;
 use super::waves::{Task, waves};
@@ -76,8 +77,8 @@ impl Sums {
         (self.image_dense, self.image_local) = (Vec::new(), Vec::new());
     }
 
-    /// Sums over everything. `diagonal_alone`: of `L'L` its diagonal.
-    pub fn of(source: &Source<'_>, diagonal_alone: bool) -> Result<Self, AdjustError> {
+    /// Sums over everything; products of columns of two `families` may be missing. `diagonal_alone`: of `L'L` its diagonal.
+    pub fn of(source: &Source<'_>, families: &Families, diagonal_alone: bool) -> Result<Self, AdjustError> {
         let (d, l) = (source.dense(), source.local());
         let unknowns = source.structure.images * source.structure.dim;
         let mut sums = Self {
@@ -98,7 +99,7 @@ impl Sums {
         };
         let bundles = BUNDLES * rayon::current_num_threads();
         let mut dealt: Vec<Vec<Part<'_>>> = (0..bundles).map(|_| Vec::new()).collect();
-        for (number, part) in sums.parts(source, bundles).into_iter().enumerate() {
+        for (number, part) in sums.parts(source, families, bundles).into_iter().enumerate() {
             dealt[number % bundles].push(part);
         }
         let tasks = dealt.into_iter().map(|mut parts| -> Task<'_> {
@@ -113,16 +114,17 @@ impl Sums {
     }
 
     /// What adds a batch to a part of the sums, for each of their parts; images and local columns are split into `split` of them.
-    fn parts(&mut self, source: &Source<'_>, split: usize) -> Vec<Part<'_>> {
+    fn parts<'s>(&'s mut self, source: &Source<'_>, families: &'s Families, split: usize) -> Vec<Part<'s>> {
         let (d, l, dim) = (self.dense, self.local, source.structure.dim);
         let [images, locals] = [source.structure.images, l].map(|lines| lines.div_ceil(split).max(1));
         let width = if self.diagonal_alone { 1 } else { l };
-        let mut added: Vec<Part<'_>> = Vec::new();
+        let mut added: Vec<Part<'s>> = Vec::new();
         let (score, length, squares) = (&mut self.score_dense, &mut self.length_dense, &mut self.squares_dense);
         added.push(Box::new(move |batch| dispatch(DenseScores { batch, score, length, squares })));
         for (task, columns) in self.dense_dense.chunks_mut((TASK_COLUMNS * d).max(1)).enumerate() {
+            let first = task * TASK_COLUMNS;
             added.push(Box::new(move |batch| {
-                dispatch(Multiply { rows: &batch.panel, d, first: task * TASK_COLUMNS, columns });
+                dispatch(Multiply { rows: &batch.panel, d, first, columns, until: &families.dense[first..] });
             }));
         }
         for (task, lines) in self.image_dense.chunks_mut((images * dim * d).max(1)).enumerate() {
@@ -156,7 +158,7 @@ impl Sums {
         for (task, ((((dense, local), score), length), squares)) in lines.enumerate() {
             let first = task * locals;
             added.push(Box::new(move |batch| {
-                dispatch(LocalLines { batch, first, d, width, dense, local, score, length, squares });
+                dispatch(LocalLines { batch, first, d, width, families, dense, local, score, length, squares });
             }));
         }
         added
