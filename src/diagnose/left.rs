@@ -104,9 +104,9 @@ pub fn analyse(
 enum Alone {
     /// None takes one out, and so the fewest that explain what is left do not either.
     Nothing,
-    /// The surest, which is the first of these, takes out what is taken out whatever the others say.
+    /// The surest, which is among the fewest in any case, takes out the effect that all of them would.
     Surest(Shape),
-    /// It depends on which these are.
+    /// Which effect goes depends on which the fewest are.
     Open,
 }
 

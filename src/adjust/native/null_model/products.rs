@@ -97,7 +97,7 @@ pub(super) fn add_rows<const D: usize>(
     let (lines, _) = lines.as_chunks_mut::<LANES>();
     let (of_row, width) = (d / LANES, blocks.len());
     let mut at = skipped;
-    // One number of a row has a sum or two in each register of columns: only many of them keep the processor busy.
+    // With one number a row each register of columns has one sum, which waits for itself: only several of them keep the processor busy.
     if D == 1 {
         while at + 8 <= width {
             add_blocks::<D, 8>(lines, (width, at), (panel, of_row, blocks.start + at), rows.clone());

@@ -21,7 +21,8 @@ const TASK_COLUMNS: usize = 64;
 pub struct ScoreSystem {
     /// `s`.
     pub score: DVector<f64>,
-    /// `M`; its diagonal alone as a column vector where that was asked for; not a number for columns of two families. Shared: of thousands of columns it is the largest that there is.
+    /// `M`; its diagonal alone as a column vector where that was asked for; not a number for columns of two families. Shared: of thousands of
+    /// columns it is the largest that there is.
     pub information: Arc<DMatrix<f64>>,
     /// Squared length of each column before anything is taken out.
     pub length: Vec<f64>,
