@@ -87,8 +87,8 @@ fn lens_behind(block: &BlockContext, image: &ImageContext, lag: f64) -> Result<(
     if lag > 0.0 && (!image.time_s.is_finite() || earlier == 0) {
         return Err(OutsideDomain);
     }
-    // From the image back in time; `age` is how long ago a segment ended.
-    let (mut behind, mut by_lag) = (0.0, 0.0);
+    // From the image back in time; `age` is how long ago a segment ended, and `left` is what is left of it since.
+    let (mut behind, mut by_lag, mut left) = (0.0, 0.0, 1.0);
     let (mut time, mut temperature) = (image.time_s, image.temperature_c);
     for &[start, at_start] in block.temperature_history[..earlier].iter().rev() {
         let (age, length, rise) = (image.time_s - time, time - start, temperature - at_start);
@@ -100,14 +100,15 @@ fn lens_behind(block: &BlockContext, image: &ImageContext, lag: f64) -> Result<(
             }
             continue;
         }
-        let left = (-age / lag).exp();
+        let x = length / lag;
+        let decay = -(-x).exp_m1();
+        let mean_decay = if x == 0.0 { 1.0 } else { decay / x };
+        behind += rise * left * mean_decay;
+        by_lag += rise * left / lag * ((1.0 + age / lag) * mean_decay - (1.0 - decay));
+        left *= 1.0 - decay;
         if left == 0.0 {
             break;
         }
-        let x = length / lag;
-        let mean_decay = if x == 0.0 { 1.0 } else { -(-x).exp_m1() / x };
-        behind += rise * left * mean_decay;
-        by_lag += rise * left / lag * ((1.0 + age / lag) * mean_decay - (-x).exp());
     }
     Ok((behind, by_lag))
 }

@@ -149,7 +149,8 @@ impl System {
     /// Beside columns of which `cross = L^-1 M` and `white = L^-1 s`, `L` their factor.
     fn less(self, cross: &DMatrix<f64>, white: &DVector<f64>) -> System {
         let n = self.len();
-        let mut information = DMatrix::zeros(n, n);
+        // Memory that the system gives as zeros is first written, piece by piece, where it is filled.
+        let mut information = DMatrix::from_vec(n, n, vec![0.0; n * n]);
         let rest = MatMut::from_column_major_slice_mut(information.as_mut_slice(), n, n);
         let (own, cross_ref) = (as_faer(&self.information), as_faer(cross));
         each(pieces(rest, TOGETHER, MatMut::split_at_col_mut, |rest| rest.ncols()), |number, mut rest| {

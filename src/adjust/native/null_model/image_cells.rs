@@ -64,14 +64,17 @@ impl NullModel {
         let of_values = |entry: &&EffectEntry| entry.local && column_of.contains_key(&entry.column);
         let entries: Vec<Vec<EffectEntry>> =
             self.entries.iter().map(|of| of.iter().filter(of_values).copied().collect()).collect();
-        let (measured, rows) = self.measurements_by(&stages, &entries)?;
+        let parts = self.measurements_by(&stages, &entries)?;
         let mut of_image: Vec<Vec<OfValues<'_>>> = vec![Vec::new(); entries.len()];
-        let mut rest = &rows[..];
-        for (observation, local) in self.problem.observations.iter().zip(&measured) {
-            let image = observation.image as usize;
-            let (rows, others) = rest.split_at(entries[image].len());
-            rest = others;
-            of_image[image].push(OfValues { local, rows, inverse_sigma: observation.inverse_sigma });
+        let mut observations = self.problem.observations.iter();
+        for (locals, rows) in &parts {
+            let mut rest = &rows[..];
+            for (local, observation) in locals.iter().zip(observations.by_ref()) {
+                let image = observation.image as usize;
+                let (rows, others) = rest.split_at(entries[image].len());
+                rest = others;
+                of_image[image].push(OfValues { local, rows, inverse_sigma: observation.inverse_sigma });
+            }
         }
         let cells = |(image, own): (usize, &Vec<OfValues<'_>>)| {
             let columns: Vec<usize> = entries[image].iter().map(|entry| column_of[&entry.column]).collect();

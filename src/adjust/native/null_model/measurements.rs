@@ -41,7 +41,7 @@ const POINTS: usize = 256;
 pub fn measurements_at(problem: &Problem, state: &State, threads: usize) -> Result<Vec<Local>, AdjustError> {
     let acting = Stages::acting(problem, state);
     let frames = measure::frames(problem, &acting, state)?;
-    Ok(Fitted { problem, state, stages: &acting, frames: &frames, entries: None }.measurements(&pool(threads)?)?.0)
+    Fitted { problem, state, stages: &acting, frames: &frames, entries: None }.all(&pool(threads)?)
 }
 
 impl NullModel {
@@ -51,17 +51,18 @@ impl NullModel {
     /// One that cannot be predicted.
     pub fn measurements(&self) -> Result<Vec<Local>, AdjustError> {
         let Self { problem, state, acting, frames, pool, .. } = self;
-        Ok(Fitted { problem, state, stages: acting, frames, entries: None }.measurements(pool)?.0)
+        Fitted { problem, state, stages: acting, frames, entries: None }.all(pool)
     }
 
-    /// The same, and behind one another the standardised derivatives of each by the `entries` of its image, effects of `stages`.
+    /// The same in parts, one behind another, and of each measurement the standardised derivatives by the `entries` of its image, effects of
+    /// `stages`.
     pub(super) fn measurements_by(
         &self,
         stages: &Stages,
         entries: &[Vec<EffectEntry>],
-    ) -> Result<(Vec<Local>, Vec<Vector2<f64>>), AdjustError> {
+    ) -> Result<Vec<Measured>, AdjustError> {
         let Self { problem, state, frames, pool, .. } = self;
-        Fitted { problem, state, stages, frames, entries: Some(entries) }.measurements(pool)
+        Fitted { problem, state, stages, frames, entries: Some(entries) }.parts(pool)
     }
 }
 
@@ -75,18 +76,21 @@ struct Fitted<'a> {
     entries: Option<&'a [Vec<EffectEntry>]>,
 }
 
-/// Measurements, and their derivatives by the entries of their images.
-type Measured = (Vec<Local>, Vec<Vector2<f64>>);
+/// Measurements, and their derivatives by the entries of their images, behind one another.
+pub(super) type Measured = (Vec<Local>, Vec<Vector2<f64>>);
 
 impl Fitted<'_> {
-    fn measurements(&self, pool: &ThreadPool) -> Result<Measured, AdjustError> {
+    fn all(&self, pool: &ThreadPool) -> Result<Vec<Local>, AdjustError> {
+        let locals: Vec<Vec<Local>> = self.parts(pool)?.into_iter().map(|(locals, _)| locals).collect();
+        Ok(locals.concat())
+    }
+
+    /// Of some points each, in the order of the problem.
+    fn parts(&self, pool: &ThreadPool) -> Result<Vec<Measured>, AdjustError> {
         let count = self.problem.point_sources.len();
         let tasks: Vec<Range<usize>> =
             (0..count).step_by(POINTS).map(|first| first..(first + POINTS).min(count)).collect();
-        let parts: Vec<Measured> =
-            pool.install(|| tasks.into_par_iter().map(|points| self.of_points(points)).collect::<Result<_, _>>())?;
-        let (locals, rows): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
-        Ok((locals.concat(), rows.concat()))
+        pool.install(|| tasks.into_par_iter().map(|points| self.of_points(points)).collect())
     }
 
     fn of_points(&self, points: Range<usize>) -> Result<Measured, AdjustError> {

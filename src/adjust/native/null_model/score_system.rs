@@ -79,7 +79,8 @@ impl NullModel {
         let mut information = if each_alone {
             DMatrix::from_column_slice(q, 1, &held)
         } else {
-            let mut lower = DMatrix::zeros(q, q);
+            // Zeros of the system, which are first written where they are filled.
+            let mut lower = DMatrix::from_vec(q, q, vec![0.0; q * q]);
             lower.as_mut_slice().par_chunks_mut(q.max(1)).enumerate().for_each(|(j, column)| {
                 for (i, entry) in column.iter_mut().enumerate().skip(j) {
                     *entry = if families.apart(i, j) { f64::NAN } else { sums.product(places[i], places[j]) };
