@@ -11,6 +11,14 @@ pub fn each<T: Send>(pieces: Vec<T>, work: impl Fn(usize, T) + Sync + Send) {
     }
 }
 
+/// Does both, side by side where [`each`] would be.
+pub fn both<A: Send, B: Send>(one: impl FnOnce() -> A + Send, other: impl FnOnce() -> B + Send) -> (A, B) {
+    match rayon::current_thread_index() {
+        Some(_) => rayon::join(one, other),
+        None => (one(), other()),
+    }
+}
+
 /// A matrix split into pieces of `size` rows or columns; the last one may have fewer.
 pub fn pieces<'a>(
     matrix: MatMut<'a, f64>,

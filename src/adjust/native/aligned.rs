@@ -1,5 +1,6 @@
 //! Numbers that begin where a cache line does: a vector register then fills from one line instead of two.
 
+use std::hint::black_box;
 use std::ops::{Deref, DerefMut};
 
 /// Bytes of a cache line, and of the widest vector register.
@@ -18,7 +19,9 @@ pub struct Aligned {
 impl Aligned {
     /// Zeros.
     pub fn zeros(length: usize) -> Self {
-        let storage = vec![0.0; length + LINE];
+        let mut storage = vec![0.0; length + LINE];
+        // Pages that are read before they are written, as sums are, are set up twice, and the second time all processors are told.
+        black_box(&mut *storage).fill(0.0);
         let first = storage.as_ptr().align_offset(LINE_BYTES).min(LINE);
         Self { storage, first, length }
     }

@@ -4,7 +4,7 @@
 //! Images see what their neighbours along the block see, and nothing far away: a column is zero from some row on. So is its column of `L`, where
 //! no column before it goes farther, and those rows are not even kept (the envelope of George and Liu 1981, by panels).
 
-use crate::math::pieces::{each, pieces};
+use crate::math::pieces::{both, each, pieces};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization, cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::matmul::matmul;
@@ -99,12 +99,21 @@ impl Dense {
             panel.columns = Mat::zeros(panel.end - panel.first, PANEL.min(ends.len() - panel.first));
             fill(panel.first, panel.columns.as_mut());
         });
-        for number in 0..panels.len() {
-            let (done, rest) = panels.split_at_mut(number + 1);
-            let Some(panel) = done.last_mut() else { continue };
-            panel.factorise()?;
-            let reached = rest.iter_mut().take_while(|other| other.first < panel.end);
-            each(reached.collect(), |_, other: &mut Panel| other.take(panel));
+        let mut open = &mut panels[..];
+        if let Some(first) = open.first_mut() {
+            first.factorise()?;
+        }
+        while let Some((panel, behind)) = open.split_first_mut() {
+            if let Some((next, others)) = behind.split_first_mut() {
+                let reached = others.iter_mut().take_while(|other| other.first < panel.end).collect();
+                // The next one is finished while the others still wait for it: nobody is idle while a square is factorised.
+                let finish = || {
+                    next.take(panel);
+                    next.factorise()
+                };
+                both(finish, || each(reached, |_, other: &mut Panel| other.take(panel))).0?;
+            }
+            open = behind;
         }
         Ok(Self { panels })
     }
