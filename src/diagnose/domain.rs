@@ -37,7 +37,7 @@ pub(super) fn holds(problem: &Problem, state: &State, candidate: &Candidate) -> 
                 surveyed: None,
             }
         });
-        let answer = Answer { out: &mut [Lane::default(); Stage::Ray.outputs()], d_input: None, d_theta: None };
+        let answer = &mut Answer { out: &mut [Lane::default(); Stage::Ray.outputs()], d_input: None, d_theta: None };
         term.effect.eval_eight(&contexts, &input, &[&theta; LANES], answer).is_ok()
     };
     let all_of = |first: usize| {

@@ -88,7 +88,7 @@ impl<F: Formula> Effect for F {
         d_input: Option<&mut [f64]>,
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
-        of_one::<F>(context, input, theta, Answer { out, d_input, d_theta })
+        of_one::<F>(context, input, theta, &mut Answer { out, d_input, d_theta })
     }
 
     fn eval_eight(
@@ -96,7 +96,7 @@ impl<F: Formula> Effect for F {
         contexts: &[Context<'_>; LANES],
         input: &[Lane],
         thetas: &[&[f64]; LANES],
-        answer: Answer<'_, Lane>,
+        answer: &mut Answer<'_, Lane>,
     ) -> Result<Inputs, usize> {
         of_eight::<F>(contexts, input, thetas, answer)
     }
@@ -107,7 +107,16 @@ pub struct Given<'a, T: Several> {
     seed: T,
     observed: &'a [T::Kept; OBSERVED],
     input: &'a [T::Kept],
-    theta: &'a [T::Kept],
+    theta: Values<'a, T>,
+}
+
+/// Values of the parameters.
+#[derive(Clone, Copy)]
+enum Values<'a, T: Several> {
+    /// The same for each: put side by side in a register, not in memory, where what was just written in parts is not soon read as a whole.
+    Alike(&'a [f64]),
+    /// Of each its own.
+    Own(&'a [T::Kept]),
 }
 
 impl<T: Several> Given<'_, T> {
@@ -126,7 +135,10 @@ impl<T: Several> Given<'_, T> {
     /// Parameter `p`.
     #[inline(always)]
     pub fn theta(&self, p: usize) -> T {
-        self.seed.of(self.theta[p])
+        match self.theta {
+            Values::Alike(values) => self.seed.like(values[p]),
+            Values::Own(values) => self.seed.of(values[p]),
+        }
     }
 
     /// A constant.
@@ -187,13 +199,13 @@ pub fn of_one<F: Formula>(
     context: &Context<'_>,
     input: &[f64],
     theta: &[f64],
-    mut answer: Answer<'_, f64>,
+    answer: &mut Answer<'_, f64>,
 ) -> Result<(), OutsideDomain> {
     let observed = F::observe(context)?;
     if let Some(matrix) = &mut answer.d_input {
         fill_identity(F::STAGE, matrix);
     }
-    match answered::<F, f64>(0.0, &observed, input, theta, &mut answer).0 > 0.0 {
+    match answered::<F, f64>(0.0, &observed, input, (Values::Own(theta), theta.len()), answer).0 > 0.0 {
         true => Ok(()),
         false => Err(OutsideDomain),
     }
@@ -204,25 +216,25 @@ pub fn of_eight<F: Formula>(
     contexts: &[Context<'_>; LANES],
     input: &[Lane],
     thetas: &[&[f64]; LANES],
-    answer: Answer<'_, Lane>,
+    answer: &mut Answer<'_, Lane>,
 ) -> Result<Inputs, usize> {
     dispatch(SideBySide::<F> { contexts, input, thetas, answer, formula: PhantomData })
 }
 
-struct SideBySide<'a, F> {
+struct SideBySide<'a, 'b, F> {
     contexts: &'a [Context<'a>; LANES],
     input: &'a [Lane],
     thetas: &'a [&'a [f64]; LANES],
-    answer: Answer<'a, Lane>,
+    answer: &'a mut Answer<'b, Lane>,
     formula: PhantomData<F>,
 }
 
-impl<F: Formula> WithSimd for SideBySide<'_, F> {
+impl<F: Formula> WithSimd for SideBySide<'_, '_, F> {
     type Output = Result<Inputs, usize>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { contexts, input, thetas, mut answer, .. } = self;
+        let Self { contexts, input, thetas, answer, .. } = self;
         let mut observed = [Lane::default(); OBSERVED];
         for lane in 0..LANES {
             let numbers = F::observe(&contexts[lane]).map_err(|_| lane)?;
@@ -230,20 +242,17 @@ impl<F: Formula> WithSimd for SideBySide<'_, F> {
                 to[lane] = value;
             }
         }
-        let mut theta: SmallVec<[Lane; FEW_PARAMETERS]> = SmallVec::new();
+        let mut own: SmallVec<[Lane; FEW_PARAMETERS]> = SmallVec::new();
         // The values of a block stand in one place; eight that are put together cannot be read at once.
         let alike = thetas.iter().all(|values| std::ptr::eq(*values, thetas[0]));
-        for (p, value) in thetas[0].iter().enumerate() {
-            let mut numbers = Lane::splat(*value);
-            if !alike {
-                for lane in 1..LANES {
-                    numbers[lane] = thetas[lane][p];
-                }
+        if !alike {
+            for p in 0..thetas[0].len() {
+                own.push(Lane(std::array::from_fn(|lane| thetas[lane][p])));
             }
-            theta.push(numbers);
         }
+        let values = if alike { Values::Alike(thetas[0]) } else { Values::Own(&own) };
         let seed = Wide { simd, lane: Lane::default() };
-        let (holds, inputs) = answered::<F, Wide<S>>(seed, &observed, input, &theta, &mut answer);
+        let (holds, inputs) = answered::<F, Wide<S>>(seed, &observed, input, (values, thetas[0].len()), answer);
         Wide::<S>::not_positive(&holds.keep()).map_or(Ok(inputs), Err)
     }
 }
@@ -262,7 +271,7 @@ fn answered<F: Formula, T: Several>(
     seed: T,
     observed: &[T::Kept; OBSERVED],
     input: &[T::Kept],
-    theta: &[T::Kept],
+    (theta, count): (Values<'_, T>, usize),
     answer: &mut Answer<'_, T::Kept>,
 ) -> (T, Inputs) {
     let (columns, offset) = (F::STAGE.inputs(), F::STAGE.identity_offset());
@@ -272,7 +281,7 @@ fn answered<F: Formula, T: Several>(
     }
     let given = Given { seed, observed, input, theta };
     let apart = seed.like(0.0);
-    let mut sum = Sum { seed, columns: [columns, theta.len()], offset, inputs: Inputs::NONE, apart, answer };
+    let mut sum = Sum { seed, columns: [columns, count], offset, inputs: Inputs::NONE, apart, answer };
     let holds = F::add(&given, &mut sum);
     // At zero, where candidates are tested, an effect hands its input on.
     (holds, if sum.apart.is_zero() { Inputs::NONE } else { sum.inputs })
@@ -284,12 +293,12 @@ pub fn one_by_one<E: Effect + ?Sized>(
     contexts: &[Context<'_>; LANES],
     input: &[Lane],
     thetas: &[&[f64]; LANES],
-    answer: Answer<'_, Lane>,
+    answer: &mut Answer<'_, Lane>,
 ) -> Result<Inputs, usize> {
     /// The most inputs and outputs that any stage has.
     const INPUTS: usize = Stage::Interior.inputs();
     const OUTPUTS: usize = Stage::Interior.outputs();
-    let Answer { out, mut d_input, mut d_theta } = answer;
+    let Answer { out, d_input, d_theta } = answer;
     let (n, m, p) = (input.len(), out.len(), thetas[0].len());
     let (mut one_input, mut one_out, mut by_input) = ([0.0; INPUTS], [0.0; OUTPUTS], [0.0; INPUTS * OUTPUTS]);
     let mut by_theta: SmallVec<[f64; FEW_PARAMETERS * OUTPUTS]> = smallvec![0.0; m * p];
@@ -300,10 +309,10 @@ pub fn one_by_one<E: Effect + ?Sized>(
             .eval(&contexts[lane], &one_input[..n], thetas[lane], &mut one_out[..m], wanted.0, wanted.1)
             .map_err(|_| lane)?;
         out.iter_mut().zip(one_out).for_each(|(to, value)| to[lane] = value);
-        if let Some(matrix) = &mut d_input {
+        if let Some(matrix) = d_input {
             matrix.iter_mut().zip(by_input).for_each(|(to, value)| to[lane] = value);
         }
-        if let Some(matrix) = &mut d_theta {
+        if let Some(matrix) = d_theta {
             matrix.iter_mut().zip(&*by_theta).for_each(|(to, value)| to[lane] = *value);
         }
     }

@@ -107,11 +107,11 @@ impl Effect for ImageGrid {
         contexts: &[Context<'_>; LANES],
         input: &[Lane],
         thetas: &[&[f64]; LANES],
-        answer: Answer<'_, Lane>,
+        answer: &mut Answer<'_, Lane>,
     ) -> Result<Inputs, usize> {
-        let Answer { out, d_input, mut d_theta } = answer;
+        let Answer { out, d_input, d_theta } = answer;
         out.copy_from_slice(&input[..2]);
-        if let Some(matrix) = &mut d_theta {
+        if let Some(matrix) = d_theta {
             matrix.fill(Lane::default());
         }
         let mut slopes = [[Lane::default(); 2]; 2];
@@ -123,7 +123,7 @@ impl Effect for ImageGrid {
                     (0..2).for_each(|k| slopes[axis][k][lane] += by_input[k]);
                 });
             }
-            if let Some(matrix) = &mut d_theta {
+            if let Some(matrix) = d_theta {
                 cell.weights(|node, weight| {
                     for axis in 0..2 {
                         matrix[axis * (theta.len() + NODES) + node][lane] = weight;
@@ -132,7 +132,7 @@ impl Effect for ImageGrid {
             }
         }
         let mut inputs = Inputs::NONE;
-        let Some(matrix) = d_input.filter(|_| slopes != [[Lane::default(); 2]; 2]) else { return Ok(inputs) };
+        let Some(matrix) = d_input.as_mut().filter(|_| slopes != [[Lane::default(); 2]; 2]) else { return Ok(inputs) };
         for k in 0..2 {
             inputs.insert(k);
             for axis in 0..2 {

@@ -92,7 +92,7 @@ pub trait Effect: Send + Sync {
         contexts: &[Context<'_>; LANES],
         input: &[Lane],
         thetas: &[&[f64]; LANES],
-        answer: Answer<'_, Lane>,
+        answer: &mut Answer<'_, Lane>,
     ) -> Result<Inputs, usize> {
         formula::one_by_one(self, contexts, input, thetas, answer)
     }

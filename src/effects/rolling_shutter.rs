@@ -70,7 +70,7 @@ impl Effect for RollingShutter {
             context,
             input,
             theta,
-            Answer { out: &mut *out, d_input: d_input.as_deref_mut(), d_theta: d_theta.as_deref_mut() },
+            &mut Answer { out: &mut *out, d_input: d_input.as_deref_mut(), d_theta: d_theta.as_deref_mut() },
         )?;
         if turning == Vector3::zeros() {
             return Ok(());
@@ -98,7 +98,7 @@ impl Effect for RollingShutter {
         contexts: &[Context<'_>; LANES],
         input: &[Lane],
         thetas: &[&[f64]; LANES],
-        answer: Answer<'_, Lane>,
+        answer: &mut Answer<'_, Lane>,
     ) -> Result<Inputs, usize> {
         // Of a camera that turns, too, each has a rotation of its own.
         match contexts.iter().any(|context| context.image.angular_velocity != Vector3::zeros()) {

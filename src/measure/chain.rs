@@ -177,8 +177,10 @@ impl Rays for One<'_> {
         std::array::from_fn(|k| matrix[(k / 3, k % 3)])
     }
 
-    fn ask(&self, e: usize, input: &[f64], Answer { out, d_input, d_theta }: Answer<'_, f64>) -> Result<Inputs, usize> {
+    fn ask(&self, e: usize, input: &[f64], answer: &mut Answer<'_, f64>) -> Result<Inputs, usize> {
         let theta = &self.frame.theta[self.stages.locals(self.problem, e)];
+        let Answer { out, d_input, d_theta } = answer;
+        let (d_input, d_theta) = (d_input.as_deref_mut(), d_theta.as_deref_mut());
         self.problem.effects[e].effect.eval(&self.context, input, theta, out, d_input, d_theta).map_err(|_| 0usize)?;
         Ok(Inputs::ANY)
     }

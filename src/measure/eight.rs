@@ -115,7 +115,7 @@ impl Seen<'_> {
             answers.d_own.resize(answers.d_own.len().max(2 * own.len()), Lane::default());
             let (d_in, d_own) = (&mut answers.d_in, &mut answers.d_own[..2 * own.len()]);
             let input = image_input(&out.point, views);
-            let answer = Answer { out: &mut out.point, d_input: Some(&mut *d_in), d_theta: Some(&mut *d_own) };
+            let answer = &mut Answer { out: &mut out.point, d_input: Some(&mut *d_in), d_theta: Some(&mut *d_own) };
             let mut inputs = eight.ask(e, &input, answer)?;
             match changes(eight.seed(), d_in, 2, 0, inputs) {
                 // Of the rest those alone are read that were written.
@@ -158,7 +158,7 @@ impl Seen<'_> {
         for &e in self.stages.of(Stage::Image) {
             let (input, d_in) = (image_input(&out.point, views), &mut answers.d_in);
             let d_input = by_point.then_some(&mut d_in[..]);
-            let inputs = eight.ask(e, &input, Answer { out: &mut out.point, d_input, d_theta: None })?;
+            let inputs = eight.ask(e, &input, &mut Answer { out: &mut out.point, d_input, d_theta: None })?;
             if by_point && changes(eight.seed(), d_in, 2, 0, inputs) {
                 fill_left_out::<Wide<S>>(d_in, 2, 0, 0..IMAGE_INTERIOR, inputs);
                 point_through_image(&mut Rows::new(simd, &mut out.rows), d_in);
@@ -290,7 +290,7 @@ impl<S: Simd> Rays for Eight<'_, S> {
         rows
     }
 
-    fn ask(&self, e: usize, input: &[Lane], answer: Answer<'_, Lane>) -> Result<Inputs, usize> {
+    fn ask(&self, e: usize, input: &[Lane], answer: &mut Answer<'_, Lane>) -> Result<Inputs, usize> {
         let own = self.stages.locals(self.problem, e);
         // Not by mapping the frames: a closure would be called eight times.
         let mut thetas = [&self.frames[0].theta[own.clone()]; LANES];

@@ -90,7 +90,8 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             let mut next = [nothing; 6];
             self.d_own.resize(self.d_own.len().max(6 * count), nothing);
             let (d_in, d_own) = (&mut self.d_in, &mut self.d_own[..6 * count]);
-            let inputs = rays.ask(e, &pose, Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
+            let inputs =
+                rays.ask(e, &pose, &mut Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
             // Most move the centre alone, and none does anything at zero, where candidates are tested.
             if changes(seed, &self.d_in, 6, 0, inputs) {
                 fill_left_out::<R::Number>(&mut self.d_in, 6, 0, 0..6, inputs);
@@ -162,7 +163,8 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             let mut next = [nothing; 3];
             self.d_own.resize(self.d_own.len().max(3 * count), nothing);
             let (d_in, d_own) = (&mut self.d_in[..27], &mut self.d_own[..3 * count]);
-            let inputs = rays.ask(e, &input, Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
+            let inputs =
+                rays.ask(e, &input, &mut Answer { out: &mut next, d_input: Some(d_in), d_theta: Some(d_own) })?;
             if changes(seed, &self.d_in[..27], 3, 6, inputs) {
                 fill_left_out::<R::Number>(&mut self.d_in[..27], 3, 6, 3..9, inputs);
                 let turns = self.go_through(rays, by_pose.as_ref(), inputs);
@@ -303,7 +305,7 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         let (of_r, mut pose) = ([pose[0], pose[1], pose[2]], *pose);
         for &e in stages.of(Stage::Exposure) {
             let mut next = [nothing; 6];
-            rays.ask(e, &pose, Answer { out: &mut next, d_input: None, d_theta: None })?;
+            rays.ask(e, &pose, &mut Answer { out: &mut next, d_input: None, d_theta: None })?;
             pose = next;
         }
         (self.point, self.bends) = (*point, false);
@@ -313,7 +315,7 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             let mut next = [nothing; 3];
             let d_in = &mut self.d_in[..27];
             let d_input = by_point.then_some(&mut *d_in);
-            let inputs = rays.ask(e, &input, Answer { out: &mut next, d_input, d_theta: None })?;
+            let inputs = rays.ask(e, &input, &mut Answer { out: &mut next, d_input, d_theta: None })?;
             self.point = next;
             if by_point && changes(seed, d_in, 3, 6, inputs) {
                 fill_left_out::<R::Number>(d_in, 3, 6, 6..9, inputs);

@@ -21,7 +21,7 @@ pub(super) trait Rays {
 
     /// Asks effect `e`; gives the inputs on which the answers may depend otherwise than by handing them on. `Err`: the place of the first ray
     /// outside its domain.
-    fn ask(&self, e: usize, input: &[Kept<Self>], answer: Answer<'_, Kept<Self>>) -> Result<Inputs, usize>;
+    fn ask(&self, e: usize, input: &[Kept<Self>], answer: &mut Answer<'_, Kept<Self>>) -> Result<Inputs, usize>;
 }
 
 /// A number of rays in memory.

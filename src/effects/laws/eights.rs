@@ -48,7 +48,7 @@ fn together(effect: &dyn Effect, eight: &[Sample]) -> Found {
     }
     let contexts = std::array::from_fn(|lane| eight[lane].context());
     let thetas: [&[f64]; LANES] = std::array::from_fn(|lane| &*eight[lane].theta);
-    let answer = Answer { out: &mut out, d_input: Some(&mut d_input), d_theta: Some(&mut d_theta) };
+    let answer = &mut Answer { out: &mut out, d_input: Some(&mut d_input), d_theta: Some(&mut d_theta) };
     let inputs = effect.eval_eight(&contexts, &input, &thetas, answer).map_err(|_| ())?;
     for k in (0..n).filter(|k| !inputs.contains(*k)) {
         fill_column::<Wide<pulp::Scalar>>(&mut d_input, n, stage.identity_offset(), k);
