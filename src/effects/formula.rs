@@ -49,7 +49,7 @@ impl Inputs {
 }
 
 /// Numbers of what was observed that a formula has, at the most.
-pub const OBSERVED: usize = 4;
+pub const OBSERVED: usize = 5;
 /// Parameters of an effect that are kept without an allocation; those of the empirical fields are more.
 pub const FEW_PARAMETERS: usize = 12;
 
@@ -113,7 +113,7 @@ pub struct Given<'a, T: Several> {
 /// Values of the parameters.
 #[derive(Clone, Copy)]
 enum Values<'a, T: Several> {
-    /// The same for each: put side by side in a register, not in memory, where what was just written in parts is not soon read as a whole.
+    /// The same for each, put side by side in a register: of memory that was just written in parts, a processor waits to read the whole.
     Alike(&'a [f64]),
     /// Of each its own.
     Own(&'a [T::Kept]),

@@ -44,7 +44,7 @@ impl Formula for ForwardMotion {
     #[inline(always)]
     fn observe(context: &Context<'_>) -> Result<[f64; OBSERVED], OutsideDomain> {
         let half = known_vector(&context.image.velocity)? * 0.5;
-        Ok([half.x, half.y, half.z, 0.0])
+        Ok([half.x, half.y, half.z, 0.0, 0.0])
     }
 
     #[inline(always)]

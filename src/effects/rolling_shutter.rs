@@ -101,9 +101,10 @@ impl Effect for RollingShutter {
         answer: &mut Answer<'_, Lane>,
     ) -> Result<Inputs, usize> {
         // Of a camera that turns, too, each has a rotation of its own.
-        match contexts.iter().any(|context| context.image.angular_velocity != Vector3::zeros()) {
-            true => one_by_one(self, contexts, input, thetas, answer),
-            false => of_eight::<Movement>(contexts, input, thetas, answer),
+        let turning: f64 = contexts.iter().map(|context| context.image.angular_velocity.abs().sum()).sum();
+        match turning == 0.0 {
+            true => of_eight::<Movement>(contexts, input, thetas, answer),
+            false => one_by_one(self, contexts, input, thetas, answer),
         }
     }
 }
@@ -125,19 +126,22 @@ impl Formula for Movement {
 
     #[inline(always)]
     fn observe(context: &Context<'_>) -> Result<[f64; OBSERVED], OutsideDomain> {
-        let velocity = known_vector(&context.image.velocity)?;
-        Ok([velocity.x, velocity.y, velocity.z, observed_place(context)?])
+        let velocity = &context.image.velocity;
+        Ok([velocity.x, velocity.y, velocity.z, context.row_px, context.image.height_px])
     }
 
+    /// Holds where all that was observed is known: otherwise, zero times it is no number.
     #[inline(always)]
     fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
-        let place = given.observed(3);
+        let place = given.observed(3) / given.observed(4) - given.constant(0.5);
         let dt = given.theta(0) * place;
+        let mut observed = place;
         for axis in 0..3 {
             answer.out(3 + axis, given.observed(axis) * dt);
             answer.by_theta(3 + axis, 0, given.observed(axis) * place);
+            observed = observed + given.observed(axis);
         }
-        given.constant(1.0)
+        given.constant(1.0) + observed * 0.0
     }
 }
 

@@ -59,7 +59,7 @@ impl Formula for Unflatness {
 
     #[inline(always)]
     fn observe(context: &Context<'_>) -> Result<[f64; OBSERVED], OutsideDomain> {
-        Ok([known(context.image.width_px)?, known(context.image.height_px)?, 0.0, 0.0])
+        Ok([known(context.image.width_px)?, known(context.image.height_px)?, 0.0, 0.0, 0.0])
     }
 
     /// Holds where the focal length is not zero.
