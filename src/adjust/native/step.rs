@@ -43,7 +43,10 @@ pub fn try_step(
 ) -> Option<Step> {
     let Prepared { problem, structure, state, .. } = *at;
     let (images, border) = increments;
-    let mut next = state.clone();
+    let State { interiors, theta, poses, points } = state;
+    // Its points follow, part by part.
+    let (interiors, theta, poses) = (interiors.clone(), theta.clone(), poses.clone());
+    let mut next = State { interiors, theta, poses, points: Vec::with_capacity(points.len()) };
     let turn = move_images_and_border(problem, structure, &mut next, images, border);
     let frames = measure::frames(problem, &structure.stages, &next).ok()?;
     let after = Prepared { problem, structure, state: &next, frames: &frames };
@@ -56,10 +59,8 @@ pub fn try_step(
     moved.sort_unstable_by_key(|(number, _)| *number);
     let mut chi_square = 0.0;
     let mut by_damping = 0.0;
-    let mut first = 0;
     for (_, part) in moved {
-        next.points[first..first + part.points.len()].copy_from_slice(&part.points);
-        first += part.points.len();
+        next.points.extend_from_slice(&part.points);
         chi_square += part.chi_square;
         by_damping += part.by_damping;
     }
