@@ -203,15 +203,25 @@ mod tests {
     use super::*;
     use crate::math::vectors::dispatch;
 
+    /// Products of columns `first..first + until.len()` of `d`, from one on.
+    fn products(rows: &[f64], d: usize, first: usize, until: &[usize]) -> Vec<f64> {
+        let mut columns = vec![1.0; until.len() * d];
+        dispatch(Multiply { rows, d, first, columns: &mut columns, until });
+        columns
+    }
+
+    fn rows_of(d: usize) -> Vec<f64> {
+        (0..d * (ROWS_TOGETHER + 7)).map(|k| (k as f64 * 0.7).sin()).collect()
+    }
+
     /// Tiles of every size, and more rows than go through at a time.
     #[test]
     fn products_are_sums_over_the_rows_in_their_order() {
         for d in [8, 16, 24, 40, 104] {
-            let rows: Vec<f64> = (0..d * (ROWS_TOGETHER + 7)).map(|k| (k as f64 * 0.7).sin()).collect();
+            let rows = rows_of(d);
             for first in (0..d).step_by(48) {
                 let count = 48.min(d - first);
-                let mut columns = vec![1.0; count * d];
-                dispatch(Multiply { rows: &rows, d, first, columns: &mut columns, until: &vec![d; count] });
+                let columns = products(&rows, d, first, &vec![d; count]);
                 for c in 0..count {
                     for r in first + c..d {
                         let product = |sum: f64, row: &[f64]| row[first + c].mul_add(row[r], sum);
@@ -219,6 +229,33 @@ mod tests {
                         assert_eq!(columns[c * d + r], expected, "{d} columns, row {r} of column {}", first + c);
                     }
                 }
+            }
+        }
+    }
+    /// Columns of every end, and of ends that fall: what is wanted has the bits of the whole, and far beyond it nothing is added.
+    #[test]
+    fn products_that_nobody_wants_are_left_out() {
+        let d = 104;
+        let rows = rows_of(d);
+        for first in [0, 48] {
+            let count = 48;
+            let whole = products(&rows, d, first, &vec![d; count]);
+            for ends in [
+                |c: usize| c + 1,
+                |c: usize| c / 16 * 16 + 16,
+                |c: usize| if c % 8 == 3 && c < 24 { 104 } else { c + 1 },
+            ] {
+                let until: Vec<usize> = (first..first + count).map(ends).collect();
+                let columns = products(&rows, d, first, &until);
+                let mut left_out = 0;
+                for (c, end) in until.iter().enumerate() {
+                    for r in first + c..d {
+                        let (own, wanted) = (columns[c * d + r], whole[c * d + r]);
+                        assert!(own == wanted || (own == 1.0 && r >= *end), "row {r} of column {}", first + c);
+                        left_out += usize::from(own != wanted);
+                    }
+                }
+                assert!(left_out > 0, "tiles beyond all that is wanted");
             }
         }
     }
