@@ -55,14 +55,17 @@ impl Formula for Refraction {
         let kappa = given.theta(0);
         let d = [given.input(6) - given.input(3), given.input(7) - given.input(4)];
         let height = given.input(5) - given.input(8);
-        let tan2 = (d[0] * d[0] + d[1] * d[1]) / (height * height);
+        // Of the nadir angle, by axis: one division for all.
+        let inverse = given.constant(1.0) / height;
+        let tangent = [d[0] * inverse, d[1] * inverse];
+        let tan2 = tangent[0] * tangent[0] + tangent[1] * tangent[1];
         let factor = height * (given.constant(1.0) + tan2);
         for i in 0..2 {
             answer.out(i, kappa * factor * d[i]);
             answer.by_theta(i, 0, factor * d[i]);
             if answer.wants_input() {
                 // By C (columns 3 to 5) the opposite of by P (6 to 8). d factor / d d = 2 d / H, d factor / d H = 1 - tan^2 z.
-                let steep = kappa * 2.0 * d[i] / height;
+                let steep = kappa * 2.0 * tangent[i];
                 let mut slopes = [steep * d[0], steep * d[1]];
                 slopes[i] = slopes[i] + kappa * factor;
                 let by_height = -(kappa * (given.constant(1.0) - tan2) * d[i]);
