@@ -20,7 +20,8 @@ impl Aligned {
     /// Zeros.
     pub fn zeros(length: usize) -> Self {
         let mut storage = vec![0.0; length + LINE];
-        // Pages that are read before they are written, as sums are, are set up twice, and the second time all processors are told.
+        // Sums are read before they are written. A page of zeros that is read first is set up twice, the second time with an interrupt of every
+        // processor that the program runs on: so it is written here.
         black_box(&mut *storage).fill(0.0);
         let first = storage.as_ptr().align_offset(LINE_BYTES).min(LINE);
         Self { storage, first, length }

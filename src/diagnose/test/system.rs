@@ -149,7 +149,7 @@ impl System {
     /// Beside columns of which `cross = L^-1 M` and `white = L^-1 s`, `L` their factor.
     fn less(self, cross: &DMatrix<f64>, white: &DVector<f64>) -> System {
         let n = self.len();
-        // Memory that the system gives as zeros is first written, piece by piece, where it is filled.
+        // Zeros as the operating system gives them: the first to write a page is the thread that fills it.
         let mut information = DMatrix::from_vec(n, n, vec![0.0; n * n]);
         let rest = MatMut::from_column_major_slice_mut(information.as_mut_slice(), n, n);
         let (own, cross_ref) = (as_faer(&self.information), as_faer(cross));

@@ -232,6 +232,7 @@ mod tests {
             }
         }
     }
+
     /// Columns of every end, and of ends that fall: what is wanted has the bits of the whole, and far beyond it nothing is added.
     #[test]
     fn products_that_nobody_wants_are_left_out() {

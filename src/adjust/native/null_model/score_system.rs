@@ -79,7 +79,7 @@ impl NullModel {
         let mut information = if each_alone {
             DMatrix::from_column_slice(q, 1, &held)
         } else {
-            // Zeros of the system, which are first written where they are filled.
+            // Zeros as the operating system gives them: the first to write a page is the thread that fills it.
             let mut lower = DMatrix::from_vec(q, q, vec![0.0; q * q]);
             lower.as_mut_slice().par_chunks_mut(q.max(1)).enumerate().for_each(|(j, column)| {
                 for (i, entry) in column.iter_mut().enumerate().skip(j) {
