@@ -119,6 +119,17 @@ enum Values<'a, T: Several> {
     Own(&'a [T::Kept]),
 }
 
+impl<T: Several> Values<'_, T> {
+    /// How many parameters.
+    #[inline(always)]
+    fn count(&self) -> usize {
+        match self {
+            Values::Alike(values) => values.len(),
+            Values::Own(values) => values.len(),
+        }
+    }
+}
+
 impl<T: Several> Given<'_, T> {
     /// Number `k` of [`Formula::observe`].
     #[inline(always)]
@@ -205,7 +216,7 @@ pub fn of_one<F: Formula>(
     if let Some(matrix) = &mut answer.d_input {
         fill_identity(F::STAGE, matrix);
     }
-    match answered::<F, f64>(0.0, &observed, input, (Values::Own(theta), theta.len()), answer).0 > 0.0 {
+    match answered::<F, f64>(0.0, &observed, input, Values::Own(theta), answer).0 > 0.0 {
         true => Ok(()),
         false => Err(OutsideDomain),
     }
@@ -252,7 +263,7 @@ impl<F: Formula> WithSimd for SideBySide<'_, '_, F> {
         }
         let values = if alike { Values::Alike(thetas[0]) } else { Values::Own(&own) };
         let seed = Wide { simd, lane: Lane::default() };
-        let (holds, inputs) = answered::<F, Wide<S>>(seed, &observed, input, (values, thetas[0].len()), answer);
+        let (holds, inputs) = answered::<F, Wide<S>>(seed, &observed, input, values, answer);
         Wide::<S>::not_positive(&holds.keep()).map_or(Ok(inputs), Err)
     }
 }
@@ -271,7 +282,7 @@ fn answered<F: Formula, T: Several>(
     seed: T,
     observed: &[T::Kept; OBSERVED],
     input: &[T::Kept],
-    (theta, count): (Values<'_, T>, usize),
+    theta: Values<'_, T>,
     answer: &mut Answer<'_, T::Kept>,
 ) -> (T, Inputs) {
     let (columns, offset) = (F::STAGE.inputs(), F::STAGE.identity_offset());
@@ -281,7 +292,7 @@ fn answered<F: Formula, T: Several>(
     }
     let given = Given { seed, observed, input, theta };
     let apart = seed.like(0.0);
-    let mut sum = Sum { seed, columns: [columns, count], offset, inputs: Inputs::NONE, apart, answer };
+    let mut sum = Sum { seed, columns: [columns, theta.count()], offset, inputs: Inputs::NONE, apart, answer };
     let holds = F::add(&given, &mut sum);
     // At zero, where candidates are tested, an effect hands its input on.
     (holds, if sum.apart.is_zero() { Inputs::NONE } else { sum.inputs })
