@@ -82,11 +82,8 @@ impl<'a> Grid<'a> {
                 let last = ((cell.predicted[k] + reach) / step[k] - 0.5).floor();
                 first..if last < 0.0 { first } else { (last as usize + 1).min(count) }
             };
-            for j in reached(1, rows) {
-                for i in reached(0, columns) {
-                    moves.add(&cell, &shape(i, j), &mut sums[j * columns + i]);
-                }
-            }
+            let of_row = |j: usize| reached(0, columns).map(move |i| (j * columns + i, shape(i, j)));
+            moves.add(&cell, reached(1, rows).flat_map(of_row), &mut sums);
         }
         let ratios: Vec<f64> = sums.iter().map(Sums::ratio).collect();
         let about = |k: usize, count: usize| k.saturating_sub(1)..(k + 2).min(count);
@@ -118,7 +115,7 @@ impl<'a> Grid<'a> {
             let mut sums = vec![Sums::default(); shapes.len()];
             let mut moves = Moves::new(self.search);
             for cell in level.cells.iter() {
-                shapes.iter().zip(&mut sums).for_each(|(shape, sums)| moves.add(&cell, shape, sums));
+                moves.add(&cell, shapes.iter().copied().enumerate(), &mut sums);
             }
             let ranked = shapes.into_iter().zip(&sums);
             ranked.max_by(|(_, a), (_, b)| a.ratio().total_cmp(&b.ratio())).map(|(shape, _)| shape)

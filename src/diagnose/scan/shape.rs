@@ -3,8 +3,9 @@
 use super::Scan;
 use super::cells::Residual;
 use crate::adjust::native::null_model::{Columns, Entries, Measured};
-use crate::effects::Context;
-use crate::effects::formula::FEW_PARAMETERS;
+use crate::effects::formula::{Answer, FEW_PARAMETERS};
+use crate::effects::{Context, Stage};
+use crate::math::lane::{LANES, Lane};
 use crate::problem::ImageObservation;
 use smallvec::{SmallVec, smallvec};
 
@@ -12,6 +13,9 @@ use smallvec::{SmallVec, smallvec};
 const FINE_STEPS: i32 = 1;
 /// Beyond this many widths a shape is cut off, for speed: what is left correlates with the whole by 0.998 or more, sharp or smooth.
 const REACH: f64 = 2.0;
+
+/// Coordinates of an image point.
+const OUTPUTS: usize = Stage::Image.outputs();
 
 /// A variant at a place and a width, px.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,42 +62,43 @@ impl Sums {
     }
 }
 
-/// Moves that shapes of a search make. Its buffers are reused and allocate nothing: it is asked at every measurement.
+/// Moves that shapes of a search make, asked about eight side by side. Its buffers are reused and allocate nothing: it is asked at every measurement.
 pub(super) struct Moves<'a> {
     search: &'a Scan<'a>,
-    values: SmallVec<[f64; FEW_PARAMETERS]>,
-    d_theta: SmallVec<[f64; 2 * FEW_PARAMETERS]>,
+    /// Shapes that are not asked about yet, each with the number that it was given.
+    waiting: SmallVec<[(usize, Shape); LANES]>,
+    /// Parameters of these, one shape after the other.
+    values: SmallVec<[f64; LANES * FEW_PARAMETERS]>,
+    d_theta: SmallVec<[Lane; OUTPUTS * FEW_PARAMETERS]>,
 }
 
 impl<'a> Moves<'a> {
     pub fn new(search: &'a Scan<'a>) -> Self {
         let count = search.effect.descriptor().parameters.len();
-        Self { search, values: smallvec![0.0; count], d_theta: smallvec![0.0; 2 * count] }
+        let (values, d_theta) = (smallvec![0.0; LANES * count], smallvec![Lane::default(); OUTPUTS * count]);
+        Self { search, waiting: SmallVec::new(), values, d_theta }
     }
 
-    /// Adds what a shape has of residuals to its score and to the square of its length.
-    pub fn add(&mut self, measured: &Residual<'_>, shape: &Shape, sums: &mut Sums) {
+    /// Adds what numbered shapes have of residuals to their scores and to the squares of their lengths.
+    pub fn add(&mut self, measured: &Residual<'_>, shapes: impl Iterator<Item = (usize, Shape)>, sums: &mut [Sums]) {
         let Residual { observation, predicted, interior, pull, weight } = measured;
-        let Some([x, y]) = self.of(observation, *predicted, interior, shape) else { return };
-        sums.score += x * pull[0] + y * pull[1];
-        sums.length += weight * (x * x + y * y);
+        self.each(observation, *predicted, interior, shapes, |number, [x, y]| {
+            sums[number].score += x * pull[0] + y * pull[1];
+            sums[number].length += weight * (x * x + y * y);
+        });
     }
 
-    /// Derivative of the image point by the linear parameter; `None` where the shape does not reach.
-    fn of(
+    /// Tells the derivative of the image point by the linear parameter, and the number, of all shapes that reach there, in their order.
+    fn each(
         &mut self,
         observation: &ImageObservation,
         predicted: [f64; 2],
         interior: &[f64; 12],
-        shape: &Shape,
-    ) -> Option<[f64; 2]> {
+        shapes: impl Iterator<Item = (usize, Shape)>,
+        mut tell: impl FnMut(usize, [f64; 2]),
+    ) {
         let search = self.search;
-        let (x, y) = (predicted[0] - shape.place[0], predicted[1] - shape.place[1]);
-        let reach = Shape::reach(shape.width);
         let image = &search.problem.image_contexts[observation.image as usize];
-        if x * x + y * y > reach * reach || image.camera != search.cameras[shape.variant] {
-            return None;
-        }
         let context = Context {
             block: &search.problem.block_context,
             image,
@@ -101,16 +106,49 @@ impl<'a> Moves<'a> {
             row_px: observation.y,
             surveyed: None,
         };
-        let mut input = [0.0; 14];
-        input[..2].copy_from_slice(&predicted);
-        input[2..].copy_from_slice(interior);
+        let mut input = [Lane::default(); Stage::Image.inputs()];
+        let numbers = predicted.iter().chain(interior);
+        input.iter_mut().zip(numbers).for_each(|(to, value)| *to = Lane::splat(*value));
+        for (number, shape) in shapes {
+            let (x, y) = (predicted[0] - shape.place[0], predicted[1] - shape.place[1]);
+            let reach = Shape::reach(shape.width);
+            if x * x + y * y > reach * reach || image.camera != search.cameras[shape.variant] {
+                continue;
+            }
+            self.waiting.push((number, shape));
+            if self.waiting.len() == LANES {
+                self.ask(&context, &input, &mut tell);
+            }
+        }
+        self.ask(&context, &input, &mut tell);
+    }
+
+    /// Asks about the shapes that wait, and tells of those that move the point.
+    fn ask(&mut self, context: &Context<'_>, input: &[Lane], tell: &mut impl FnMut(usize, [f64; 2])) {
+        let Self { search, waiting, values, d_theta } = self;
         let [linear, px, py, pw] = search.parameters;
-        self.values.copy_from_slice(&search.values[shape.variant]);
-        (self.values[px], self.values[py], self.values[pw]) = (shape.place[0], shape.place[1], shape.width);
-        let mut moved = [0.0; 2];
-        search.effect.eval(&context, &input, &self.values, &mut moved, None, Some(&mut self.d_theta)).ok()?;
-        let d = [self.d_theta[linear], self.d_theta[self.values.len() + linear]];
-        (d != [0.0; 2]).then_some(d)
+        let count = d_theta.len() / OUTPUTS;
+        while !waiting.is_empty() {
+            for (lane, own) in values.chunks_exact_mut(count).enumerate() {
+                // The last one stands for those that are too few.
+                let shape = waiting[lane.min(waiting.len() - 1)].1;
+                own.copy_from_slice(&search.values[shape.variant]);
+                (own[px], own[py], own[pw]) = (shape.place[0], shape.place[1], shape.width);
+            }
+            let thetas = std::array::from_fn(|lane| &values[lane * count..(lane + 1) * count]);
+            let mut moved = [Lane::default(); OUTPUTS];
+            let mut answer = Answer { out: &mut moved, d_input: None, d_theta: Some(&mut *d_theta) };
+            if let Err(outside) = search.effect.eval_eight(&[*context; LANES], input, &thetas, &mut answer) {
+                waiting.remove(outside);
+                continue;
+            }
+            for (lane, (number, _)) in waiting.drain(..).enumerate() {
+                let d = [d_theta[linear][lane], d_theta[count + linear][lane]];
+                if d != [0.0; OUTPUTS] {
+                    tell(number, d);
+                }
+            }
+        }
     }
 }
 
@@ -132,12 +170,11 @@ impl Columns for List<'_> {
     }
 
     fn image(&self, measured: &Measured<'_>, x: &mut Entries<'_>, y: &mut Entries<'_>) {
-        let mut moves = Moves::new(self.search);
-        for (column, shape) in self.shapes.iter().enumerate() {
-            if let Some(d) = moves.of(measured.observation, measured.predicted, measured.interior, shape) {
-                x.local(column, d[0]);
-                y.local(column, d[1]);
-            }
-        }
+        let Measured { observation, predicted, interior, .. } = measured;
+        let shapes = self.shapes.iter().copied().enumerate();
+        Moves::new(self.search).each(observation, *predicted, interior, shapes, |column, d| {
+            x.local(column, d[0]);
+            y.local(column, d[1]);
+        });
     }
 }
