@@ -174,8 +174,7 @@ pub fn intersect_point(
         Method::Image => {
             let measured: Vec<ImagePoint> =
                 observations.iter().map(|o| ImagePoint { xy: o.xy, sigma: o.sigma }).collect();
-            let project = |i: usize, point: &Vector3<f64>| model.project(observations[i].image, measured[i].xy, point);
-            Ok(intersect_in_images(&measured, start, project)?)
+            Ok(intersect_in_images(&measured, start, |point| model.project_each(observations, point))?)
         }
         Method::Rays => {
             let covariance = covariance_of_rays(model, observations, &start, &directions)?;

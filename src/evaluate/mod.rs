@@ -20,6 +20,7 @@ pub use plain_model::PlainModel;
 pub use similarity::{Similarity, SimilarityFit};
 
 use crate::block::ImageId;
+use intersection::Observation;
 use nalgebra::{Matrix2x3, Vector3};
 
 /// An image point (px) and its 2x3 derivative by the object point (px/m).
@@ -31,6 +32,11 @@ pub trait ImageModel: Sync {
     /// none (behind the camera). `observed` is the measured image point (px): effects that depend on the place on the
     /// sensor (its row's exposure time) take it from there.
     fn project(&self, image: ImageId, observed: [f64; 2], point: &Vector3<f64>) -> Option<ProjectedPoint>;
+
+    /// [`Self::project`] of a point in the image of each observation; `None` where there is none in one of them.
+    fn project_each(&self, observations: &[Observation], point: &Vector3<f64>) -> Option<Vec<ProjectedPoint>> {
+        observations.iter().map(|o| self.project(o.image, o.xy, point)).collect()
+    }
 
     /// Coordinates (m) that the survey would give of a point: the effects of control and frame, else the point itself.
     fn surveyed(&self, point: &Vector3<f64>) -> Vector3<f64>;

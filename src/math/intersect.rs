@@ -82,15 +82,15 @@ pub enum NoIntersection {
 }
 
 /// The point (m) with the least `sum |(observed - projected) / sigma|^2`, by Gauss-Newton from `start`.
-/// `project(i, point)` is the image point (px) of `measured[i]` for a trial point, and its derivative by the point
-/// (px/m); `None` where the image does not see it.
+/// `project(point)` gives, in the order of `measured`, the image points (px) of a trial point, and their derivatives by the point
+/// (px/m); `None` where an image does not see it.
 ///
 /// # Errors
 /// [`NoIntersection`].
 pub fn intersect_in_images(
     measured: &[ImagePoint],
     start: Vector3<f64>,
-    project: impl Fn(usize, &Vector3<f64>) -> Option<([f64; 2], Matrix2x3<f64>)>,
+    project: impl Fn(&Vector3<f64>) -> Option<Vec<([f64; 2], Matrix2x3<f64>)>>,
 ) -> Result<Intersected, NoIntersection> {
     let mut position = start;
     let mut normal = Normal::at(measured, &position, &project).ok_or(NoIntersection::Unseen)?;
@@ -140,7 +140,7 @@ impl Normal {
     fn at(
         measured: &[ImagePoint],
         point: &Vector3<f64>,
-        project: impl Fn(usize, &Vector3<f64>) -> Option<([f64; 2], Matrix2x3<f64>)>,
+        project: impl Fn(&Vector3<f64>) -> Option<Vec<([f64; 2], Matrix2x3<f64>)>>,
     ) -> Option<Self> {
         let mut normal = Normal {
             matrix: Matrix3::zeros(),
@@ -149,8 +149,7 @@ impl Normal {
             cost_rounding: 0.0,
             residuals: Vec::with_capacity(measured.len()),
         };
-        for (i, ImagePoint { xy, sigma }) in measured.iter().enumerate() {
-            let (projected, jacobian) = project(i, point)?;
+        for (ImagePoint { xy, sigma }, (projected, jacobian)) in measured.iter().zip(project(point)?) {
             let residual = Vector2::from(*xy) - Vector2::from(projected);
             let weight = 1.0 / (sigma * sigma);
             normal.matrix += jacobian.transpose() * jacobian * weight;
@@ -215,13 +214,13 @@ mod tests {
         let point = Vector3::new(3.0, -2.0, 40.0);
         let origins = [Vector3::zeros(), Vector3::x() * 10.0, Vector3::y() * 8.0];
         let measured = origins.map(|origin| ImagePoint { xy: pinhole(&origin, &point).unwrap().0, sigma: 0.5 });
-        let project = |i: usize, trial: &Vector3<f64>| pinhole(&origins[i], trial);
+        let project = |trial: &Vector3<f64>| origins.iter().map(|origin| pinhole(origin, trial)).collect();
         let found = intersect_in_images(&measured, point + Vector3::new(1.0, -1.0, 7.0), project).unwrap();
         assert_relative_eq!(found.position, point, epsilon = 1e-12);
         assert!(found.residuals.iter().all(|residual| residual.norm() < 1e-10));
         // Straight ahead of one image the depth moves nothing.
         let ahead = [ImagePoint { xy: [0.0; 2], sigma: 0.5 }; 3];
-        let alone = |_: usize, trial: &Vector3<f64>| pinhole(&origins[0], trial);
+        let alone = |trial: &Vector3<f64>| ahead.iter().map(|_| pinhole(&origins[0], trial)).collect();
         assert_eq!(intersect_in_images(&ahead, Vector3::z() * 40.0, alone), Err(NoIntersection::Parallel));
         let behind = Vector3::new(0.0, 0.0, -1.0);
         assert_eq!(intersect_in_images(&measured, behind, project), Err(NoIntersection::Unseen));

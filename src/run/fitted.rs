@@ -1,8 +1,9 @@
 //! The adjusted images, effects included, as something that surveyed points can be compared with.
 
 use crate::block::ImageId;
+use crate::evaluate::intersection::Observation;
 use crate::evaluate::{ImageModel, ProjectedPoint};
-use crate::measure::Predictor;
+use crate::measure::{Predictor, Sighted};
 use nalgebra::Vector3;
 
 /// Adjusted images with their effects.
@@ -14,6 +15,11 @@ pub struct FittedModel<'a> {
 impl ImageModel for FittedModel<'_> {
     fn project(&self, image: ImageId, observed: [f64; 2], point: &Vector3<f64>) -> Option<ProjectedPoint> {
         self.predictor.image_point(image.index(), observed, point)
+    }
+
+    fn project_each(&self, observations: &[Observation], point: &Vector3<f64>) -> Option<Vec<ProjectedPoint>> {
+        let sighted = |o: &Observation| Sighted { image: o.image.index(), observed: o.xy, point: *point };
+        self.predictor.image_points(observations.iter().map(sighted)).into_iter().collect()
     }
 
     fn surveyed(&self, point: &Vector3<f64>) -> Vector3<f64> {

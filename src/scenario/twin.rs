@@ -125,12 +125,13 @@ fn intersect(block: &Block, rays: &[Measurement]) -> Option<Vector3<f64>> {
 /// front.
 fn refine(block: &Block, rays: &[Measurement], start: Vector3<f64>) -> Option<Vector3<f64>> {
     let measured: Vec<ImagePoint> = rays.iter().map(|ray| ImagePoint { xy: [ray.x, ray.y], sigma: 1.0 }).collect();
-    let project = |i: usize, point: &Vector3<f64>| {
-        let pose = &block.images[rays[i].image.index()].pose;
-        let interior = &block.camera_of(rays[i].image).interior;
+    let project_one = |ray: &Measurement, point: &Vector3<f64>| {
+        let pose = &block.images[ray.image.index()].pose;
+        let interior = &block.camera_of(ray.image).interior;
         let projection = project_with_derivatives(interior, pose.cam_from_world(point).into())?;
         let by_camera_point = Matrix2x3::from_fn(|i, j| projection.d_camera_point[i][j]);
         Some((projection.point, by_camera_point * pose.rotation.to_rotation_matrix().into_inner()))
     };
+    let project = |point: &Vector3<f64>| rays.iter().map(|ray| project_one(ray, point)).collect();
     intersect_in_images(&measured, start, project).ok().map(|found| found.position)
 }
