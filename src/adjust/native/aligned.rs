@@ -8,6 +8,14 @@ const LINE_BYTES: usize = 64;
 /// Numbers of a cache line.
 pub const LINE: usize = LINE_BYTES / size_of::<f64>();
 
+/// Zeros to sum in. Sums are read before they are written, and a page of zeros that is read first is set up twice, the second time with an interrupt
+/// of every processor that the program runs on: so each is written here.
+pub fn zeros(length: usize) -> Vec<f64> {
+    let mut numbers = vec![0.0; length];
+    black_box(&mut *numbers).fill(0.0);
+    numbers
+}
+
 /// A fixed number of numbers.
 #[derive(Debug)]
 pub struct Aligned {
@@ -19,10 +27,7 @@ pub struct Aligned {
 impl Aligned {
     /// Zeros.
     pub fn zeros(length: usize) -> Self {
-        let mut storage = vec![0.0; length + LINE];
-        // Sums are read before they are written. A page of zeros that is read first is set up twice, the second time with an interrupt of every
-        // processor that the program runs on: so it is written here.
-        black_box(&mut *storage).fill(0.0);
+        let storage = zeros(length + LINE);
         let first = storage.as_ptr().align_offset(LINE_BYTES).min(LINE);
         Self { storage, first, length }
     }

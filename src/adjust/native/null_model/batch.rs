@@ -41,10 +41,14 @@ pub(super) struct Batch {
     pub locals: Vec<(u32, f64)>,
     /// Per point: its local columns.
     pub shares: Vec<Share>,
-    /// Per point.
-    pub groups: Vec<Group>,
+    /// Per point, or antenna: its shares.
+    pub groups: Vec<Range<usize>>,
     /// Sum of squares of each dense column before anything is taken out.
     pub length: Vec<f64>,
+    /// `D'v`, the points taken out.
+    pub score: Vec<f64>,
+    /// Sum over the points of the squared part that each has of it.
+    pub squares: Vec<f64>,
     /// Numbers of the rows, those of an image side by side; those of none at the end.
     by_image: Vec<u32>,
     /// Row and value of the entries of local columns, those of a column side by side.
@@ -53,18 +57,10 @@ pub(super) struct Batch {
     local_start: Vec<u32>,
 }
 
-/// What belongs to a point, or to an antenna.
-pub(super) struct Group {
-    /// Its rows.
-    pub rows: Range<usize>,
-    /// Its shares.
-    pub shares: Range<usize>,
-}
-
 impl Batch {
     /// Empties it, to be filled with `rows` rows of `dense` columns.
     pub fn begin(&mut self, rows: usize, dense: usize) {
-        let Self { rows: own, panel, locals, shares, groups, length, .. } = self;
+        let Self { rows: own, panel, locals, shares, groups, length, score, squares, .. } = self;
         own.clear();
         own.reserve(rows);
         panel.clear();
@@ -72,8 +68,10 @@ impl Batch {
         locals.clear();
         shares.clear();
         groups.clear();
-        length.clear();
-        length.resize(dense, 0.0);
+        for sums in [length, score, squares] {
+            sums.clear();
+            sums.resize(dense, 0.0);
+        }
     }
 
     /// Puts finished rows in order: by image, and by the `local` local columns.

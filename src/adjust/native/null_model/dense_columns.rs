@@ -1,46 +1,8 @@
 //! Products of the dense columns of batches among each other, added to sums.
 
 use super::batch::Batch;
-use super::products::{LANES, add, add_rows};
+use super::products::{LANES, add_rows};
 use pulp::{Simd, WithSimd};
-use std::array::from_fn;
-
-/// Scores and lengths of the dense columns.
-pub(super) struct DenseScores<'a> {
-    /// What is added.
-    pub batch: &'a Batch,
-    /// `D'v`.
-    pub score: &'a mut [f64],
-    /// Sum of squares before anything is taken out.
-    pub length: &'a mut [f64],
-    /// Sum of squares of the parts that points have of a score.
-    pub squares: &'a mut [f64],
-}
-
-impl WithSimd for DenseScores<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { batch, score, length, squares } = self;
-        let d = score.len();
-        add(length, 1.0, &batch.length);
-        let (panel, _) = batch.panel.as_chunks::<LANES>();
-        let (scores, _) = score.as_chunks_mut::<LANES>();
-        let (squares, _) = squares.as_chunks_mut::<LANES>();
-        for group in &batch.groups {
-            for (block, (score, squares)) in scores.iter_mut().zip(squares.iter_mut()).enumerate() {
-                let mut part = [0.0; LANES];
-                for number in group.rows.clone() {
-                    let (v, x) = (batch.rows[number].v, &panel[number * (d / LANES) + block]);
-                    part = from_fn(|l| part[l] + v * x[l]);
-                }
-                *score = from_fn(|l| score[l] + part[l]);
-                *squares = from_fn(|l| squares[l] + part[l] * part[l]);
-            }
-        }
-    }
-}
 
 /// Rows whose share of a tile of [`Multiply`] stays in the nearest cache.
 const ROWS_TOGETHER: usize = 64;

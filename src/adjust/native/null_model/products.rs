@@ -33,24 +33,32 @@ impl WithSimd for Lengths<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        for line in self.panel.chunks_exact(self.length.len()) {
-            for (sum, value) in self.length.iter_mut().zip(line) {
-                *sum += value * value;
+        let (panel, _) = self.panel.as_chunks::<LANES>();
+        let (length, _) = self.length.as_chunks_mut::<LANES>();
+        let blocks = length.len();
+        for (block, length) in length.iter_mut().enumerate() {
+            let mut sum = *length;
+            for line in panel.chunks_exact(blocks) {
+                let x = &line[block];
+                sum = from_fn(|l| sum[l] + x[l] * x[l]);
             }
+            *length = sum;
         }
     }
 }
 
-/// `X -= J V^-1 J'X` for the rows of a point, `J` their derivatives by it.
+/// `X -= J V^-1 J'X` for the rows of a point, `J` their derivatives by it, and then the part `X'v` that the point has of a score.
 pub(super) struct PointOut<'a> {
-    /// Its rows.
+    /// Its rows, of whose `v` it is taken out.
     pub rows: &'a [Row],
     /// `V^-1 = (J'J)^-1`.
     pub inverse: &'a Matrix3<f64>,
     /// `X`.
     pub panel: &'a mut [f64],
-    /// Number of its columns.
-    pub d: usize,
+    /// Sums of the parts, one for each column of `X`.
+    pub score: &'a mut [f64],
+    /// Sums of their squares.
+    pub squares: &'a mut [f64],
 }
 
 impl WithSimd for PointOut<'_> {
@@ -58,10 +66,12 @@ impl WithSimd for PointOut<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { rows, inverse, panel, d } = self;
+        let Self { rows, inverse, panel, score, squares } = self;
         let (panel, _) = panel.as_chunks_mut::<LANES>();
-        let blocks = d / LANES;
-        for block in 0..blocks {
+        let (score, _) = score.as_chunks_mut::<LANES>();
+        let (squares, _) = squares.as_chunks_mut::<LANES>();
+        let blocks = score.len();
+        for (block, (score, squares)) in score.iter_mut().zip(squares).enumerate() {
             let mut moved = [[0.0; LANES]; 3];
             for (row, line) in rows.iter().zip(panel.chunks_exact(blocks)) {
                 let x = &line[block];
@@ -74,11 +84,15 @@ impl WithSimd for PointOut<'_> {
                 let [i0, i1, i2] = [inverse[(a, 0)], inverse[(a, 1)], inverse[(a, 2)]];
                 from_fn::<f64, LANES, _>(|l| i0 * m0[l] + i1 * m1[l] + i2 * m2[l])
             });
+            let mut part = [0.0; LANES];
             for (row, line) in rows.iter().zip(panel.chunks_exact_mut(blocks)) {
-                let [a, b, c] = row.point;
+                let ([a, b, c], v) = (row.point, row.v);
                 let x = &mut line[block];
                 *x = from_fn(|l| x[l] - (a * m0[l] + b * m1[l] + c * m2[l]));
+                part = from_fn(|l| part[l] + v * x[l]);
             }
+            *score = from_fn(|l| score[l] + part[l]);
+            *squares = from_fn(|l| squares[l] + part[l] * part[l]);
         }
     }
 }
@@ -192,7 +206,7 @@ impl<const D: usize> WithSimd for ImagesLocal<'_, D> {
                 *sums = from_fn(|k| sums[k] + row.image[k] * entry);
             }
             let [a, b, c] = row.point;
-            for share in &batch.shares[batch.groups[row.group as usize].shares.clone()] {
+            for share in &batch.shares[batch.groups[row.group as usize].clone()] {
                 let [t0, t1, t2] = share.taken;
                 let taken = a * t0 + b * t1 + c * t2;
                 let sums = &mut own[share.column as usize];
@@ -259,7 +273,7 @@ impl WithSimd for LocalLines<'_> {
             }
         }
         for group in &batch.groups {
-            let shares = &batch.shares[group.shares.clone()];
+            let shares = &batch.shares[group.clone()];
             for (position, share) in shares.iter().enumerate() {
                 let a = share.column as usize;
                 if !own.contains(&a) {

@@ -3,7 +3,7 @@
 //! Taking a point out is a projection of its rows, `X <- X - J V^-1 J'X` with `J` the derivatives by the point and `V = J'J`. Sums over the
 //! projected rows are sums over what the points leave, and small rests of columns keep their digits.
 
-use super::batch::{Batch, Group, Row, Share};
+use super::batch::{Batch, Row, Share};
 use super::columns::{Coordinate, Entries, Measured};
 use super::products::{Lengths, PointOut, add};
 use super::source::{Carry, Source};
@@ -275,7 +275,7 @@ impl<'a> Filler<'a> {
     /// Takes the base (where asked for) and the point out of the rows from `first` on.
     fn finish(&mut self, first: usize, point: Option<usize>) -> Result<(), AdjustError> {
         let dense = self.source.dense();
-        let Batch { rows, panel, locals, shares, groups, length, .. } = &mut self.batch;
+        let Batch { rows, panel, locals, shares, groups, length, score, squares, .. } = &mut self.batch;
         let end = rows.len();
         let rows = &mut rows[first..];
         let panel = &mut panel[first * dense..end * dense];
@@ -284,6 +284,8 @@ impl<'a> Filler<'a> {
             dispatch(BaseOut { source: self.source, carry, rows, panel });
         }
         let start = shares.len();
+        // Where there is no point, nothing is taken out.
+        let mut inverse = Matrix3::zeros();
         if let Some(j) = point {
             let mut normal = Matrix3::zeros();
             let mut gradient = Vector3::zeros();
@@ -292,9 +294,8 @@ impl<'a> Filler<'a> {
                 normal += by_point * by_point.transpose();
                 gradient += by_point * row.v;
             }
-            let inverse = inverse_of_damped(&normal, 0.0).ok_or_else(|| rays_do_not_meet(self.source.problem, j))?;
+            inverse = inverse_of_damped(&normal, 0.0).ok_or_else(|| rays_do_not_meet(self.source.problem, j))?;
             let solved = inverse * gradient;
-            dispatch(PointOut { rows, inverse: &inverse, panel, d: dense });
             for row in rows.iter_mut() {
                 row.v -= Vector3::from(row.point).dot(&solved);
             }
@@ -318,7 +319,8 @@ impl<'a> Filler<'a> {
             }
             shares[start..].sort_unstable_by_key(|share| share.column);
         }
-        groups.push(Group { rows: first..end, shares: start..shares.len() });
+        dispatch(PointOut { rows, inverse: &inverse, panel, score, squares });
+        groups.push(start..shares.len());
         Ok(())
     }
 }

@@ -6,13 +6,14 @@
 
 use super::ColumnPlace;
 use super::batch::Batch;
-use super::dense_columns::{DenseScores, Multiply};
+use super::dense_columns::Multiply;
 use super::families::Families;
-use super::products::{ImageLines, ImagesDense, ImagesLocal, LocalLines};
+use super::products::{ImageLines, ImagesDense, ImagesLocal, LocalLines, add};
 use super::source::Source;
 use super::waves::{Task, waves};
 use crate::adjust::AdjustError;
 use crate::adjust::native::MAX_DIM;
+use crate::adjust::native::aligned::zeros;
 use crate::math::vectors::dispatch;
 
 /// Columns of a product that one task sums.
@@ -84,11 +85,11 @@ impl Sums {
         let mut sums = Self {
             dense: d,
             local: l,
-            dense_dense: vec![0.0; d * d],
-            local_dense: vec![0.0; l * d],
-            local_local: vec![0.0; if diagonal_alone { l } else { l * l }],
-            image_dense: vec![0.0; unknowns * d],
-            image_local: vec![0.0; unknowns * l],
+            dense_dense: zeros(d * d),
+            local_dense: zeros(l * d),
+            local_local: zeros(if diagonal_alone { l } else { l * l }),
+            image_dense: zeros(unknowns * d),
+            image_local: zeros(unknowns * l),
             score_dense: vec![0.0; d],
             score_local: vec![0.0; l],
             length_dense: vec![0.0; d],
@@ -120,7 +121,11 @@ impl Sums {
         let width = if self.diagonal_alone { 1 } else { l };
         let mut added: Vec<Part<'s>> = Vec::new();
         let (score, length, squares) = (&mut self.score_dense, &mut self.length_dense, &mut self.squares_dense);
-        added.push(Box::new(move |batch| dispatch(DenseScores { batch, score, length, squares })));
+        added.push(Box::new(move |batch| {
+            add(score, 1.0, &batch.score);
+            add(length, 1.0, &batch.length);
+            add(squares, 1.0, &batch.squares);
+        }));
         for (task, columns) in self.dense_dense.chunks_mut((TASK_COLUMNS * d).max(1)).enumerate() {
             let first = task * TASK_COLUMNS;
             added.push(Box::new(move |batch| {
