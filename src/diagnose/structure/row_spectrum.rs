@@ -9,6 +9,7 @@ use super::asked::Tested;
 use super::context::Context;
 use super::found::Found;
 use crate::math::statistics::chi_square_ln_sf;
+use crate::problem::ImageObservation;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
@@ -63,6 +64,8 @@ struct Rows<'a> {
     context: &'a Context<'a>,
     /// Sum of squares of each image and component.
     squares: Vec<[f64; 2]>,
+    /// `exp(i pi row)` of each measurement, rows from 0 to 1.
+    half_period: Vec<Complex64>,
 }
 
 impl<'a> Rows<'a> {
@@ -72,12 +75,17 @@ impl<'a> Rows<'a> {
             let residual = context.measurements[k].residual.map(|v| v * observation.inverse_sigma);
             (0..2).for_each(|axis| squares[context.image(k)][axis] += residual[axis].powi(2));
         }
-        Self { context, squares }
+        let half_period = |(k, observation): (usize, &ImageObservation)| {
+            let height = context.problem.image_contexts[observation.image as usize].height_px;
+            Complex64::cis(PI * (context.measurements[k].predicted[1] / height))
+        };
+        let half_period = context.problem.observations.par_iter().enumerate().map(half_period).collect();
+        Self { context, squares, half_period }
     }
 
     /// Power at each frequency for each of `flips`: where bit `flip` of `signs(j)` is set, the residuals of point `j` have the other sign.
     fn powers(&self, half_periods: &[u32], flips: usize, signs: impl Fn(usize) -> u32) -> Vec<f64> {
-        let Self { context, squares } = self;
+        let Self { context, squares, half_period } = self;
         let problem = context.problem;
         let count = half_periods.len() * flips;
         let mut sums = vec![[Complex64::ZERO; 2]; squares.len() * count];
@@ -85,12 +93,10 @@ impl<'a> Rows<'a> {
             let signs = signs(j);
             for k in problem.point_start[j]..problem.point_start[j + 1] {
                 let image = context.image(k);
-                let row = context.measurements[k].predicted[1] / problem.image_contexts[image].height_px;
-                let half_period = Complex64::cis(PI * row);
                 let residual = context.measurements[k].residual.map(|v| v * problem.observations[k].inverse_sigma);
                 let of_image = &mut sums[image * count..(image + 1) * count];
                 for (sums, half) in of_image.chunks_mut(flips).zip(half_periods) {
-                    let wave = half_period.powu(*half);
+                    let wave = half_period[k].powu(*half);
                     let moved = residual.map(|residual| wave * residual);
                     for (flip, sum) in sums.iter_mut().enumerate() {
                         let is_flipped = signs >> flip & 1 == 1;
