@@ -6,7 +6,8 @@
 
 use super::fit::Fit;
 use crate::adjust::AdjustError;
-use crate::adjust::native::{one_step, pool};
+use crate::adjust::native::one_step;
+use crate::adjust::native::pool::Pool;
 use crate::math::statistics::{chi_square_quantile, median};
 use crate::measure::{ImagePoint, Predictor, Sighted};
 use crate::problem::{ImageObservation, PointSource, Problem, State};
@@ -23,7 +24,7 @@ const INTERSECTION_STEPS: usize = 2;
 /// Typical error per coordinate of predicted tie-point measurements, px: from the median, which badly intersected points do not move, of errors
 /// that are each divided by the precision of their intersection. NaN where no point has three rays.
 pub fn held_out_px(fitted: &Fit, threads: usize) -> Result<f64, AdjustError> {
-    let of_folds: Vec<Vec<f64>> = pool(threads)?.install(|| {
+    let of_folds: Vec<Vec<f64>> = Pool::new(threads)?.install(|| {
         let fold = |fold: usize| of_fold(fitted, fold, threads.div_ceil(FOLDS));
         (0..FOLDS).into_par_iter().map(fold).collect::<Result<_, _>>()
     })?;

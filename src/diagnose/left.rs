@@ -11,7 +11,7 @@ use super::settings::Settings;
 use super::structure::{self, Structure};
 use super::test::{System, fixed};
 use crate::adjust::native::null_model::{Columns, measurements_at};
-use crate::adjust::native::pool;
+use crate::adjust::native::pool::Pool;
 use crate::block::Block;
 use crate::run;
 
@@ -126,7 +126,7 @@ fn alone(
     let Some(surest) = surest(&situation, &situation.beside(), &excerpt.shapes) else { return Ok(Alone::Nothing) };
     let mut shapes = excerpt.shapes.clone();
     shapes.swap(0, surest);
-    let (all, first) = pool(settings.options.threads)?
+    let (all, first) = Pool::new(settings.options.threads)?
         .install(|| (challenge::rule(&situation, &shapes), challenge::rule(&situation, &shapes[..1])));
     Ok(match all {
         None => Alone::Nothing,

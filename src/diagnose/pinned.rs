@@ -2,7 +2,7 @@
 //! one whatever it says: a cusp of the sum of squares, of which a fit sees neither how it came there nor the way out.
 
 use crate::adjust::AdjustError;
-use crate::adjust::native::pool;
+use crate::adjust::native::pool::Pool;
 use crate::effects::Stage;
 use crate::measure::{MeasureError, Prediction, Stages, frames, predict};
 use crate::problem::{Problem, State};
@@ -53,7 +53,7 @@ pub(super) fn effects(problem: &Problem, state: &State, threads: usize) -> Resul
         Ok(sums)
     };
     let firsts: Vec<usize> = (0..state.points.len()).step_by(POINTS).collect();
-    let parts: Result<Vec<_>, _> = pool(threads)?.install(|| firsts.into_par_iter().map(sums).collect());
+    let parts: Result<Vec<_>, _> = Pool::new(threads)?.install(|| firsts.into_par_iter().map(sums).collect());
     let mut all = vec![Information::default(); searched.len()];
     for part in parts? {
         all.iter_mut().zip(part).for_each(|(all, part)| all.join(part));

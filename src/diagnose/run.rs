@@ -10,7 +10,7 @@ use super::settle::{judge, settle};
 use super::structure::{self, Structure};
 use super::verdict::Diagnosis;
 use crate::adjust::AdjustError;
-use crate::adjust::native::pool;
+use crate::adjust::native::pool::Pool;
 use crate::block::Block;
 use crate::model::Model;
 use crate::run::{self, RunError};
@@ -46,7 +46,7 @@ pub struct Diagnosed {
 /// # Errors
 /// A fit that fails.
 pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
-    pool(settings.options.threads)?.install(|| diagnose_in_pool(whole, model, settings))
+    Pool::new(settings.options.threads)?.install(|| diagnose_in_pool(whole, model, settings))
 }
 
 fn diagnose_in_pool(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {

@@ -4,7 +4,7 @@
 use super::fit::{DiagnoseError, FEW_ITERATIONS, Fit, fit};
 use super::outliers::{self, MAX_ROUNDS, Round, Snooping, Strictness};
 use super::settings::Settings;
-use crate::adjust::native::pool;
+use crate::adjust::native::pool::Pool;
 use crate::adjust::{AdjustError, Options};
 use crate::block::{Block, PointId};
 use crate::model::Model;
@@ -75,7 +75,7 @@ pub fn judge(
     settings: &Settings<'_>,
 ) -> Result<Round, AdjustError> {
     let seen = outliers::Solved { problem: &fitted.problem, state: &fitted.solution.state };
-    pool(settings.options.threads)?.install(|| search.judge(whole, seen, strictness))
+    Pool::new(settings.options.threads)?.install(|| search.judge(whole, seen, strictness))
 }
 
 /// A model, the block that it is fitted to, and what of it is out so far.

@@ -7,6 +7,7 @@ use super::lm::{Advanced, Attempt, Iterated};
 use super::loss::Curvature;
 use super::pattern::Pattern;
 use super::point::Prepared;
+use super::pool::Pool;
 use super::rank::factor_of_full_rank;
 use super::spare::Spare;
 use super::step::try_step;
@@ -15,7 +16,6 @@ use super::system::System;
 use crate::adjust::AdjustError;
 use crate::measure::Frame;
 use crate::problem::{Loss, Problem, State};
-use rayon::ThreadPool;
 
 /// A bundle problem with what is prepared once.
 pub struct Bundle<'a> {
@@ -26,7 +26,7 @@ pub struct Bundle<'a> {
     /// Of a sparse reduced system.
     pub pattern: Option<&'a Pattern>,
     /// Where the passes over the points run.
-    pub pool: &'a ThreadPool,
+    pub pool: &'a Pool,
     /// Memory of earlier linearisations.
     pub spare: &'a Spare,
 }

@@ -4,13 +4,13 @@ use super::bundle::{Bundle, BundleState};
 use super::lm::Iterated;
 use super::loss::Curvature;
 use super::pattern::Pattern;
+use super::pool::Pool;
 use super::spare::Spare;
 use super::structure::Structure;
 use super::system::System;
-use super::{frames, pool, rank, structure};
+use super::{frames, rank, structure};
 use crate::adjust::{AdjustError, LinearSolver};
 use crate::problem::Problem;
-use rayon::ThreadPool;
 use std::sync::Arc;
 
 /// Next to none, as near a solution.
@@ -21,7 +21,7 @@ pub struct Kernels<'a> {
     problem: &'a Problem,
     structure: Structure,
     pattern: Option<Arc<Pattern>>,
-    pool: ThreadPool,
+    pool: Pool,
     spare: Spare,
     start: BundleState,
     system: System,
@@ -34,7 +34,7 @@ impl<'a> Kernels<'a> {
     /// # Errors
     /// Start values that cannot be projected; a singular problem.
     pub fn new(problem: &'a Problem, threads: usize) -> Result<Self, AdjustError> {
-        let (structure, pool) = (structure(problem)?, pool(threads)?);
+        let (structure, pool) = (structure(problem)?, Pool::new(threads)?);
         let pattern = Pattern::of(&structure, LinearSolver::Auto);
         let start = BundleState { state: problem.start.clone(), frames: frames(problem, &structure, &problem.start)? };
         let spare = Spare::default();

@@ -22,6 +22,7 @@ mod nonlinear;
 pub mod null_model;
 mod pattern;
 mod point;
+pub(crate) mod pool;
 mod rank;
 mod rows;
 mod second_look;
@@ -41,6 +42,7 @@ pub use rank::EFFECT_DOMAIN;
 use bundle::{Bundle, BundleState, gradient_max};
 use pattern::Pattern;
 use point::Prepared;
+use pool::Pool;
 use spare::Spare;
 use std::time::Instant;
 use structure::Structure;
@@ -75,7 +77,7 @@ impl Solver for Native {
         let structure = structure(problem)?;
         let pattern = Pattern::of(&structure, *linear_solver);
         // The progress callback need not be Send: the iterations stay on this thread, their passes go to the pool.
-        let pool = pool(*threads)?;
+        let pool = Pool::new(*threads)?;
         let started = Instant::now();
         let spare = Spare::default();
         let bundle = Bundle { problem, structure: &structure, pattern: pattern.as_deref(), pool: &pool, spare: &spare };
@@ -130,7 +132,8 @@ pub fn one_step(problem: &Problem, state: &State, threads: usize) -> Result<Stat
     let structure = structure(problem)?;
     let frames = frames(problem, &structure, state)?;
     let at = Prepared { problem, structure: &structure, state, frames: &frames };
-    let system = pool(threads)?.install(|| linearise::linearise(&at, 0.0, Curvature::Weights, &Spare::default()))?;
+    let system =
+        Pool::new(threads)?.install(|| linearise::linearise(&at, 0.0, Curvature::Weights, &Spare::default()))?;
     let pattern = Pattern::of(&structure, LinearSolver::Auto);
     let (images, border) = rank::factor_of_full_rank(problem, &structure, &system, pattern.as_deref())?.solve();
     let mut next = state.clone();
@@ -163,11 +166,4 @@ impl From<MeasureError> for AdjustError {
         };
         AdjustError::BadStart { image, point, reason: reason.into() }
     }
-}
-
-pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool, AdjustError> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|error| AdjustError::Unsupported { solver: NAME, option: format!("{threads} threads: {error}") })
 }

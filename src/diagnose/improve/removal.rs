@@ -11,7 +11,7 @@ use super::super::select::{Event, Situation, Taken};
 use super::super::settings::Settings;
 use super::super::settle::SAME_MINIMUM;
 use super::{Change, Improvement};
-use crate::adjust::native::pool;
+use crate::adjust::native::pool::Pool;
 use crate::block::Block;
 
 impl Improvement {
@@ -34,7 +34,7 @@ impl Improvement {
         structures: &[Shape],
         settings: &Settings<'_>,
     ) -> Result<bool, DiagnoseError> {
-        let event = pool(settings.options.threads)?.install(|| challenge::rule(situation, structures));
+        let event = Pool::new(settings.options.threads)?.install(|| challenge::rule(situation, structures));
         let Some(Event::Removed { id, why }) = event else { return Ok(false) };
         let went = self.let_go(block, &id, &why, settings)?;
         if went {

@@ -3,12 +3,11 @@
 use super::place::Place;
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::Local;
-use crate::adjust::native::pool;
+use crate::adjust::native::pool::Pool;
 use crate::diagnose::test::variance_factor;
 use crate::measure::Predictor;
 use crate::problem::{Problem, State};
 use nalgebra::{Matrix6, Vector3};
-use rayon::ThreadPool;
 use rayon::prelude::*;
 
 /// Points whose places are looked at together.
@@ -32,7 +31,7 @@ pub(super) struct Context<'a> {
     pub(super) antenna_normals: Vec<Matrix6<f64>>,
     pub(super) gnss_noise: Noise,
     /// Its threads are those that the tests have.
-    pub(super) pool: ThreadPool,
+    pub(super) pool: Pool,
 }
 
 impl<'a> Context<'a> {
@@ -80,7 +79,7 @@ impl<'a> Context<'a> {
             antenna_residuals,
             antenna_normals,
             gnss_noise: Noise { sum_of_squares, degrees: f64::NAN },
-            pool: pool(threads)?,
+            pool: Pool::new(threads)?,
         })
     }
 

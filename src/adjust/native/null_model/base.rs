@@ -5,6 +5,7 @@ use crate::adjust::native::in_order::locked;
 use crate::adjust::native::loss::Curvature;
 use crate::adjust::native::pattern::Pattern;
 use crate::adjust::native::point::Prepared;
+use crate::adjust::native::pool::Pool;
 use crate::adjust::native::rank::factor_of_full_rank;
 use crate::adjust::native::spare::Spare;
 use crate::adjust::native::structure::Structure;
@@ -13,7 +14,6 @@ use crate::adjust::native::{frames, linearise};
 use crate::adjust::{AdjustError, LinearSolver};
 use crate::measure::Stages;
 use crate::problem::{Problem, State};
-use rayon::ThreadPool;
 use std::sync::{Arc, Mutex};
 
 /// The free unknowns of a fit but the columns that are asked about, factorised.
@@ -49,7 +49,7 @@ impl SharedBase {
         structure: &mut Structure,
         state: &State,
         acting: &Stages,
-        pool: &ThreadPool,
+        pool: &Pool,
     ) -> Result<Arc<Base>, AdjustError> {
         let free = Free::of(problem);
         let at_hand = locked(&self.0).clone();

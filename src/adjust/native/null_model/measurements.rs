@@ -5,7 +5,7 @@ use super::rows::Linearise;
 use super::source::EffectEntry;
 use crate::adjust::AdjustError;
 use crate::adjust::native::point::inverse_of_damped;
-use crate::adjust::native::pool;
+use crate::adjust::native::pool::Pool;
 use crate::adjust::native::rows::Contents;
 use crate::adjust::native::side_by_side::{Cameras, Eights, Workspace};
 use crate::math::vectors::dispatch;
@@ -13,7 +13,6 @@ use crate::measure::lanes::{POINT, ROTATION};
 use crate::measure::{self, Frame, Stages};
 use crate::problem::{Problem, State};
 use nalgebra::{Matrix2, Matrix2x3, Matrix2x6, Matrix3, Vector2};
-use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::array::from_fn;
 use std::ops::Range;
@@ -41,7 +40,7 @@ const POINTS: usize = 256;
 pub fn measurements_at(problem: &Problem, state: &State, threads: usize) -> Result<Vec<Local>, AdjustError> {
     let acting = Stages::acting(problem, state);
     let frames = measure::frames(problem, &acting, state)?;
-    Fitted { problem, state, stages: &acting, frames: &frames, entries: None }.all(&pool(threads)?)
+    Fitted { problem, state, stages: &acting, frames: &frames, entries: None }.all(&Pool::new(threads)?)
 }
 
 impl NullModel {
@@ -80,13 +79,13 @@ struct Fitted<'a> {
 pub(super) type Measured = (Vec<Local>, Vec<Vector2<f64>>);
 
 impl Fitted<'_> {
-    fn all(&self, pool: &ThreadPool) -> Result<Vec<Local>, AdjustError> {
+    fn all(&self, pool: &Pool) -> Result<Vec<Local>, AdjustError> {
         let locals: Vec<Vec<Local>> = self.parts(pool)?.into_iter().map(|(locals, _)| locals).collect();
         Ok(locals.concat())
     }
 
     /// Of some points each, in the order of the problem.
-    fn parts(&self, pool: &ThreadPool) -> Result<Vec<Measured>, AdjustError> {
+    fn parts(&self, pool: &Pool) -> Result<Vec<Measured>, AdjustError> {
         let count = self.problem.point_sources.len();
         let tasks: Vec<Range<usize>> =
             (0..count).step_by(POINTS).map(|first| first..(first + POINTS).min(count)).collect();

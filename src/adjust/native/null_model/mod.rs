@@ -38,8 +38,9 @@ pub use measurements::{Local, measurements_at};
 pub use parts::Parts;
 pub use score_system::ScoreSystem;
 
+use super::pool::Pool;
 use super::structure::Structure;
-use super::{frames as frames_of, pool, step, structure as structure_of};
+use super::{frames as frames_of, step, structure as structure_of};
 use crate::adjust::AdjustError;
 use crate::camera::Interior;
 use crate::effects::{Role, Scope};
@@ -47,7 +48,6 @@ use crate::measure::{Frame, Stages};
 use crate::problem::{Problem, State};
 use base::Base;
 use nalgebra::Vector3;
-use rayon::ThreadPool;
 use source::{EffectEntry, Source};
 use std::ops::Range;
 use std::sync::Arc;
@@ -61,7 +61,7 @@ pub struct NullModel {
     acting: Stages,
     frames: Vec<Frame>,
     base: Arc<Base>,
-    pool: ThreadPool,
+    pool: Pool,
     /// Unknowns (layout) of the columns of effects, in the caller's order.
     columns: Vec<usize>,
     units: Vec<f64>,
@@ -103,7 +103,7 @@ impl NullModel {
         // Candidates at their nominal values change nothing: the base does without them.
         let acting = acting(&problem, &state);
         let acting = structure.stages.only(&problem, |effect| acting[effect]);
-        let pool = pool(threads)?;
+        let pool = Pool::new(threads)?;
         let base = base.of(&problem, &mut structure, &state, &acting, &pool)?;
         let frames = frames_of(&problem, &structure, &state)?;
         let mut model = Self {
@@ -155,7 +155,7 @@ impl NullModel {
     }
 
     /// The threads that it uses.
-    pub fn pool(&self) -> &ThreadPool {
+    pub(crate) fn pool(&self) -> &Pool {
         &self.pool
     }
 
