@@ -12,20 +12,29 @@ pub(super) const COLUMNS: usize = 4;
 #[inline(always)]
 pub(super) fn add_outer<S: Simd>(simd: S, target: &mut [f64], columns: usize, width: usize, rows: &[f64]) {
     let pieces = width / S::F64_LANES;
-    for first in (0..columns).step_by(COLUMNS) {
+    let columns = columns.next_multiple_of(COLUMNS);
+    let mut first = 0;
+    while first < columns {
+        // As many sums as there are registers for: processors with the widest have twice as many.
+        let many = S::F64_LANES == LINE && columns - first >= 2 * COLUMNS;
         let mut piece = first / S::F64_LANES;
         while piece < pieces {
-            piece += match pieces - piece {
-                1 => add_outer_pieces::<S, 1>(simd, target, (first, piece), width, rows),
-                _ => add_outer_pieces::<S, 2>(simd, target, (first, piece), width, rows),
+            let at = (first, piece);
+            piece += match (many, pieces - piece) {
+                (true, 1) => add_outer_pieces::<S, { 2 * COLUMNS }, 1>(simd, target, at, width, rows),
+                (true, 2 | 4) => add_outer_pieces::<S, { 2 * COLUMNS }, 2>(simd, target, at, width, rows),
+                (true, _) => add_outer_pieces::<S, { 2 * COLUMNS }, 3>(simd, target, at, width, rows),
+                (false, 1) => add_outer_pieces::<S, COLUMNS, 1>(simd, target, at, width, rows),
+                (false, _) => add_outer_pieces::<S, COLUMNS, 2>(simd, target, at, width, rows),
             };
         }
+        first += if many { 2 * COLUMNS } else { COLUMNS };
     }
 }
 
-/// [`COLUMNS`] rows and `N` vectors of [`add_outer`]: they stay in registers over all rows of X, and none waits for another. Gives `N`.
+/// `C` rows and `N` vectors of [`add_outer`]: they stay in registers over all rows of X, and none waits for another. Gives `N`.
 #[inline(always)]
-fn add_outer_pieces<S: Simd, const N: usize>(
+fn add_outer_pieces<S: Simd, const C: usize, const N: usize>(
     simd: S,
     target: &mut [f64],
     (column, piece): (usize, usize),
@@ -34,22 +43,22 @@ fn add_outer_pieces<S: Simd, const N: usize>(
 ) -> usize {
     let pieces = width / S::F64_LANES;
     let (target, _) = S::as_mut_simd_f64s(target);
-    let mut sums = [[simd.splat_f64s(0.0); N]; COLUMNS];
-    for k in 0..COLUMNS {
+    let mut sums = [[simd.splat_f64s(0.0); N]; C];
+    for k in 0..C {
         for n in 0..N {
             sums[k][n] = target[(column + k) * pieces + piece + n];
         }
     }
     for row in rows.chunks_exact(width) {
         let (x, _) = S::as_simd_f64s(row);
-        for k in 0..COLUMNS {
+        for k in 0..C {
             let factor = simd.splat_f64s(row[column + k]);
             for n in 0..N {
                 sums[k][n] = simd.mul_add_f64s(factor, x[piece + n], sums[k][n]);
             }
         }
     }
-    for k in 0..COLUMNS {
+    for k in 0..C {
         for n in 0..N {
             target[(column + k) * pieces + piece + n] = sums[k][n];
         }
