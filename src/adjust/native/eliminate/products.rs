@@ -74,7 +74,8 @@ pub(super) fn multiply<S: Simd>(simd: S, rows: &Rows, point: &OfPoint, out: &mut
     while piece < pieces {
         piece += match pieces - piece {
             4.. => multiply_pieces::<S, 4>(simd, rows, point, piece, out),
-            2..4 => multiply_pieces::<S, 2>(simd, rows, point, piece, out),
+            3 => multiply_pieces::<S, 3>(simd, rows, point, piece, out),
+            2 => multiply_pieces::<S, 2>(simd, rows, point, piece, out),
             _ => multiply_pieces::<S, 1>(simd, rows, point, piece, out),
         };
     }
