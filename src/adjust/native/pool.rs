@@ -2,13 +2,13 @@
 
 use super::NAME;
 use crate::adjust::AdjustError;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 /// So many threads: those of the pool that one is in already, or of one of its own. A thread that hands its work to another pool waits until that wakes
 /// up, and is woken up itself when it is done, again and again in a solution or a diagnosis.
 pub(crate) struct Pool {
     threads: usize,
-    /// None where it was made in a pool of as many threads, which is where it is to be used.
+    /// None where it was made in a pool of as many threads.
     own: Option<ThreadPool>,
 }
 
@@ -20,17 +20,26 @@ impl Pool {
             return Ok(Self { threads, own: None });
         }
         let failed = |error| AdjustError::Unsupported { solver: NAME, option: format!("{threads} threads: {error}") };
-        let own = ThreadPoolBuilder::new().num_threads(threads).build().map_err(failed)?;
+        let own = pool_of(threads).map_err(failed)?;
         Ok(Self { threads, own: Some(own) })
     }
 
     /// Does `work` there, with what it asks to be done side by side.
     pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         match &self.own {
-            Some(own) if !in_pool_of(self.threads) => own.install(work),
-            _ => work(),
+            _ if in_pool_of(self.threads) => work(),
+            Some(own) => own.install(work),
+            // What was made in a pool is used outside of it after all.
+            None => match pool_of(self.threads) {
+                Ok(pool) => pool.install(work),
+                Err(_) => work(),
+            },
         }
     }
+}
+
+fn pool_of(threads: usize) -> Result<ThreadPool, ThreadPoolBuildError> {
+    ThreadPoolBuilder::new().num_threads(threads).build()
 }
 
 /// Is this a thread of a pool of so many?
@@ -52,6 +61,8 @@ mod tests {
             let within = |threads: usize| pool(threads).install(rayon::current_num_threads);
             assert_eq!(within(threads), threads);
             assert_eq!(pool(2).install(|| within(threads)), threads, "in a pool of two");
+            let made_inside = pool(threads).install(|| pool(threads));
+            assert_eq!(made_inside.install(rayon::current_num_threads), threads, "outside of where it was made");
         }
     }
 

@@ -178,3 +178,95 @@ impl Columns for List<'_> {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::local_flaw::LocalFlaw;
+    use crate::effects::{Descriptor, Effect, OutsideDomain};
+    use crate::model::{EffectRef, Model};
+    use crate::problem::Problem;
+    use crate::scenario::{Scenario, simulate};
+    use std::collections::BTreeMap;
+
+    /// Least width of [`Narrow`], px.
+    const LEAST: f64 = 300.0;
+
+    /// A flaw that narrow ones are no part of.
+    struct Narrow;
+
+    impl Effect for Narrow {
+        fn descriptor(&self) -> &Descriptor {
+            LocalFlaw.descriptor()
+        }
+
+        fn eval(
+            &self,
+            context: &Context<'_>,
+            input: &[f64],
+            theta: &[f64],
+            out: &mut [f64],
+            d_input: Option<&mut [f64]>,
+            d_theta: Option<&mut [f64]>,
+        ) -> Result<(), OutsideDomain> {
+            if theta[3] < LEAST {
+                return Err(OutsideDomain);
+            }
+            LocalFlaw.eval(context, input, theta, out, d_input, d_theta)
+        }
+    }
+
+    /// Shapes on the left half of a sensor of 4000 px by 3000 px, of three widths.
+    fn shapes() -> Vec<Shape> {
+        let place = |k: usize| [(k * 379 % 2000) as f64, (k * 631 % 3000) as f64];
+        (0..150).map(|k| Shape { variant: k % 2, place: place(k), width: [200.0, 350.0, 500.0][k % 3] }).collect()
+    }
+
+    #[test]
+    fn what_is_told_of_shapes_is_what_each_of_them_says_alone() {
+        let scenario = Scenario::preset("mapping", &BTreeMap::from([("points".into(), 100.0)])).expect("a preset");
+        let block = simulate(&scenario, 1).expect("a block").block;
+        let problem = Problem::new(&block, &Model::default()).expect("a problem");
+        let (observation, interior) = (&problem.observations[0], &problem.start.interiors[0]);
+        let predicted = [1000.0, 1400.0];
+        let context = Context {
+            block: &problem.block_context,
+            image: &problem.image_contexts[observation.image as usize],
+            column_px: observation.x,
+            row_px: observation.y,
+            surveyed: None,
+        };
+        for (effect, least) in [(&LocalFlaw as &'static dyn Effect, 0.0), (&Narrow, LEAST)] {
+            let search = Scan {
+                problem: &problem,
+                effect: EffectRef::Builtin(effect),
+                variants: Vec::new(),
+                parameters: [0, 1, 2, 3],
+                cameras: vec![0; 2],
+                values: [0.0, 1.0].map(|smooth| vec![0.0, 0.0, 0.0, 0.0, smooth]).to_vec(),
+                sensor: [4000.0, 3000.0],
+                widths: (200.0, 500.0),
+            };
+            let mut told = Vec::new();
+            let mut moves = Moves::new(&search);
+            moves.each(observation, predicted, interior, shapes().into_iter().enumerate(), |number, d| {
+                told.push((number, d));
+            });
+            let mut input = [0.0; Stage::Image.inputs()];
+            input[..OUTPUTS].copy_from_slice(&predicted);
+            let alone = |(number, shape): (usize, Shape)| {
+                let [x, y] = shape.place;
+                let far = (x - predicted[0]).hypot(y - predicted[1]) > Shape::reach(shape.width);
+                let theta = [0.0, x, y, shape.width, search.values[shape.variant][4]];
+                let mut by_theta = [0.0; OUTPUTS * 5];
+                let answered = effect.eval(&context, &input, &theta, &mut [0.0; OUTPUTS], None, Some(&mut by_theta));
+                (!far && answered.is_ok()).then_some((number, [by_theta[0], by_theta[5]]))
+            };
+            let expected: Vec<(usize, [f64; 2])> = shapes().into_iter().enumerate().filter_map(alone).collect();
+            assert_eq!(told, expected, "at least {least} px wide");
+            let reaching = |width: f64| expected.iter().filter(|(number, _)| shapes()[*number].width == width).count();
+            assert!(reaching(350.0) > LANES, "{expected:?}");
+            assert_eq!(reaching(200.0) > 0, least == 0.0, "narrow ones");
+        }
+    }
+}

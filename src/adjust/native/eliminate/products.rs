@@ -206,3 +206,42 @@ fn take_product_pieces<S: Simd, const D: usize, const N: usize>(
     }
     N
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adjust::native::aligned::Aligned;
+    use crate::math::vectors::dispatch;
+    use pulp::WithSimd;
+
+    struct Outer<'a>(&'a mut [f64], usize, usize, &'a [f64]);
+
+    impl WithSimd for Outer<'_> {
+        type Output = ();
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) {
+            add_outer(simd, self.0, self.1, self.2, self.3);
+        }
+    }
+
+    /// Borders of one register of columns to five, and of any number of columns in the last.
+    #[test]
+    fn products_of_rows_are_sums_in_the_order_of_the_rows() {
+        for width in (LINE..=5 * LINE).step_by(LINE) {
+            let mut rows = Aligned::zeros(7 * width);
+            rows.iter_mut().enumerate().for_each(|(k, value)| *value = (k as f64 * 0.7).sin());
+            for columns in width - LINE + 1..=width {
+                let mut target = Aligned::zeros(columns.next_multiple_of(COLUMNS) * width);
+                target.fill(1.0);
+                dispatch(Outer(&mut target, columns, width, &rows));
+                for c in 0..columns {
+                    for k in c..width {
+                        let product = |sum: f64, row: &[f64]| row[c].mul_add(row[k], sum);
+                        let expected = rows.chunks_exact(width).fold(1.0, product);
+                        assert_eq!(target[c * width + k], expected, "column {k} of row {c}, {columns} of {width}");
+                    }
+                }
+            }
+        }
+    }
+}
