@@ -139,7 +139,7 @@ impl<'a> Moves<'a> {
             let mut moved = [Lane::default(); OUTPUTS];
             let mut answer = Answer { out: &mut moved, d_input: None, d_theta: Some(&mut *d_theta) };
             if let Err(outside) = search.effect.eval_eight(&[*context; LANES], input, &thetas, &mut answer) {
-                waiting.remove(outside);
+                waiting.remove(outside.min(waiting.len() - 1));
                 continue;
             }
             for (lane, (number, _)) in waiting.drain(..).enumerate() {
