@@ -13,6 +13,8 @@ pub(crate) struct Pool {
 }
 
 impl Pool {
+    /// So many; a pool of its own only where one is not in one of as many.
+    ///
     /// # Errors
     /// Threads that the system does not give.
     pub fn new(threads: usize) -> Result<Self, AdjustError> {
