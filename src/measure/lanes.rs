@@ -186,10 +186,9 @@ impl Views {
     /// Rotation vector and projection centre of each, once turned.
     #[inline(always)]
     pub fn pose(&self) -> [Lane; 6] {
-        let image = self.image.as_flattened();
-        let [a, b, c] = [0, 1, 2].map(|k| image[VECTOR_OF_FRAME + k]);
+        let vector = &self.image.as_flattened()[VECTOR_OF_FRAME..];
         let [x, y, z] = self.centre();
-        [a, b, c, x, y, z]
+        [vector[0], vector[1], vector[2], x, y, z]
     }
 
     /// The object point of each, once turned.
