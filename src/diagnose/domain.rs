@@ -1,7 +1,7 @@
 //! Can an effect be computed for every measurement? (Refraction has no meaning for a point above the camera.)
 
 use super::candidate::Candidate;
-use crate::effects::formula::Answer;
+use crate::effects::answer::{Answer, Thetas};
 use crate::effects::{Context, Stage};
 use crate::math::lane::{LANES, Lane};
 use crate::math::rotation;
@@ -38,7 +38,7 @@ pub(super) fn holds(problem: &Problem, state: &State, candidate: &Candidate) -> 
             }
         });
         let answer = &mut Answer { out: &mut [Lane::default(); Stage::Ray.outputs()], d_input: None, d_theta: None };
-        term.effect.eval_eight(&contexts, &input, &[&theta; LANES], answer).is_ok()
+        term.effect.eval_eight(&contexts, &input, Thetas::Alike(&theta), answer).is_ok()
     };
     let all_of = |first: usize| {
         let points = first..(first + TOGETHER).min(problem.point_sources.len());

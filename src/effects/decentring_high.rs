@@ -52,7 +52,7 @@ impl Formula for DecentringHigh {
     }
 
     #[inline(always)]
-    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, T>) -> T {
         let (q1, q2) = (given.theta(0), given.theta(1));
         let dx = given.input(0) - given.input(IMAGE_INTERIOR + DCX);
         let dy = given.input(1) - given.input(IMAGE_INTERIOR + DCY);

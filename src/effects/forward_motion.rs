@@ -48,7 +48,7 @@ impl Formula for ForwardMotion {
     }
 
     #[inline(always)]
-    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, T>) -> T {
         for axis in 0..3 {
             answer.out(3 + axis, given.observed(axis) * given.theta(0));
             answer.by_theta(3 + axis, 0, given.observed(axis));

@@ -67,7 +67,7 @@ impl Formula for ImageFourier {
 
     /// Holds on every sensor.
     #[inline(always)]
-    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, T>) -> T {
         let (half, pi) = (given.constant(0.5), given.constant(PI));
         let slope = [pi / given.observed(0), pi / given.observed(1)];
         let u = multiples(pi * (given.input(0) / given.observed(0) - half));

@@ -22,8 +22,8 @@
 //! moves (0, 0) by (1, 0). With cell 100 around (1000, 1000), gx_3_2 = 36 alone moves (950, 950) by (16, 0) and (1050, 1050)
 //! by (1, 0).
 
+use super::answer::{Answer, Inputs, Thetas};
 use super::common::{IMAGE_COLUMNS, estimated, given, hand_on, known};
-use super::formula::{Answer, Inputs};
 use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity, spline};
 use crate::math::lane::{LANES, Lane};
 use std::sync::LazyLock;
@@ -106,7 +106,7 @@ impl Effect for ImageGrid {
         &self,
         contexts: &[Context<'_>; LANES],
         input: &[Lane],
-        thetas: &[&[f64]; LANES],
+        thetas: Thetas<'_>,
         answer: &mut Answer<'_, Lane>,
     ) -> Result<Inputs, usize> {
         let Answer { out, d_input, d_theta } = answer;
@@ -115,7 +115,8 @@ impl Effect for ImageGrid {
             matrix.fill(Lane::default());
         }
         let mut slopes = [[Lane::default(); 2]; 2];
-        for (lane, theta) in thetas.iter().enumerate() {
+        for lane in 0..LANES {
+            let theta = thetas.of(lane);
             let cell = Cell::of(&contexts[lane], [input[0][lane], input[1][lane]], theta).map_err(|_| lane)?;
             if theta[..2 * NODES].iter().any(|coefficient| *coefficient != 0.0) {
                 cell.add(theta, |axis, moved, by_input| {

@@ -55,7 +55,7 @@ impl Formula for LocalFlaw {
 
     /// Holds where sigma is above zero.
     #[inline(always)]
-    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, T>) -> T {
         let (lambda, sigma, one) = (given.theta(0), given.theta(3), given.constant(1.0));
         let q = [given.input(0) - given.theta(1), given.input(1) - given.theta(2)];
         // Of pixels, no square overflows: `hypot` would cost more than all the rest.

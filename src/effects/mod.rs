@@ -13,6 +13,7 @@
 //! effect: at the nominal parameters it is exactly the identity (*null law*), and it has no state and is thread-safe (*purity*).
 
 pub mod abi;
+pub mod answer;
 mod common;
 mod context;
 mod descriptor;
@@ -57,7 +58,7 @@ pub use registry::{catalogue, find};
 pub use stage::{IMAGE_INTERIOR, Stage, fill_identity};
 
 use crate::math::lane::{LANES, Lane};
-use formula::{Answer, Inputs};
+use answer::{Answer, Inputs, Thetas};
 
 /// The effect cannot be evaluated there (outside its domain).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -91,10 +92,10 @@ pub trait Effect: Send + Sync {
         &self,
         contexts: &[Context<'_>; LANES],
         input: &[Lane],
-        thetas: &[&[f64]; LANES],
+        thetas: Thetas<'_>,
         answer: &mut Answer<'_, Lane>,
     ) -> Result<Inputs, usize> {
-        formula::one_by_one(self, contexts, input, thetas, answer)
+        answer::one_by_one(self, contexts, input, thetas, answer)
     }
 
     /// The same effect behind the C ABI, for effects that came as a plug-in; `None` for built-in ones, which have a

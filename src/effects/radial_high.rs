@@ -45,7 +45,7 @@ impl Formula for RadialHigh {
     }
 
     #[inline(always)]
-    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, T>) -> T {
         let k4 = given.theta(0);
         let dx = given.input(0) - given.input(IMAGE_INTERIOR + DCX);
         let dy = given.input(1) - given.input(IMAGE_INTERIOR + DCY);

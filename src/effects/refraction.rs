@@ -51,7 +51,7 @@ impl Formula for Refraction {
 
     /// Holds where the camera is above the point.
     #[inline(always)]
-    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, T>) -> T {
         let kappa = given.theta(0);
         let d = [given.input(6) - given.input(3), given.input(7) - given.input(4)];
         let height = given.input(5) - given.input(8);

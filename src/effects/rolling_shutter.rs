@@ -18,8 +18,9 @@
 //! Worked numbers, v = (0, 5, 0), t = 0.02, h = 4000: row 4000 shifts C by (0, 0.05, 0), row 1000 by (0, -0.025, 0);
 //! with omega = (0, 0, 0.5) and R = 1, row 4000 has the rotation vector (0, 0, -0.005).
 
+use super::answer::{Answer, Inputs, Thetas, one_by_one};
 use super::common::{add_block, add_column, estimated, known, known_vector, vector};
-use super::formula::{Answer, Formula, Given, Inputs, OBSERVED, Sum, of_eight, of_one, one_by_one};
+use super::formula::{Formula, Given, OBSERVED, Sum, of_eight, of_one};
 use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage};
 use crate::math::Several;
 use crate::math::lane::{LANES, Lane};
@@ -97,12 +98,11 @@ impl Effect for RollingShutter {
         &self,
         contexts: &[Context<'_>; LANES],
         input: &[Lane],
-        thetas: &[&[f64]; LANES],
+        thetas: Thetas<'_>,
         answer: &mut Answer<'_, Lane>,
     ) -> Result<Inputs, usize> {
         // Of a camera that turns, too, each has a rotation of its own.
-        let turning: f64 = contexts.iter().map(|context| context.image.angular_velocity.abs().sum()).sum();
-        match turning == 0.0 {
+        match contexts.iter().all(|context| context.image.angular_velocity == Vector3::zeros()) {
             true => of_eight::<Movement>(contexts, input, thetas, answer),
             false => one_by_one(self, contexts, input, thetas, answer),
         }
@@ -132,7 +132,7 @@ impl Formula for Movement {
 
     /// Holds where all that was observed is known: otherwise, zero times it is no number.
     #[inline(always)]
-    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, T>) -> T {
         let place = given.observed(3) / given.observed(4) - given.constant(0.5);
         let dt = given.theta(0) * place;
         let mut observed = place;

@@ -64,7 +64,7 @@ impl Formula for Unflatness {
 
     /// Holds where the focal length is not zero.
     #[inline(always)]
-    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, '_, T>) -> T {
+    fn add<T: Several>(given: &Given<'_, T>, answer: &mut Sum<'_, T>) -> T {
         let (x, y, f) = (given.input(0), given.input(1), given.input(IMAGE_INTERIOR + F));
         let (width, height) = (given.observed(0), given.observed(1));
         let (px, px_slope) = legendre(x * 2.0 / width - given.constant(1.0));

@@ -8,7 +8,7 @@ use super::ray::Ray;
 use super::rays::Rays;
 use super::through::{Derivatives, IMAGE_INPUTS, through_image, through_interior, through_ray};
 use crate::camera::{DCX, DCY, PARAMETER_COUNT, PPX, PPY, fraser};
-use crate::effects::formula::{Answer, Inputs};
+use crate::effects::answer::{Answer, Inputs};
 use crate::effects::{Context, IMAGE_INTERIOR, Stage};
 use crate::math::rotation;
 use crate::problem::{ImageObservation, Problem};

@@ -10,7 +10,7 @@ use super::rays::Rays;
 use super::through::{
     Derivatives, IMAGE_INPUTS, point_through_image, point_through_ray, through_image, through_interior, through_ray,
 };
-use crate::effects::formula::{Answer, Inputs};
+use crate::effects::answer::{Answer, Inputs, Thetas};
 use crate::effects::{Context, IMAGE_INTERIOR, Stage};
 use crate::math::lane::{LANES, Lane};
 use crate::math::{Several, Wide, rotation};
@@ -292,14 +292,17 @@ impl<S: Simd> Rays for Eight<'_, S> {
 
     fn ask(&self, e: usize, input: &[Lane], answer: &mut Answer<'_, Lane>) -> Result<Inputs, usize> {
         let own = self.stages.locals(self.problem, e);
-        // Not by mapping the frames: a closure would be called eight times.
-        let mut thetas = [&self.frames[0].theta[own.clone()]; LANES];
-        if !self.stages.alike[e] {
-            for lane in 1..LANES {
-                thetas[lane] = &self.frames[lane].theta[own.clone()];
-            }
+        let effect = &self.problem.effects[e].effect;
+        let first = &self.frames[0].theta[own.clone()];
+        if self.stages.alike[e] {
+            return effect.eval_eight(&self.contexts, input, Thetas::Alike(first), answer);
         }
-        self.problem.effects[e].effect.eval_eight(&self.contexts, input, &thetas, answer)
+        // Not by mapping the frames: a closure would be called eight times.
+        let mut thetas = [first; LANES];
+        for lane in 1..LANES {
+            thetas[lane] = &self.frames[lane].theta[own.clone()];
+        }
+        effect.eval_eight(&self.contexts, input, Thetas::Own(&thetas), answer)
     }
 }
 

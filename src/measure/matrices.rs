@@ -1,6 +1,6 @@
 //! Small matrices of numbers of one measurement or of several, kept row by row.
 
-use crate::effects::formula::{Inputs, fill_column};
+use crate::effects::answer::{Inputs, fill_column};
 use crate::math::Several;
 use std::ops::Range;
 

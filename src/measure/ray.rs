@@ -5,7 +5,7 @@ use super::frame::Stages;
 use super::matrices::{are_equal, changes, dot, fill_left_out, identity, times_six};
 use super::rays::{Rays, of_matrices};
 use crate::effects::Stage;
-use crate::effects::formula::{Answer, Inputs};
+use crate::effects::answer::{Answer, Inputs};
 use crate::math::{Number, Several};
 use std::ops::Range;
 
@@ -81,10 +81,9 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         let (of_r, mut pose) = ([pose[0], pose[1], pose[2]], *pose);
 
         // Exposure: (r, C), with derivatives by (r, C) before and by the parameters.
-        self.pose_by_theta.clear();
         self.pose_by_theta.resize(stages.ray_locals.len(), [nothing; 6]);
         let mut by_pose: Option<[K; 36]> = None;
-        for &e in stages.of(Stage::Exposure) {
+        for (position, &e) in stages.of(Stage::Exposure).iter().enumerate() {
             let places = stages.ray_places[e].clone();
             let count = places.len();
             let mut next = [nothing; 6];
@@ -100,16 +99,18 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
                     Some(before) => times_six(seed, d_in, &before),
                     None => *d_in,
                 });
-                for column in &mut self.pose_by_theta {
-                    let before = *column;
-                    for i in 0..6 {
-                        column[i] = dot(seed, (d_in, 6 * i, 1), (&before, 0, 1), 6).keep();
+                for &before in &stages.of(Stage::Exposure)[..position] {
+                    for column in &mut self.pose_by_theta[stages.ray_places[before].clone()] {
+                        let before = *column;
+                        for i in 0..6 {
+                            column[i] = dot(seed, (d_in, 6 * i, 1), (&before, 0, 1), 6).keep();
+                        }
                     }
                 }
             }
             for (p, column) in self.pose_by_theta[places].iter_mut().enumerate() {
                 for i in 0..6 {
-                    column[i] = (seed.of(column[i]) + seed.of(self.d_own[count * i + p])).keep();
+                    column[i] = self.d_own[count * i + p];
                 }
             }
             pose = next;
@@ -118,8 +119,10 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         (self.rotation_vector, self.centre) = ([r0, r1, r2], centre);
         self.turned = !are_equal(seed, &self.rotation_vector, &of_r);
         self.turns = by_pose.is_some();
-        for column in &self.pose_by_theta {
-            self.turns |= !are_equal(seed, &column[..3], &[nothing; 3]);
+        for &e in stages.of(Stage::Exposure) {
+            for column in &self.pose_by_theta[stages.ray_places[e].clone()] {
+                self.turns |= !are_equal(seed, &column[..3], &[nothing; 3]);
+            }
         }
 
         // By (w, C): the turn, and the centre.
@@ -153,8 +156,10 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             self.begin_to_bend::<R::Number>();
         }
         self.point = *point;
-        self.by_theta.clear();
         self.by_theta.resize(stages.ray_locals.len(), [nothing; 6]);
+        for &e in stages.of(Stage::Exposure) {
+            self.by_theta[stages.ray_places[e].clone()].fill([nothing; 6]);
+        }
         for (position, &e) in stages.of(Stage::Ray).iter().enumerate() {
             let own = stages.ray_places[e].clone();
             let count = own.len();
@@ -168,14 +173,16 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             if changes(seed, &self.d_in[..27], 3, 6, inputs) {
                 fill_left_out::<R::Number>(&mut self.d_in[..27], 3, 6, 3..9, inputs);
                 let turns = self.go_through(rays, by_pose.as_ref(), inputs);
-                for &before in stages.of(Stage::Exposure).iter().chain(&stages.of(Stage::Ray)[..position]) {
-                    self.carry(seed, stages.ray_places[before].clone(), turns);
+                for &before in stages.of(Stage::Exposure) {
+                    self.carry(seed, stages.ray_places[before].clone(), true, turns);
+                }
+                for &before in &stages.of(Stage::Ray)[..position] {
+                    self.carry(seed, stages.ray_places[before].clone(), false, turns);
                 }
             }
             for (p, column) in self.by_theta[own].iter_mut().enumerate() {
-                for i in 0..3 {
-                    column[3 + i] = (seed.of(column[3 + i]) + seed.of(self.d_own[count * i + p])).keep();
-                }
+                let shift = |i: usize| self.d_own[count * i + p];
+                *column = [nothing, nothing, nothing, shift(0), shift(1), shift(2)];
             }
             self.point = next;
         }
@@ -193,12 +200,15 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
                 }
             }
         }
-        for (column, pose) in self.by_theta.iter_mut().zip(&self.pose_by_theta) {
-            for i in 0..3 {
-                if self.turns {
-                    column[i] = dot(seed, (&left_jacobian, 3 * i, 1), (pose, 0, 1), 3).keep();
+        for &e in stages.of(Stage::Exposure) {
+            let places = stages.ray_places[e].clone();
+            for (column, pose) in self.by_theta[places.clone()].iter_mut().zip(&self.pose_by_theta[places]) {
+                for i in 0..3 {
+                    if self.turns {
+                        column[i] = dot(seed, (&left_jacobian, 3 * i, 1), (pose, 0, 1), 3).keep();
+                    }
+                    column[3 + i] = (seed.of(column[3 + i]) - seed.of(pose[3 + i])).keep();
                 }
-                column[3 + i] = (seed.of(column[3 + i]) - seed.of(pose[3 + i])).keep();
             }
         }
         Ok(())
@@ -274,17 +284,19 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         turns
     }
 
-    /// What the parameters at `places` do to the point and the pose, through the ray effect that has just been asked.
+    /// What the parameters at `places` do to the point, and to the pose where they are `of_pose`, through the ray effect that has just been asked.
     #[inline(always)]
-    fn carry<T: Several<Kept = K>>(&mut self, seed: T, places: Range<usize>, turns: bool) {
+    fn carry<T: Several<Kept = K>>(&mut self, seed: T, places: Range<usize>, of_pose: bool, turns: bool) {
         let d_in = &self.d_in[..27];
         for (column, pose) in self.by_theta[places.clone()].iter_mut().zip(&self.pose_by_theta[places]) {
             let before = *column;
             for i in 0..3 {
                 let row = 9 * i;
-                let by_point = dot(seed, (d_in, row + 6, 1), (&before, 3, 1), 3);
-                let mut sum = by_point + dot(seed, (d_in, row + 3, 1), (pose, 3, 1), 3);
-                if turns {
+                let mut sum = dot(seed, (d_in, row + 6, 1), (&before, 3, 1), 3);
+                if of_pose {
+                    sum = sum + dot(seed, (d_in, row + 3, 1), (pose, 3, 1), 3);
+                }
+                if of_pose && turns {
                     sum = sum + dot(seed, (d_in, row, 1), (pose, 0, 1), 3);
                 }
                 column[3 + i] = sum.keep();

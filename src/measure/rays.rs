@@ -1,7 +1,7 @@
 //! One ray or several side by side: what [`Ray`](super::ray::Ray) asks of those that it is computed for.
 
 use super::frame::Frame;
-use crate::effects::formula::{Answer, Inputs};
+use crate::effects::answer::{Answer, Inputs};
 use crate::math::Several;
 use nalgebra::{Matrix3, Vector3};
 

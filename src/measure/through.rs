@@ -4,7 +4,7 @@ use super::interior_chain::InteriorChain;
 use super::lanes::{CAMERA, CENTRE, MISCLOSURE, POINT, ROTATION, THETA};
 use super::ray::Ray;
 use crate::camera::PARAMETER_COUNT;
-use crate::effects::formula::Inputs;
+use crate::effects::answer::Inputs;
 use crate::effects::{IMAGE_INTERIOR, Stage};
 use crate::math::Several;
 use nalgebra::SMatrix;

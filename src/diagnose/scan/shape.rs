@@ -3,7 +3,7 @@
 use super::Scan;
 use super::cells::Residual;
 use crate::adjust::native::null_model::{Columns, Entries, Measured};
-use crate::effects::formula::{Answer, FEW_PARAMETERS};
+use crate::effects::answer::{Answer, FEW_PARAMETERS, Thetas};
 use crate::effects::{Context, Stage};
 use crate::math::lane::{LANES, Lane};
 use crate::problem::ImageObservation;
@@ -135,10 +135,11 @@ impl<'a> Moves<'a> {
                 own.copy_from_slice(&search.values[shape.variant]);
                 (own[px], own[py], own[pw]) = (shape.place[0], shape.place[1], shape.width);
             }
-            let thetas = std::array::from_fn(|lane| &values[lane * count..(lane + 1) * count]);
+            let thetas: [&[f64]; LANES] = std::array::from_fn(|lane| &values[lane * count..(lane + 1) * count]);
             let mut moved = [Lane::default(); OUTPUTS];
             let mut answer = Answer { out: &mut moved, d_input: None, d_theta: Some(&mut *d_theta) };
-            if let Err(outside) = search.effect.eval_eight(&[*context; LANES], input, &thetas, &mut answer) {
+            if let Err(outside) = search.effect.eval_eight(&[*context; LANES], input, Thetas::Own(&thetas), &mut answer)
+            {
                 waiting.remove(outside.min(waiting.len() - 1));
                 continue;
             }

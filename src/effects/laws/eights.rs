@@ -3,16 +3,21 @@
 use super::sample::{Evaluation, evaluate};
 use super::{SAMPLES, Sample, Violation, samples, violation};
 use crate::effects::Effect;
-use crate::effects::formula::{Answer, fill_column};
+use crate::effects::answer::{Answer, Thetas, fill_column};
 use crate::math::Wide;
 use crate::math::lane::{LANES, Lane};
 use nalgebra::Vector3;
 
-/// Bit for bit, places outside the domain included, where the camera turns during the exposure and where it does not.
+/// Bit for bit, places outside the domain included, where the camera turns during the exposure and where it does not, of parameters that are the
+/// same for all eight (every other time) and of others.
 pub fn eights(effect: &dyn Effect, seed: u64) -> Result<(), Violation> {
     let mut places = samples(effect, seed);
     for place in &mut places[..SAMPLES / 2] {
         place.image.angular_velocity = Vector3::zeros();
+    }
+    for eight in places.chunks_exact_mut(LANES).step_by(2) {
+        let theta = eight[0].theta.clone();
+        eight.iter_mut().for_each(|place| place.theta = theta.clone());
     }
     for eight in places.chunks_exact(LANES) {
         let differs = |detail: String| {
@@ -49,7 +54,11 @@ fn together(effect: &dyn Effect, eight: &[Sample]) -> Found {
     let contexts = std::array::from_fn(|lane| eight[lane].context());
     let thetas: [&[f64]; LANES] = std::array::from_fn(|lane| &*eight[lane].theta);
     let answer = &mut Answer { out: &mut out, d_input: Some(&mut d_input), d_theta: Some(&mut d_theta) };
-    let inputs = effect.eval_eight(&contexts, &input, &thetas, answer).map_err(|_| ())?;
+    let thetas = match thetas.iter().all(|theta| *theta == thetas[0]) {
+        true => Thetas::Alike(thetas[0]),
+        false => Thetas::Own(&thetas),
+    };
+    let inputs = effect.eval_eight(&contexts, &input, thetas, answer).map_err(|_| ())?;
     for k in (0..n).filter(|k| !inputs.contains(*k)) {
         fill_column::<Wide<pulp::Scalar>>(&mut d_input, n, stage.identity_offset(), k);
     }
