@@ -1,4 +1,4 @@
-//! Cholesky factorisation of the reduced system: the image blocks dense when few or sparse when many, then the border by its
+//! Cholesky factorisation of the reduced system: the image blocks dense within their envelope, or sparse where that is wide, then the border by its
 //! Schur complement.
 
 use super::dense::Dense;
