@@ -38,7 +38,7 @@ pub(super) fn holds(problem: &Problem, state: &State, candidate: &Candidate) -> 
             }
         });
         let answer = &mut Answer { out: &mut [Lane::default(); Stage::Ray.outputs()], d_input: None, d_theta: None };
-        term.effect.eval_eight(&contexts, &input, Thetas::Alike(&theta), answer).is_ok()
+        term.effect.eval_eight(&contexts, &input, &Thetas::Alike(&theta), answer).is_ok()
     };
     let all_of = |first: usize| {
         let points = first..(first + TOGETHER).min(problem.point_sources.len());

@@ -5,8 +5,8 @@ use crate::math::Several;
 use crate::math::lane::{LANES, Lane};
 use smallvec::{SmallVec, smallvec};
 
-/// Parameters of eight measurements.
-#[derive(Debug, Clone, Copy)]
+/// Parameters of eight measurements, handed on by reference: numbers that were just written one by one are waited for when they are copied.
+#[derive(Debug)]
 pub enum Thetas<'a> {
     /// The same for each, as those of a whole block are.
     Alike(&'a [f64]),
@@ -17,7 +17,7 @@ pub enum Thetas<'a> {
 impl<'a> Thetas<'a> {
     /// Those of one.
     #[inline(always)]
-    pub fn of(self, lane: usize) -> &'a [f64] {
+    pub fn of(&self, lane: usize) -> &'a [f64] {
         match self {
             Self::Alike(values) => values,
             Self::Own(values) => values[lane],
@@ -26,7 +26,7 @@ impl<'a> Thetas<'a> {
 
     /// How many each has.
     #[inline(always)]
-    pub fn count(self) -> usize {
+    pub fn count(&self) -> usize {
         self.of(0).len()
     }
 }
@@ -87,7 +87,7 @@ pub fn one_by_one<E: Effect + ?Sized>(
     effect: &E,
     contexts: &[Context<'_>; LANES],
     input: &[Lane],
-    thetas: Thetas<'_>,
+    thetas: &Thetas<'_>,
     answer: &mut Answer<'_, Lane>,
 ) -> Result<Inputs, usize> {
     /// The most inputs and outputs that any stage has.

@@ -53,7 +53,7 @@ impl<F: Formula> Effect for F {
         &self,
         contexts: &[Context<'_>; LANES],
         input: &[Lane],
-        thetas: Thetas<'_>,
+        thetas: &Thetas<'_>,
         answer: &mut Answer<'_, Lane>,
     ) -> Result<Inputs, usize> {
         of_eight::<F>(contexts, input, thetas, answer)
@@ -184,7 +184,7 @@ pub fn of_one<F: Formula>(
 pub fn of_eight<F: Formula>(
     contexts: &[Context<'_>; LANES],
     input: &[Lane],
-    thetas: Thetas<'_>,
+    thetas: &Thetas<'_>,
     answer: &mut Answer<'_, Lane>,
 ) -> Result<Inputs, usize> {
     dispatch(SideBySide::<F> { contexts, input, thetas, answer, formula: PhantomData })
@@ -193,7 +193,7 @@ pub fn of_eight<F: Formula>(
 struct SideBySide<'a, 'b, F> {
     contexts: &'a [Context<'a>; LANES],
     input: &'a [Lane],
-    thetas: Thetas<'a>,
+    thetas: &'a Thetas<'a>,
     answer: &'a mut Answer<'b, Lane>,
     formula: PhantomData<F>,
 }

@@ -106,7 +106,7 @@ impl Effect for ImageGrid {
         &self,
         contexts: &[Context<'_>; LANES],
         input: &[Lane],
-        thetas: Thetas<'_>,
+        thetas: &Thetas<'_>,
         answer: &mut Answer<'_, Lane>,
     ) -> Result<Inputs, usize> {
         let Answer { out, d_input, d_theta } = answer;

@@ -92,7 +92,7 @@ pub trait Effect: Send + Sync {
         &self,
         contexts: &[Context<'_>; LANES],
         input: &[Lane],
-        thetas: Thetas<'_>,
+        thetas: &Thetas<'_>,
         answer: &mut Answer<'_, Lane>,
     ) -> Result<Inputs, usize> {
         answer::one_by_one(self, contexts, input, thetas, answer)

@@ -98,7 +98,7 @@ impl Effect for RollingShutter {
         &self,
         contexts: &[Context<'_>; LANES],
         input: &[Lane],
-        thetas: Thetas<'_>,
+        thetas: &Thetas<'_>,
         answer: &mut Answer<'_, Lane>,
     ) -> Result<Inputs, usize> {
         // Of a camera that turns, too, each has a rotation of its own.

@@ -295,14 +295,14 @@ impl<S: Simd> Rays for Eight<'_, S> {
         let effect = &self.problem.effects[e].effect;
         let first = &self.frames[0].theta[own.clone()];
         if self.stages.alike[e] {
-            return effect.eval_eight(&self.contexts, input, Thetas::Alike(first), answer);
+            return effect.eval_eight(&self.contexts, input, &Thetas::Alike(first), answer);
         }
         // Not by mapping the frames: a closure would be called eight times.
         let mut thetas = [first; LANES];
         for lane in 1..LANES {
             thetas[lane] = &self.frames[lane].theta[own.clone()];
         }
-        effect.eval_eight(&self.contexts, input, Thetas::Own(&thetas), answer)
+        effect.eval_eight(&self.contexts, input, &Thetas::Own(&thetas), answer)
     }
 }
 

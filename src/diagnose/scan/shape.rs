@@ -138,7 +138,8 @@ impl<'a> Moves<'a> {
             let thetas: [&[f64]; LANES] = std::array::from_fn(|lane| &values[lane * count..(lane + 1) * count]);
             let mut moved = [Lane::default(); OUTPUTS];
             let mut answer = Answer { out: &mut moved, d_input: None, d_theta: Some(&mut *d_theta) };
-            if let Err(outside) = search.effect.eval_eight(&[*context; LANES], input, Thetas::Own(&thetas), &mut answer)
+            if let Err(outside) =
+                search.effect.eval_eight(&[*context; LANES], input, &Thetas::Own(&thetas), &mut answer)
             {
                 waiting.remove(outside.min(waiting.len() - 1));
                 continue;

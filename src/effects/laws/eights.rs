@@ -58,7 +58,7 @@ fn together(effect: &dyn Effect, eight: &[Sample]) -> Found {
         true => Thetas::Alike(thetas[0]),
         false => Thetas::Own(&thetas),
     };
-    let inputs = effect.eval_eight(&contexts, &input, thetas, answer).map_err(|_| ())?;
+    let inputs = effect.eval_eight(&contexts, &input, &thetas, answer).map_err(|_| ())?;
     for k in (0..n).filter(|k| !inputs.contains(*k)) {
         fill_column::<Wide<pulp::Scalar>>(&mut d_input, n, stage.identity_offset(), k);
     }
