@@ -11,6 +11,7 @@ use std::marker::PhantomData;
 
 /// Numbers of what was observed that a formula has, at the most.
 pub const OBSERVED: usize = 5;
+
 /// What a formula adds to the identity. Whatever has one is an [`Effect`].
 pub trait Formula: Send + Sync {
     /// Its stage.

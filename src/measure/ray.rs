@@ -35,7 +35,7 @@ pub(super) struct Ray<K> {
     pub shift_by_point: [K; 9],
     /// Turn and shift by the local parameters of exposure and ray effects, in the order of [`Stages::ray_locals`].
     pub by_theta: Vec<[K; 6]>,
-    /// Derivatives of (r, C) by local parameters.
+    /// Derivatives of (r, C) by local parameters; where these are not of exposure effects, they mean nothing.
     pose_by_theta: Vec<[K; 6]>,
     /// Derivatives of an effect's output by its input.
     d_in: [K; 36],
