@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Linear algebra of the reduced camera system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LinearSolver {
-    /// Dense when small, sparse when large.
+    /// The solver chooses: the native one dense where unknowns are few or the envelope of the image blocks is narrow, else sparse.
     #[default]
     Auto,
     /// Dense Cholesky.
