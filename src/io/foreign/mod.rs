@@ -14,6 +14,7 @@ mod exif;
 mod fill;
 pub mod fit;
 mod gcp;
+mod gcp_cells;
 mod gcp_list;
 mod geo;
 pub mod geographic;
@@ -32,6 +33,7 @@ pub mod text;
 pub mod tracks;
 pub mod verification;
 mod xml;
+mod xml_limits;
 
 pub use note::{Kind, Note};
 
