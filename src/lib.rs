@@ -47,9 +47,11 @@
 //! | module | is | imports |
 //! |---|---|---|
 //! | [`math`] | rotations, statistics, intersection, variance components | nothing of ours |
+//! | [`score`] | statistics of small systems of score and information | math |
+//! | [`geodesy`] | coordinate systems: maps, local ones | nothing of ours |
 //! | [`camera`] | the twelve numbers, projection, distortion taken out | math |
 //! | [`block`] | what was measured | math, camera |
-//! | [`io`] | blocks and models as files | math, camera, block, model |
+//! | [`io`] | blocks and models as files | math, geodesy, camera, block, model |
 //! | [`effects`] | physical effects, one file each, and plug-ins | math, camera |
 //! | [`model`] | what is believed: free parameters, effects, weights, datum | camera, block, effects |
 //! | [`problem`] | block and model as flat arrays; the datum | math, camera, block, effects, model |
@@ -60,7 +62,7 @@
 //! | [`kit`] | an effect of one's own: template, build, check, as an error | math, camera, block, effects, model, problem, measure, inject |
 //! | [`evaluate`] | surveyed points against any block | math, camera, block |
 //! | [`run`] | one adjustment from end to end, and its folder | all of the above but scenario, inject and kit |
-//! | [`diagnose`] | which effect is missing | block, effects, model, problem, measure, adjust, evaluate, run |
+//! | [`diagnose`] | which effect is missing | math, score, geodesy, camera, block, effects, model, problem, measure, adjust, evaluate, run |
 //! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, kit, study, validate, lab |
 //! | [`study`] | the repetition of the study that this began with | all but diagnose, validate, lab |
 //! | [`validate`] | problems with certified answers | all but diagnose, kit, report, study, lab |
@@ -70,6 +72,10 @@
 //! A test holds the sources against this table.
 
 pub mod math;
+
+pub mod score;
+
+pub mod geodesy;
 
 pub mod camera;
 

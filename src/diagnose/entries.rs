@@ -1,17 +1,17 @@
 //! What a linearisation says of each candidate, and of each effect that is in, as entries of `diagnosis.json`.
 
 use super::impact;
-use super::improve::{Confirmation, Improvement};
-use super::left::Left;
+use super::improvement::{self, Improvement};
+use super::ledger::Confirmation;
 use super::linearised::Linearised;
-use super::select::{Judged, instead};
+use super::select::Judged;
 use super::settings::Settings;
-use super::test::power::noncentrality;
-use super::test::separability::{self, INSEPARABLE};
 use super::verdict::{CandidateEntry, ConfirmedEntry, DetectableEntry, EstimateEntry, FoundEntry, LeftEntry};
 use crate::block::Block;
 use crate::effects::Role;
 use crate::problem::Problem;
+use crate::score::power::noncentrality;
+use crate::score::separability::{self, INSEPARABLE};
 use std::collections::BTreeMap;
 
 /// Typical standard deviation of the image measurements, px.
@@ -26,25 +26,15 @@ fn size_px(problem: &Problem, drop: f64) -> f64 {
 }
 
 /// The effects that the diagnosis took in, at the final model.
-pub(super) fn found(
-    block: &Block,
-    last: &Linearised,
-    candidates: &[CandidateEntry],
-    settings: &Settings<'_>,
-) -> Vec<FoundEntry> {
-    let situation = last.situation(settings, &Default::default());
+pub(super) fn found(block: &Block, last: &Linearised, settings: &Settings<'_>) -> Vec<FoundEntry> {
+    let alternatives = improvement::alternatives(last, settings);
+    let situation = last.situation(settings);
     let impacts = impact::of_taken(block, last, &situation);
     let entry = |(id, impact): (String, Option<impact::Impact>)| {
         let without = situation.without(&id);
         let set = last.sets.iter().position(|set| set.id == id)?;
         let judged = without.judge(set, &without.beside())?;
-        let base = candidates.iter().find(|candidate| candidate.effect == id);
-        let mut inseparable_from = base.map(|base| base.inseparable_from.clone()).unwrap_or_default();
-        for other in instead::of(&without, set).into_iter().map(|set| &last.sets[set].id) {
-            if !inseparable_from.contains(other) {
-                inseparable_from.push(other.clone());
-            }
-        }
+        let inseparable_from = alternatives.get(&id).cloned().unwrap_or_default();
         Some(FoundEntry {
             estimate: estimates(last, &judged),
             drop: judged.drop,
@@ -57,22 +47,21 @@ pub(super) fn found(
             effect: id,
         })
     };
-    impacts.into_iter().filter_map(entry).collect()
+    let physical = |id: &String| last.sets.iter().any(|set| set.id == *id && set.physical);
+    impacts.into_iter().filter(|(id, _)| physical(id)).filter_map(entry).collect()
 }
 
-/// The empirical fields that would still take something away: the shape of what is left, with its size and what it does to the points.
-pub(super) fn left(block: &Block, rest: &Left, settings: &Settings<'_>) -> Vec<LeftEntry> {
-    let situation = rest.shapes.situation(settings, &Default::default());
-    let beside = situation.beside();
-    let mut judged = situation.judge_all(&beside);
-    judged.retain(|judged| rest.fields.iter().any(|field| field.id == rest.shapes.sets[judged.set].id));
-    let impacts = impact::of_candidates(block, &rest.shapes, &situation, &judged);
-    let entry = |(judged, impact): (&Judged, Option<impact::Impact>)| LeftEntry {
-        field: rest.shapes.sets[judged.set].id.clone(),
-        size_px: size_px(rest.shapes.null.problem(), judged.drop),
-        impact,
+/// The empirical fields in the model: the shape of the unexplained pattern, its size, and what it does to the points.
+pub(super) fn left(block: &Block, last: &Linearised, settings: &Settings<'_>) -> Vec<LeftEntry> {
+    let situation = last.situation(settings);
+    let impacts = impact::of_taken(block, last, &situation);
+    let entry = |(id, impact): (String, Option<impact::Impact>)| {
+        let set = last.sets.iter().position(|set| set.id == id && !set.physical)?;
+        let without = situation.without(&id);
+        let judged = without.judge(set, &without.beside())?;
+        Some(LeftEntry { field: id, size_px: size_px(last.null.problem(), judged.drop), impact })
     };
-    judged.iter().zip(impacts).map(entry).collect()
+    impacts.into_iter().filter_map(entry).collect()
 }
 
 /// Every candidate at the base model.
@@ -82,7 +71,7 @@ pub(super) fn candidates(
     first: &Linearised,
     settings: &Settings<'_>,
 ) -> Vec<CandidateEntry> {
-    let situation = first.situation(settings, &Default::default());
+    let situation = first.situation(settings);
     let beside = situation.beside();
     let judged = situation.judge_all(&beside);
     let level = first.ln_level(settings.significance);

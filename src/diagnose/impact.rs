@@ -41,7 +41,7 @@ pub fn of_candidates(
     let of = |one: &Judged| {
         let mut with = situation.clone();
         let variance = one.component.as_ref().map_or(0.0, |c| c.deviation.powi(2) / c.variance);
-        with.taken.push(Taken { set: one.set, variance, removable: true });
+        with.taken.push(Taken { set: one.set, variance });
         if linearised.sets[one.set].nature == Nature::Chance && variance == 0.0 {
             return None;
         }

@@ -1,13 +1,14 @@
-//! Which physical effect is missing: every question of a converged fit is linear algebra of one small system ([`linearised`]).
+//! Which physical effect is missing, decided by one objective: calibrated best-subset selection on the small system of a converged fit.
 //!
-//! - [`mod@test`]: pure statistics of such systems, without a block.
-//! - [`select`]: which effects belong to the model, rules over what the tests say.
-//! - [`improve`]: carries out what the rules ask for, refits, and keeps the ledger; [`settle`] fits without outliers; [`run`] is a whole diagnosis.
-//! - [`structure`]: what is left in the residuals, whatever its cause; [`outliers`]: data snooping.
-//! - [`look`]: one model as it stands, without the loop.
+//! - [`linearised`]: a fit as `(s, M)`, every candidate a set of columns; [`select`]: tests conditional on the model.
+//! - [`hypothesis`]: everything that may be true, with prior and price; [`objective`]: what a set of hypotheses leaves, and what it costs.
+//! - [`search`]: a beam over sets to first order; [`refit`]: the objective of a fitted set, which counts; [`improvement`]: the descent and its ledger.
+//! - [`settle`] fits without outliers; [`run`] is a whole diagnosis; [`look`]: one model as it stands, without the descent.
+//! - [`structure`]: structure of the residuals, whatever its cause; [`outliers`]: data snooping.
 //! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
 
 pub mod added;
+pub mod camera_priors;
 pub mod candidate;
 mod catalogue;
 mod conclusion;
@@ -16,27 +17,33 @@ mod entries;
 pub mod fit;
 pub mod handed_on;
 pub mod heldout;
+pub mod hypothesis;
 pub mod impact;
 pub mod imprecise;
-pub mod improve;
+pub mod improvement;
+pub mod knowledge;
+pub mod ledger;
 pub mod left;
 pub mod linearised;
 pub mod look;
 pub mod models;
 mod neighbours;
+pub mod objective;
 pub mod outliers;
 pub mod pictures;
 mod pinned;
 mod probability;
+pub mod refit;
 pub mod run;
 pub mod scan;
+pub mod search;
 pub mod select;
 pub mod settings;
 pub mod settle;
 pub mod shown;
+mod single;
 mod squares;
 pub mod structure;
-pub mod test;
 pub mod verdict;
 mod weigh;
 pub mod weights;

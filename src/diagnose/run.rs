@@ -1,10 +1,14 @@
 //! A whole diagnosis: a base without outliers and with believable weights, the loop, what is left, the verdict.
 
+use super::camera_priors::with_priors;
 use super::conclusion::diagnosis;
 use super::fit::{DiagnoseError, Fit, fit};
-use super::improve::Improvement;
+use super::improvement::Improvement;
+use super::knowledge::with_known;
 use super::left;
+use super::linearised::linearise;
 use super::outliers::{Outliers, Snooping, Strictness};
+use super::search::SAME;
 use super::settings::Settings;
 use super::settle::{judge, settle};
 use super::structure::{self, Structure};
@@ -12,14 +16,14 @@ use super::verdict::Diagnosis;
 use crate::adjust::AdjustError;
 use crate::adjust::native::pool::Pool;
 use crate::block::Block;
+use crate::math::statistics::chi_square_quantile;
 use crate::model::Model;
 use crate::run::{self, RunError};
-use std::collections::HashSet;
 
 /// Rounds of the weights: the second changes a factor by the square of what the first changed it.
 const WEIGHT_ROUNDS: usize = 3;
-/// Times that the loop begins anew because an outlier was found or came back, an effect was challenged, or a place has to be looked for again.
-const MOST_ROUNDS: usize = 24;
+/// Steps at the most. The objective falls with each, so that the loop ends by itself; a model of so many effects is no diagnosis any more.
+const MOST_STEPS: usize = 40;
 
 const CENTRE_TIED: &str =
     "the block does not determine the centre of distortion: tied to the principal point (as --tie dc=pp)";
@@ -61,46 +65,33 @@ fn diagnose_in_pool(whole: &Block, model: &Model, settings: &Settings<'_>) -> Re
 
 fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
     let tell = settings.tell;
-    let (mut search, base) = base(whole, model, settings)?;
+    let (model, known) = with_known(whole, model);
+    known.iter().for_each(|known| tell(&format!("{} is known: {}", known.effect, known.source)));
+    let (mut search, base) = base(whole, &model, settings)?;
     let mut block = search.block(whole).into_owned();
     let mut improvement = Improvement::new(&block, base, settings)?;
     let mut first = None;
-    let mut strictness = Strictness::Loose;
-    let (mut look_anew, mut round) = (false, 0);
-    // Effects and outliers that a judgement led to. One that leads back to where one was would go on for ever.
-    let (mut judging, mut reached) = (true, HashSet::new());
-    let (linearised, rest) = loop {
-        let (linearised, searched) = improvement.advance(&block, settings, &mut first, look_anew)?;
-        round += 1;
-        let may_change = round < MOST_ROUNDS;
-        look_anew = false;
-        if may_change && judging && (!improvement.added.is_empty() || improvement.rests_on_a_point()) {
-            // With the effects in the model, outliers that they hid stand out; and what looked like an effect may be one.
-            let mut changed = judged_again(whole, &mut search, &mut improvement, strictness, settings)?;
-            if !changed && strictness == Strictness::Loose {
-                strictness = Strictness::Tight;
-                changed = judged_again(whole, &mut search, &mut improvement, strictness, settings)?;
-            }
-            if changed {
-                block = search.block(whole).into_owned();
-                judging = reached.insert((improvement.added.clone(), search.left_out()));
-                continue;
-            }
-        }
-        if may_change && !searched {
-            look_anew = true;
+    let linearised = loop {
+        tell(&format!("testing hypotheses (step {})", improvement.steps.len()));
+        let linearised = linearise(&block, &improvement.fit, &improvement.parts, settings)?;
+        // Weights and blunders are moves on the same objective: each step of causes is followed by theirs.
+        let descended = improvement.steps.len() < MOST_STEPS && improvement.descend(&block, &linearised, settings)?;
+        if descended {
+            first.get_or_insert(linearised);
             continue;
         }
-        tell("describing what is left");
-        let rest = left::analyse(&block, &improvement, &linearised, settings)?;
-        if may_change
-            && (left::challenge(&block, &mut improvement, &rest, settings)?
-                || improvement.let_go_what_no_refit_needs(&block, &linearised, settings)?)
+        if improvement.steps.len() < MOST_STEPS
+            && !improvement.added.is_empty()
+            && judged_again(whole, &mut search, &mut improvement, settings)?
         {
+            first.get_or_insert(linearised);
+            block = search.block(whole).into_owned();
             continue;
         }
-        break (linearised, rest);
+        break linearised;
     };
+    tell("describing the residuals");
+    let rest = left::analyse(&block, &improvement, &linearised, settings)?;
     improvement.finish(&block, settings)?;
     let after = rest.structure.clone();
     let before = match improvement.added.is_empty() {
@@ -110,7 +101,8 @@ fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> R
     let outliers = search.outliers(whole);
     let first = first.as_ref().unwrap_or(&linearised);
     let found = diagnosis(&block, &improvement, first, &linearised, &rest, &after, outliers.rejected.len(), settings)?;
-    Ok(Diagnosed { block, outliers, improvement, before, after, diagnosis: found })
+    let diagnosis = Diagnosis { known, ..found };
+    Ok(Diagnosed { block, outliers, improvement, before, after, diagnosis })
 }
 
 /// The base of a diagnosis: `model` fitted without outliers and with believable weights.
@@ -120,6 +112,7 @@ fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> R
 pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<(Snooping, Fit), DiagnoseError> {
     let tell = settings.tell;
     tell("adjusting the base model and searching outliers");
+    let model = &with_priors(whole, model)?;
     let mut search = Snooping::new(whole, model);
     let fitted = match settle(whole, &mut search, model, None, Strictness::Loose, settings) {
         Err(error) if undetermined_centre(&error, model) => {
@@ -135,46 +128,60 @@ pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<(Sn
     Ok((search, fitted))
 }
 
-/// Judges every measurement anew at the model as it stands; the loop goes on with what is left. Did anything change?
+/// Judges every measurement anew at the model as it stands, loosely and then tightly: with the effects in the model, outliers that they hid stand out, and what
+/// looked like an effect may be one. Did the objective fall?
 fn judged_again(
     whole: &Block,
     search: &mut Snooping,
     improvement: &mut Improvement,
-    strictness: Strictness,
     settings: &Settings<'_>,
 ) -> Result<bool, DiagnoseError> {
     if !settings.snoop {
         return Ok(false);
     }
-    let fitted = &improvement.fit;
-    let before = search.clone();
-    let round = judge(whole, search, fitted, strictness, settings)?;
-    if round.rejected + round.returned == 0 {
-        return Ok(false);
-    }
-    let model = super::models::at_solution(fitted);
-    let near = fitted.clone();
-    match settle(whole, search, &model, Some(&near), strictness, settings) {
-        Ok(fit) => {
-            let why = format!("{} measurements set aside, {} taken back", round.rejected, round.returned);
-            let block = search.block(whole);
-            improvement.measured_anew(&block, fit, &why, settings)?;
-            improvement.weigh(&block, settings)?;
-            Ok(true)
+    for strictness in [Strictness::Loose, Strictness::Tight] {
+        let before = search.clone();
+        let round = judge(whole, search, &improvement.fit, strictness, settings)?;
+        if round.rejected + round.returned == 0 {
+            continue;
         }
-        Err(error) => {
-            (settings.tell)(&format!("the search for outliers stopped: {error}"));
-            *search = before;
-            Ok(false)
+        let model = super::models::at_solution(&improvement.fit);
+        let near = improvement.fit.clone();
+        match settle(whole, search, &model, Some(&near), strictness, settings) {
+            Ok(fit) => {
+                let gain = objective_of_blunders(&improvement.fit, &fit, settings.significance);
+                if gain > -SAME {
+                    *search = before;
+                    continue;
+                }
+                let why = format!("{} measurements set aside, {} taken back", round.rejected, round.returned);
+                let block = search.block(whole);
+                improvement.replace(&block, fit, &why, gain, settings)?;
+                return Ok(true);
+            }
+            Err(error) => {
+                (settings.tell)(&format!("the search for outliers stopped: {error}"));
+                *search = before;
+            }
         }
     }
+    Ok(false)
+}
+
+/// What the objective changes by when other measurements are set aside: each has a mean shift in two coordinates of its own, and its price.
+fn objective_of_blunders(before: &Fit, after: &Fit, significance: f64) -> f64 {
+    let count = |fit: &Fit| fit.problem.observations.len() as f64;
+    let variance = after.chi_square() / after.problem.redundancy().2 as f64;
+    let level = significance / count(before).max(count(after));
+    let price = chi_square_quantile(1.0 - level, 2.0);
+    (after.chi_square() - before.chi_square()) / variance + (count(before) - count(after)) * price
 }
 
 fn weighed(block: &Block, mut fitted: Fit, settings: &Settings<'_>) -> Result<Fit, DiagnoseError> {
     let added = super::added::Added { own: fitted.model.effects.len(), ..Default::default() };
     for _ in 0..WEIGHT_ROUNDS {
-        let Some(model) = super::weights::reweighted(block, &fitted, &added, settings)? else { break };
-        fitted = fit(block, &model, Some(&fitted), &settings.options)?;
+        let Some(weights) = super::weights::reweighted(block, &fitted, &added, settings)? else { break };
+        fitted = fit(block, &weights.model, Some(&fitted), &settings.options)?;
     }
     Ok(fitted)
 }

@@ -2,6 +2,7 @@
 
 use super::impact::Impact;
 use super::imprecise::Imprecise;
+use super::knowledge::Known;
 use crate::math::null_is_nan;
 use crate::model::{FlightFactors, SigmaFactors};
 use serde::{Deserialize, Serialize};
@@ -58,6 +59,9 @@ pub struct Diagnosis {
     pub imprecise: Vec<Imprecise>,
     /// Measurements that were set aside as outliers.
     pub outliers: usize,
+    /// Sizes that are known from elsewhere, held in every model.
+    #[serde(default)]
+    pub known: Vec<Known>,
 }
 
 /// A parameter's estimated size.
@@ -261,7 +265,10 @@ pub struct LedgerRow {
     /// Iterations of its refit.
     #[serde(default)]
     pub iterations: usize,
-    /// p-value that let the effect in.
+    /// The objective, zero at the base: it falls from row to row.
+    #[serde(default, deserialize_with = "null_is_nan")]
+    pub objective: f64,
+    /// p-value of the drop among chi-squares; one where nothing was tested.
     #[serde(deserialize_with = "null_is_nan")]
     pub p_value: f64,
     /// Do the solvers agree on this model? Null where it was adjusted with one of them.

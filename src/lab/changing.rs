@@ -5,7 +5,7 @@ use super::live::{Changed, Live};
 use super::measurements::{all_there, named};
 use super::step::Step;
 use crate::diagnose::fit::fit;
-use crate::diagnose::improve::Improvement;
+use crate::diagnose::improvement::Improvement;
 use crate::diagnose::models::at_solution;
 use crate::diagnose::outliers::{Snooping, Strictness};
 use crate::diagnose::run::base;
@@ -87,7 +87,7 @@ impl Step<'_> {
                     None if !improvement.parts.freed.contains_key(effect) => {
                         bail!("{effect} is not in the model of step {parent}")
                     }
-                    _ => improvement.remove(block, effect, settings)?,
+                    _ => improvement.remove(block, &from.linearised, effect, settings)?,
                 }
                 Ok(same(improvement))
             }

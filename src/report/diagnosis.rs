@@ -4,7 +4,7 @@ use super::diagnosis_tables::{candidates_table, ledger_table, structure_table, u
 use super::figures::{Axis, BinnedProfile, ImageBar, ImageBars, Ledger, LedgerStep, image_bars, ledger, profile};
 use super::html::Page;
 use super::letter;
-use super::numbers::fixed;
+use super::numbers::{fixed, significant};
 use super::pictures::RunFolder;
 use super::sensor_section::sensor_figures;
 use crate::diagnose::fit::FEW_ITERATIONS;
@@ -31,6 +31,15 @@ pub(super) fn verdict(page: &mut Page, diagnosis: &Diagnosis) {
     }
     if diagnosis.outliers > 0 {
         page.note(&format!("{} measurements were set aside as outliers.", diagnosis.outliers));
+    }
+    for known in &diagnosis.known {
+        page.paragraph(&format!(
+            "{} is in every model with {} = {}: {}.",
+            known.effect,
+            known.parameter,
+            significant(known.value, 3),
+            known.source
+        ));
     }
     let factors = &diagnosis.sigma_factors;
     page.paragraph(&format!(

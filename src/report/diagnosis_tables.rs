@@ -76,6 +76,7 @@ pub fn ledger_table(diagnosis: &Diagnosis) -> Table {
         .number("held-out RMS", "px")
         .number("check points RMS", "mm")
         .number("drop of v'Pv", "")
+        .number("objective", "")
         .number("p", "");
     for row in &diagnosis.ledger {
         table.row([
@@ -86,6 +87,7 @@ pub fn ledger_table(diagnosis: &Diagnosis) -> Table {
             or_dash(row.heldout_rms_px, |rms| fixed(rms, 5)),
             or_dash(row.check_rms_m, mm),
             fixed(row.statistic, 1),
+            fixed(row.objective, 1),
             p_value(row.p_value),
         ]);
     }

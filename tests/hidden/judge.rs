@@ -66,6 +66,7 @@ fn judge(named: &Named) -> Result<Vec<String>, String> {
     let run = solve_both(&diagnosed.block, &improvement.fit.model)?;
     failures.extend(disagreement(&run));
     failures.extend(judge_ledger(&diagnosed, &run));
+    failures.extend(judge_descent(&diagnosed));
     failures.extend(judge_repetition(&block, &diagnosed));
     let sizes = Sizes::of(&recipe.truth, &run);
     print_line(name, &recipe.truth, &diagnosed, &sizes, check_rms_mm(&run), seconds);
@@ -112,6 +113,13 @@ fn judge_ledger(diagnosed: &Diagnosed, run: &Run) -> Option<String> {
     let found = check_rms_mm(run);
     let same = (stated - found).abs() <= LEDGER_DIGITS * found;
     (!same).then(|| format!("the ledger ends at {stated:.4} mm, the model at {found:.4} mm"))
+}
+
+/// The objective falls with every row of the ledger.
+fn judge_descent(diagnosed: &Diagnosed) -> Option<String> {
+    let objective: Vec<f64> = diagnosed.diagnosis.ledger.iter().map(|row| row.objective).collect();
+    let falls = objective.windows(2).all(|pair| pair[1] < pair[0]);
+    (!falls).then(|| format!("the objective does not fall with every row: {objective:?}"))
 }
 
 /// Does the picture of every effect that was found show it: more is left without the effect than with it?

@@ -18,11 +18,13 @@ enum May {
 }
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
-const TABLE: [(&str, May); 22] = [
+const TABLE: [(&str, May); 24] = [
     ("math", May::Only(&[])),
+    ("score", May::Only(&["math"])),
+    ("geodesy", May::Only(&[])),
     ("camera", May::Only(&["math"])),
     ("block", May::Only(&["math", "camera"])),
-    ("io", May::Only(&["math", "camera", "block", "model"])),
+    ("io", May::Only(&["math", "geodesy", "camera", "block", "model"])),
     ("effects", May::Only(&["math", "camera"])),
     ("model", May::Only(&["camera", "block", "effects"])),
     ("problem", May::Only(&["math", "camera", "block", "effects", "model"])),
@@ -39,7 +41,10 @@ const TABLE: [(&str, May); 22] = [
     ),
     (
         "diagnose",
-        May::Only(&["math", "camera", "block", "effects", "model", "problem", "measure", "adjust", "evaluate", "run"]),
+        May::Only(&[
+            "math", "score", "geodesy", "camera", "block", "effects", "model", "problem", "measure", "adjust",
+            "evaluate", "run",
+        ]),
     ),
     ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "validate", "lab", "cli"])),
     ("study", May::AllBut(&["diagnose", "validate", "lab", "cli"])),

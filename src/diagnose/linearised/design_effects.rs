@@ -3,14 +3,13 @@
 use super::super::fit::DiagnoseError;
 use super::super::select::{Known, Nature, Set};
 use super::super::settings::Settings;
-use super::super::test::System;
-use super::super::test::design_effect::{ClusterOfValues, Clusters, Share, of_values, shares_of};
 use super::{Linearised, at_zero};
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{GROUPINGS, ImageCell, ImageCells, NullModel, Parts};
+use crate::score::System;
+use crate::score::design_effect::{ClusterOfValues, Clusters, Share, of_values, shares_of};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Laws of more columns are fields, of which no part by image is asked: each would have thousands of numbers.
@@ -19,7 +18,7 @@ const MOST_COLUMNS: usize = 64;
 impl Linearised {
     /// Design effects, which make a p-value larger and never smaller: of what would be significant without, and of what is in.
     pub(super) fn widen(&mut self, laws: bool, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
-        let situation = self.situation(settings, &BTreeSet::new());
+        let situation = self.situation(settings);
         let beside = situation.beside();
         let asked = |set: &usize| {
             situation.has(&self.sets[*set].id)

@@ -1,5 +1,6 @@
 //! What is plausible of a column, and how little of it counts as known.
 
+use super::super::camera_priors::SHARES;
 use crate::effects::Role;
 use crate::problem::Problem;
 
@@ -17,6 +18,15 @@ pub fn least_information(problem: &Problem, unknown: usize) -> f64 {
         (Role::Estimated, None) => crate::adjust::native::EFFECT_DOMAIN.powi(-2),
         _ => 0.0,
     }
+}
+
+/// Information that the prior of a size adds, in scaled units and of unit weight: half of what is plausible is its standard deviation. Zero where nothing is
+/// said of it.
+pub fn prior_information(problem: &Problem, unknown: usize) -> f64 {
+    if let Some((camera, k)) = problem.layout().camera_parameter(unknown) {
+        return (problem.camera_scales[camera][k] / (SHARES[k] * problem.camera_domains[camera][k])).powi(2);
+    }
+    plausible_values(problem, unknown).map_or(0.0, |[min, max]| (0.5 * (max - min)).powi(-2))
 }
 
 /// What is plausible of a parameter, scaled units.

@@ -11,16 +11,18 @@ use super::added::Added;
 use super::candidate::Candidate;
 use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
-use super::scan::{self, Places};
-use super::select::{Known, Searched, Set, Situation, Taken};
+use super::models::WEAK_PRIOR;
+use super::scan;
+use super::select::{Known, Nature, Searched, Set, Situation, Taken};
 use super::settings::Settings;
-use super::test::design_effect::Clusters;
-use super::test::{System, random};
 use crate::adjust::native::null_model::{Columns, NoColumns, NullModel, ScoreSystem};
 use crate::block::Block;
-use crate::effects::{Role, Stage};
+use crate::effects::Role;
 use crate::model::EffectTerm;
 use crate::problem::State;
+use crate::score::design_effect::Clusters;
+use crate::score::{System, random};
+pub use limits::prior_information;
 use limits::{least_information, plausible_values};
 use nalgebra::{DMatrix, DVector};
 use sets::Laid;
@@ -54,7 +56,6 @@ pub struct Linearised {
     in_effects: Range<usize>,
     /// Further columns, behind those of the sets.
     pub extra_columns: Range<usize>,
-    elsewhere: usize,
 }
 
 /// What is asked of a fit.
@@ -67,33 +68,28 @@ pub struct Questions<'a> {
     pub extra: &'a dyn Columns,
     /// Are design effects of laws wanted? They need every image's own part of each column.
     pub clustered: bool,
-    /// Candidates of the same family that are asked elsewhere.
-    pub elsewhere: usize,
 }
 
 impl Questions<'_> {
     /// Nothing.
     pub fn nothing() -> Self {
-        Self { tested: Vec::new(), untested: Vec::new(), extra: &NoColumns, clustered: false, elsewhere: 0 }
+        Self { tested: Vec::new(), untested: Vec::new(), extra: &NoColumns, clustered: false }
     }
 }
 
-/// Linearises a fit with every candidate of the catalogue beside it; `fields`: empirical fields, too, which may not enter; `known`: candidates
-/// whose place on the sensor need not be searched.
+/// Linearises a fit with every candidate of the catalogue beside it.
+///
+/// # Errors
+/// A fit that cannot be linearised.
 pub fn linearise(
     block: &Block,
     fit: &Fit,
     added: &Added,
-    fields: bool,
-    known: &Places,
     settings: &Settings<'_>,
 ) -> Result<Linearised, DiagnoseError> {
     let (mut tested, mut untested) = catalogue::candidates(block, fit, added, settings.plugins, |_| true);
-    let all = tested.len();
-    tested.retain(|(candidate, _)| fields || candidate.physical);
-    let elsewhere = all - tested.len();
-    scan::place(fit, &mut tested, &mut untested, known, settings.options.threads)?;
-    let asked = Questions { tested, untested, clustered: true, elsewhere, ..Questions::nothing() };
+    scan::place(fit, &mut tested, &mut untested, settings.options.threads)?;
+    let asked = Questions { tested, untested, clustered: true, ..Questions::nothing() };
     with_candidates(block, fit, added, asked, settings)
 }
 
@@ -115,7 +111,7 @@ pub fn with_candidates(
     asked: Questions<'_>,
     settings: &Settings<'_>,
 ) -> Result<Linearised, DiagnoseError> {
-    let Questions { tested, untested, extra, clustered, elsewhere } = asked;
+    let Questions { tested, untested, extra, clustered } = asked;
     let Fit { model, problem, solution, null_base } = fit;
     let threads = settings.options.threads;
     let terms: Vec<EffectTerm> = tested.iter().filter_map(|(candidate, _)| candidate.term().cloned()).collect();
@@ -130,6 +126,8 @@ pub fn with_candidates(
         problem.camera_free[unknown / 12][unknown % 12] = false;
     }
     // The base has none of them, neither as unknowns nor by their priors.
+    let free = problem.camera_free.clone();
+    problem.camera_priors.retain(|prior| free[prior.camera as usize][prior.parameter as usize]);
     for entry in problem.theta.iter_mut().filter(|entry| entry.effect as usize >= added.own) {
         entry.free = false;
         entry.prior_sigma = None;
@@ -163,7 +161,6 @@ pub fn with_candidates(
         plausible,
         taken,
         extra_columns,
-        elsewhere,
     };
     linearised.widen(clustered, settings)?;
     Ok(linearised)
@@ -203,27 +200,24 @@ fn times(information: &DMatrix<f64>, values: &[f64]) -> DVector<f64> {
 }
 
 impl Linearised {
-    /// Is a set one that was put at a place on the sensor?
-    pub fn is_placed(&self, set: usize) -> bool {
-        matches!(self.sets[set].search, Searched::Places { .. })
-    }
-
-    /// Is a set a law of the image, that is of the lens and the sensor?
-    pub fn is_of_lens(&self, set: usize) -> bool {
-        let problem = self.null.problem();
-        let unknown = self.sets[set].columns.first().map(|column| self.null.unknown(*column));
-        let theta = unknown.and_then(|unknown| problem.theta.get(unknown.checked_sub(problem.layout().theta(0))?));
-        theta.is_some_and(|entry| problem.effects[entry.effect as usize].effect.descriptor().stage == Stage::Image)
-    }
-
-    /// The candidates that were.
-    pub fn places(&self) -> Places {
-        let placed = (0..self.sets.len()).filter(|set| self.is_placed(*set));
-        placed.filter_map(|set| Some((self.candidates[set].clone()?, self.sets[set].search))).collect()
+    /// Information that the prior of each column adds; zero where nothing is known of it.
+    pub fn prior_of_columns(&self) -> Vec<f64> {
+        let mut prior = vec![0.0; self.values.len()];
+        let first_effect = self.null.problem().layout().theta(0);
+        for set in self.sets.iter().filter(|set| set.nature == Nature::Law) {
+            for column in &set.columns {
+                let unknown = self.null.unknown(*column);
+                prior[*column] = prior_information(self.null.problem(), unknown);
+                if set.columns.len() > 1 && unknown >= first_effect {
+                    prior[*column] += WEAK_PRIOR.powi(-2);
+                }
+            }
+        }
+        prior
     }
 
     /// What the rules see.
-    pub fn situation(&self, settings: &Settings<'_>, refused: &BTreeSet<String>) -> Situation<'_> {
+    pub fn situation(&self, settings: &Settings<'_>) -> Situation<'_> {
         Situation {
             system: &self.system,
             known: &self.known,
@@ -235,15 +229,13 @@ impl Linearised {
             design_effects: &self.design_effects,
             taken: self.taken.clone(),
             ln_level: self.ln_level(settings.significance),
-            refused: refused.clone(),
-            unresolved: BTreeSet::new(),
         }
     }
 
     /// Logarithm of the level of a single test: family-wise over the candidates of the catalogue, in or not.
     pub fn ln_level(&self, significance: f64) -> f64 {
         let ids: BTreeSet<&str> = self.sets.iter().map(|set| set.id.as_str()).collect();
-        (significance / (ids.len() + self.elsewhere).max(1) as f64).ln()
+        (significance / ids.len().max(1) as f64).ln()
     }
 
     /// Values of all columns when the sets of `situation` are fitted together.
@@ -289,13 +281,11 @@ impl Linearised {
         self.null.moved(&self.scores, &change.collect::<Vec<f64>>())
     }
 
-    /// Variance of chance values of largest likelihood beside what else is in, in the units of their columns squared.
+    /// Variance of chance values of largest likelihood beside what else is in, in units of the variance of unit weight and of their columns squared.
     pub fn variance(&self, situation: &Situation<'_>, set: usize) -> f64 {
-        let without = situation.without(&self.sets[set].id);
-        let beside = without.beside();
-        let judged = random::test(&beside, &self.sets[set].columns, self.design_effects[set], situation.ln_level);
-        let unit = judged.map_or(1.0, |component| component.variance);
-        random::estimate(&beside, &self.sets[set].columns, unit, 0.0)
+        let beside = situation.without(&self.sets[set].id).beside();
+        let values = random::values(&beside, &self.sets[set].columns);
+        values.and_then(|values| values.likeliest_ratio(beside.chi_square, beside.redundancy)).unwrap_or(0.0)
     }
 
     /// Raw value of a column per scaled unit.

@@ -11,9 +11,9 @@ use super::{
 };
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{Columns, Coordinate, Local};
-use crate::diagnose::test::{System, is_noise};
 use crate::evaluate::Comparison;
 use crate::problem::{Problem, State};
+use crate::score::{System, is_noise};
 use std::ops::Range;
 
 /// Coordinates of antennas whose redundancy is taken; of more, an even sample.

@@ -36,11 +36,11 @@ pub use columns::Families;
 pub use layout::Layout;
 pub use pictures::{Cell, ImageValue, Peak, Pictures, Profile, ProfileBin, SensorGrid, SpectrumGrid};
 
-use super::test::System;
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{Columns, NullModel};
 use crate::evaluate::Comparison;
 use crate::problem::{Problem, State};
+use crate::score::System;
 
 /// One test of residual structure.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,14 +6,14 @@
 //! ```
 
 use super::super::error::{Error, Place, shown};
-use super::crs::Crs;
 use super::fill::image_by_name;
-use super::geographic::Geographic;
 use super::opensfm::{pixels, reconstruction};
 use super::system::BlockSystem;
 use super::text::Lines;
 use super::{Addition, GUESSED, ImportOptions, Note, gcp_list, refuse};
 use crate::block::{Block, Measurement, PointId, Role, SurveyedPoint};
+use crate::geodesy::crs::Crs;
+use crate::geodesy::geographic::Geographic;
 use std::path::{Path, PathBuf};
 
 /// What Metashape writes before the coordinate system of a table.

@@ -1,11 +1,11 @@
 //! ODM's `geo.txt`: the coordinate system, then of each image `name x y [z [yaw pitch roll [horizontal vertical accuracy]]]`.
 
 use super::super::error::Error;
-use super::crs::Crs;
 use super::fill::{Recorded, fill, image_by_name};
 use super::text::Lines;
 use super::{Addition, ImportOptions, Note, refuse};
 use crate::block::Block;
+use crate::geodesy::crs::Crs;
 use std::path::PathBuf;
 
 /// The addition.

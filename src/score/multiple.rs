@@ -18,19 +18,6 @@ pub fn best_over_range(ln_p: f64, chi_square: f64, angle: f64) -> f64 {
     if smaller == f64::NEG_INFINITY { larger } else { (larger + (smaller - larger).exp().ln_1p()).min(0.0) }
 }
 
-/// Holm's step-down correction: adjusted logarithms of p-values, in the order given.
-pub fn holm(ln_p: &[f64]) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..ln_p.len()).collect();
-    order.sort_by(|a, b| ln_p[*a].total_cmp(&ln_p[*b]));
-    let mut adjusted = vec![0.0; ln_p.len()];
-    let mut largest = f64::NEG_INFINITY;
-    for (rank, k) in order.iter().enumerate() {
-        largest = largest.max((ln_p[*k] + ((order.len() - rank) as f64).ln()).min(0.0));
-        adjusted[*k] = largest;
-    }
-    adjusted
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -48,13 +35,5 @@ mod tests {
         assert_eq!(best_over_range(-8.0, 14.0, 0.0), -8.0);
         let one = best_over_range(-8.0, 14.0, std::f64::consts::PI);
         assert_relative_eq!(one.exp(), (-8.0f64).exp() + (-7.0f64).exp(), epsilon = 1e-15);
-    }
-
-    #[test]
-    fn holm_steps_down() {
-        let adjusted = holm(&[0.04f64.ln(), 0.01f64.ln(), 0.03f64.ln()]);
-        for (found, expected) in adjusted.iter().zip([0.06, 0.03, 0.06]) {
-            assert_relative_eq!(found.exp(), expected, epsilon = 1e-12);
-        }
     }
 }

@@ -1,15 +1,13 @@
 //! Statistics of extra columns, from score and information alone: small dense systems, no block, no model, no solver.
 //!
 //! A [`System`] says what columns would explain of the residuals of a fit. Sets of its columns are tested ([`fixed`]), estimated as random
-//! values ([`random`]), held against each other ([`separability`]) and taken for granted ([`System::beside`]). Whatever is decided, entry of
-//! an effect or its need, is decided by these functions and by one rule.
+//! values ([`random`]), held against each other ([`separability`]) and conditioned on ([`System::beside`]).
 
 pub mod design_effect;
 pub mod fixed;
 pub mod multiple;
 pub mod pivoted;
 pub mod power;
-pub mod prediction;
 pub mod random;
 pub mod separability;
 pub mod system;
@@ -19,7 +17,7 @@ pub use system::{Penalised, System};
 
 /// Share of the stated variance below which residuals are no noise any more: of 20 degrees of freedom or more this happens less than once in a
 /// thousand million. An error-free block leaves rounding and what iterations stopped at, and these have structure.
-const LEAST_NOISE: f64 = 0.05;
+pub const LEAST_NOISE: f64 = 0.05;
 
 /// Are residuals as large as noise is, for what is stated of it?
 pub fn is_noise(sum_of_squares: f64, degrees: f64) -> bool {

@@ -5,7 +5,7 @@ use crate::math::pieces::{each, pieces};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
 /// Standard deviations at which a value shows for certain among some dozens of candidates: 4.1 for one in 25000, 0.84 for a power of 80 %.
@@ -83,17 +83,6 @@ impl System {
         }
     }
 
-    /// `s'(M + I / variance)^-1 s` over the kept columns of a set: the drop of `v'Pv` that it brings where each value has a prior of that
-    /// variance, in the units of the columns squared.
-    pub fn drop_with_prior(&self, set: &[usize], variance: f64) -> f64 {
-        let kept = self.pivoted(set).kept;
-        let prior = |i: usize, j: usize| if i == j { 1.0 / variance } else { 0.0 };
-        let own = |i: usize, j: usize| self.information[(kept[i], kept[j])] + prior(i, j);
-        let score = DVector::from_fn(kept.len(), |i, _| self.score[kept[i]]);
-        let factor = Cholesky::new(DMatrix::from_fn(kept.len(), kept.len(), own));
-        factor.map_or(0.0, |factor| score.dot(&factor.solve(&score)))
-    }
-
     /// The system beside what is taken in: random values first, then fixed sets in turn. Columns that are taken in keep no information.
     pub fn beside<S: AsRef<[usize]>>(&self, fixed: &[S], random: &[Penalised]) -> System {
         let mut system = self.clone();
@@ -129,6 +118,14 @@ impl System {
     /// The drop of `v'Pv` that random values bring.
     pub fn drop_of_random(&self, values: &Penalised) -> f64 {
         self.penalised(values).map_or(0.0, |(_, white)| white.norm_squared())
+    }
+
+    /// `ln|I + variance M|` over random values: what the likelihood pays for their freedom.
+    pub fn log_determinant(&self, values: &Penalised) -> f64 {
+        let n = values.columns.len() as f64;
+        self.penalised(values).map_or(0.0, |(lower, _)| {
+            n * values.variance.ln() + 2.0 * (0..lower.nrows()).map(|k| lower[(k, k)].ln()).sum::<f64>()
+        })
     }
 
     /// Lower factor `L` of `M + I / variance` over random values, and `L^-1 s`. `None` where they have no variance: positive definite by their

@@ -2,8 +2,8 @@
 //! best fits a blunder best of all. Of two hypotheses that explain the same residuals the one that explains more is taken (Baarda 1968): whatever
 //! lies in one point alone, a blunder there explains entirely. So the effect has to be significant without that point, too.
 
-use super::super::fit::{Fit, solve};
-use super::super::squares;
+use super::fit::{Fit, solve};
+use super::squares;
 use crate::adjust::{AdjustError, Options};
 use crate::problem::PointSource;
 
@@ -12,18 +12,18 @@ use crate::problem::PointSource;
 const CARRIED: f64 = 0.2;
 
 /// A tie point that carries an effect.
-pub(super) struct Carrier {
+pub struct Carrier {
     /// Its name.
-    pub(super) point: String,
+    pub point: String,
     /// Share of the drop that is left without its measurements.
-    pub(super) left: f64,
+    pub left: f64,
 }
 
 /// The tie point in which most of the drop between two fits of the same measurements lies; `None` where none has a large share of it.
 ///
 /// # Errors
 /// A solution at which predictions fail.
-pub(super) fn carrier(before: &Fit, after: &Fit, options: &Options) -> Result<Option<Carrier>, AdjustError> {
+pub fn carrier(before: &Fit, after: &Fit, options: &Options) -> Result<Option<Carrier>, AdjustError> {
     let drop = before.chi_square() - after.chi_square();
     let (was, is) = (squares_of_points(before)?, squares_of_points(after)?);
     let ties = (0..was.len()).filter(|j| matches!(before.problem.point_sources[*j], PointSource::Tie(_)));

@@ -42,6 +42,11 @@ impl Crs {
         })
     }
 
+    /// Is it a map in metres?
+    pub fn is_projected(&self) -> bool {
+        !self.proj.is_latlong() && !self.proj.is_geocent()
+    }
+
     /// The place of easting, northing and height, or of longitude, latitude (degrees) and height.
     ///
     /// # Errors

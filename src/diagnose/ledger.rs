@@ -1,6 +1,6 @@
 //! The ledger of an improvement: what happened in each step, and what became of each candidate that was tried.
 
-use super::super::fit::{DiagnoseError, Fit};
+use super::fit::{DiagnoseError, Fit};
 use crate::block::Block;
 use crate::model::Model;
 use crate::run;
@@ -10,10 +10,13 @@ use crate::run;
 pub enum Change {
     /// The base.
     Base,
-    /// An effect came in.
-    Added(String),
-    /// An effect was taken out.
-    Removed(String),
+    /// Effects came in, or left.
+    Exchanged {
+        /// Ids of those that came in.
+        added: Vec<String>,
+        /// Ids of those that left.
+        removed: Vec<String>,
+    },
     /// Outliers or weights changed.
     Reweighted,
 }
@@ -23,7 +26,7 @@ pub enum Change {
 pub struct Step {
     /// What happened.
     pub change: Change,
-    /// Why, in words; empty for the base.
+    /// Why, in words; empty for the base and where the objective says it.
     pub why: String,
     /// Model of the step, start values those of its solution.
     pub model: Model,
@@ -39,8 +42,10 @@ pub struct Step {
     pub drop: f64,
     /// Drop that the null model predicted.
     pub predicted: f64,
-    /// Logarithm of the p-value that let it in.
+    /// Logarithm of the p-value of the drop, among chi-squares of as many degrees of freedom as the step added; zero where nothing was tested.
     pub ln_p: f64,
+    /// The objective, zero at the base: it falls from row to row.
+    pub objective: f64,
     /// Iterations of its refit.
     pub iterations: usize,
 }
@@ -60,8 +65,22 @@ pub struct Confirmation {
     pub after_px: f64,
     /// It was kept.
     pub kept: bool,
-    /// Why not, or why it stayed where a rule asked for its removal; empty otherwise.
+    /// Why not; empty otherwise.
     pub reason: String,
+}
+
+impl Change {
+    /// What changed, as `diagnosis.json` has it; `None` for the base.
+    pub fn label(&self) -> Option<String> {
+        match self {
+            Change::Base => None,
+            Change::Exchanged { added, removed } => {
+                let removed = removed.iter().map(|id| format!("-{id}"));
+                Some(added.iter().cloned().chain(removed).collect::<Vec<_>>().join(", "))
+            }
+            Change::Reweighted => Some("(weights, outliers)".into()),
+        }
+    }
 }
 
 impl Step {
@@ -73,6 +92,7 @@ impl Step {
         block: &Block,
         fit: &Fit,
         heldout_px: f64,
+        objective: f64,
         change: Change,
         why: &str,
     ) -> Result<Self, DiagnoseError> {
@@ -89,6 +109,7 @@ impl Step {
             drop: 0.0,
             predicted: 0.0,
             ln_p: 0.0,
+            objective,
             iterations: solution.iterations,
         })
     }

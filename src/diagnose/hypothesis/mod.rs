@@ -1,0 +1,114 @@
+//! Hypotheses: everything that may be true of a block beyond the plain model, each with its columns, its prior and its price.
+//!
+//! | kind | values | examples |
+//! |---|---|---|
+//! | law | determined by the measurements; prior: half the plausible range | rolling-shutter, focal-time, free:radial |
+//! | random effect | `N(0, t^2)`, one per image, `t` estimated | focal-image, pp-image |
+//! | field | `N(0, t^2)` in typical sizes, `t` estimated | image-fourier, image-grid, focal-spline |
+//!
+//! A field is a random effect, never a free fit of its many columns: as free columns it could take every smooth law for nothing, and a law beside it
+//! would never pay.
+
+mod price;
+
+use super::linearised::Linearised;
+use super::select::{Nature, Searched, Situation};
+use super::settings::Settings;
+use crate::effects::{Kind, Parameter, Role};
+use crate::model::EffectRef;
+use crate::score::System;
+use crate::score::separability::seen_by;
+use rayon::prelude::*;
+
+/// Are the values of an effect random, with a variance that is estimated? Those of random effects are, and the coefficients of a field.
+pub fn is_random(effect: &EffectRef) -> bool {
+    let descriptor = effect.descriptor();
+    let random = |parameter: &Parameter| matches!(parameter.role, Role::Random(_));
+    descriptor.kind == Kind::Empirical || descriptor.parameters.iter().any(random)
+}
+
+/// One hypothesis; variants of an effect are several that share an id.
+#[derive(Debug, Clone)]
+pub struct Hypothesis {
+    /// Id of the effect, `free:f` and so on.
+    pub id: String,
+    /// Its set of the linearisation.
+    pub set: usize,
+    /// Its columns, those that the base leaves.
+    pub columns: Vec<usize>,
+    /// A random effect or a field.
+    pub random: bool,
+    /// Names a cause; a field does not.
+    pub physical: bool,
+    /// See [`price`].
+    pub price: f64,
+    /// Design effect of its score.
+    pub design_effect: f64,
+}
+
+/// All hypotheses of a linearisation: those in the model, then its candidates.
+pub fn all(linearised: &Linearised, settings: &Settings<'_>) -> Vec<Hypothesis> {
+    let situation = linearised.situation(settings);
+    let base = Situation { taken: Vec::new(), ..situation.clone() };
+    let factors = design_effects(&situation);
+    let of_base = &base.beside();
+    let sets = 0..linearised.sets.len();
+    let hypothesis = |set: usize| {
+        let own = &linearised.sets[set];
+        let random = own.nature == Nature::Chance;
+        let (columns, price) = match random {
+            true => (own.columns.clone(), price::of_variance(factors[set], situation.ln_level)),
+            false => {
+                let kept = of_base.pivoted(&own.columns).kept;
+                let same = same_id(&base, set);
+                let law = price::Law {
+                    dof: kept.len() as f64,
+                    design_effect: factors[set],
+                    searched: own.search,
+                    variants: same.len() as f64,
+                    angle: angle(&base, of_base, &same),
+                };
+                let price = law.price(situation.ln_level, linearised.system.redundancy);
+                (kept, price)
+            }
+        };
+        let (id, physical) = (own.id.clone(), own.physical);
+        let hypothesis = Hypothesis { id, set, columns, random, physical, price, design_effect: factors[set] };
+        (!hypothesis.columns.is_empty()).then_some(hypothesis)
+    };
+    sets.into_par_iter().filter_map(hypothesis).collect()
+}
+
+/// Design effect of each set beside the model, without itself where it is in.
+fn design_effects(situation: &Situation<'_>) -> Vec<f64> {
+    let beside = situation.beside();
+    let factor = |set: usize| {
+        let id = &situation.sets[set].id;
+        let judged = match situation.has(id) {
+            true => {
+                let without = situation.without(id);
+                without.judge(set, &without.beside())
+            }
+            false => situation.judge(set, &beside),
+        };
+        judged.map_or(1.0, |judged| judged.design_effect)
+    };
+    (0..situation.sets.len()).into_par_iter().map(factor).collect()
+}
+
+/// The variants of a set.
+fn same_id(situation: &Situation<'_>, set: usize) -> Vec<usize> {
+    (0..situation.sets.len()).filter(|other| situation.sets[*other].id == situation.sets[set].id).collect()
+}
+
+/// Angle through which the direction of a statistic turns over the values of a range.
+fn angle(situation: &Situation<'_>, base: &System, variants: &[usize]) -> f64 {
+    let place = |set: &usize| match situation.sets[*set].search {
+        Searched::Range(place) => Some((place, *set)),
+        _ => None,
+    };
+    let mut places: Vec<(f64, usize)> = variants.iter().filter_map(place).collect();
+    places.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let pivoted: Vec<_> = places.iter().map(|(_, set)| base.pivoted(&situation.sets[*set].columns)).collect();
+    pivoted.windows(2).map(|pair| seen_by(base, &pair[0], &pair[1]).clamp(0.0, 1.0).acos()).sum()
+}

@@ -1,0 +1,467 @@
+//! A model on its way: its fit, what the diagnosis took in, and the ledger of how it came about. Check points only watch.
+
+use super::added::Added;
+use super::fit::{DiagnoseError, Fit, fit};
+use super::heldout::held_out_px;
+use super::hypothesis::{self, Hypothesis};
+use super::ledger::{Change, Confirmation, Step};
+use super::linearised::Linearised;
+use super::models::at_solution;
+use super::objective::{Members, Objective};
+use super::refit::{Refits, Refitted, settle};
+use super::search::{Ranked, SAME, search};
+use super::settings::Settings;
+use super::weights;
+use crate::adjust::native::Native;
+use crate::adjust::native::null_model::SharedBase;
+use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Solver};
+use crate::block::Block;
+use crate::math::statistics::{chi_square_ln_sf, chi_square_quantile};
+use crate::run::distortion_centre;
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+/// Sets of the search that are refitted: to first order the best of them is not always the first.
+const REFITS: usize = 3;
+
+/// A model on its way.
+#[derive(Clone)]
+pub struct Improvement {
+    /// Ledger.
+    pub steps: Vec<Step>,
+    /// Refits that were tried, in order.
+    pub confirmations: Vec<Confirmation>,
+    /// The base fit.
+    pub base: Fit,
+    /// The fit as it stands.
+    pub fit: Fit,
+    /// Typical error of its predictions of left-out measurements, px.
+    pub heldout_px: f64,
+    /// Ids of what was added, in order of entry.
+    pub added: Vec<String>,
+    /// Effects and groups that the diagnosis took in.
+    pub parts: Added,
+    /// The objective, zero at the base.
+    pub objective: f64,
+}
+
+/// A linearisation with its hypotheses.
+pub struct Competition {
+    hypotheses: Vec<Hypothesis>,
+    prior: Vec<f64>,
+    current: Members,
+    ln_level: f64,
+}
+
+impl Competition {
+    /// The hypotheses of a linearisation.
+    pub fn new(linearised: &Linearised, settings: &Settings<'_>) -> Self {
+        let hypotheses = hypothesis::all(linearised, settings);
+        let mut current = Members::default();
+        for taken in &linearised.taken {
+            let Some(h) = hypotheses.iter().position(|hypothesis| hypothesis.set == taken.set) else { continue };
+            current = match hypotheses[h].random {
+                true => current.with_random(h, taken.variance),
+                false => current.with_law(h),
+            };
+        }
+        let ln_level = linearised.ln_level(settings.significance);
+        Self { hypotheses, prior: linearised.prior_of_columns(), current, ln_level }
+    }
+
+    /// Their objective.
+    pub fn objective<'a>(&'a self, linearised: &Linearised) -> Objective<'a> {
+        Objective::new(&linearised.system, &self.prior, &self.hypotheses, self.ln_level)
+    }
+
+    /// Ids of members that are not among others.
+    fn ids_beyond(&self, members: &Members, others: &Members) -> Vec<String> {
+        let id = |h: usize| self.hypotheses[h].id.clone();
+        let others: Vec<String> = others.all().map(id).collect();
+        members.all().map(id).filter(|id| !others.contains(id)).collect()
+    }
+}
+
+/// What a change of members brings to first order.
+struct Expected {
+    /// Drop of `v'Pv`.
+    drop: f64,
+    /// Degrees of freedom that it adds.
+    dof: f64,
+}
+
+impl Expected {
+    fn of(objective: &Objective<'_>, before: &Members, after: &Members) -> Self {
+        let of_law = |law: &usize| objective.hypotheses[*law].columns.len() as f64;
+        let dof = |members: &Members| members.laws.iter().map(of_law).sum::<f64>() + members.random.len() as f64;
+        Self { drop: objective.chi_square(before) - objective.chi_square(after), dof: dof(after) - dof(before) }
+    }
+}
+
+/// What the objective asks for next, to first order.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Next {
+    /// Take an effect in.
+    Add(String),
+    /// Take an effect out.
+    Remove(String),
+}
+
+/// The first move towards the set that the search prefers to the model as it stands; `None`: it prefers none.
+pub fn next(linearised: &Linearised, settings: &Settings<'_>) -> Option<Next> {
+    let competition = Competition::new(linearised, settings);
+    let objective = competition.objective(linearised);
+    let current = &competition.current;
+    let best = search(&objective, current).into_iter().next()?;
+    if best.value > objective.value(current) - SAME {
+        return None;
+    }
+    let joins = competition.ids_beyond(&best.members, current).into_iter().next().map(Next::Add);
+    joins.or_else(|| competition.ids_beyond(current, &best.members).into_iter().next().map(Next::Remove))
+}
+
+/// Alternatives of each member, by id: hypotheses in whose place it is no better than chance would make it. What is left with such an alternative is as little
+/// as with the member itself.
+pub fn alternatives(linearised: &Linearised, settings: &Settings<'_>) -> BTreeMap<String, Vec<String>> {
+    let competition = Competition::new(linearised, settings);
+    let objective = competition.objective(linearised);
+    let (current, hypotheses) = (&competition.current, &competition.hypotheses);
+    let margin = objective.value(current) + chi_square_quantile(1.0 - competition.ln_level.exp(), 1.0);
+    let of = |own: usize| {
+        let less = current.without(own);
+        let open = |h: &usize| {
+            let id = &hypotheses[*h].id;
+            hypotheses[*h].physical && !current.all().any(|member| hypotheses[member].id == *id)
+        };
+        let value = |h: usize| match hypotheses[h].random {
+            true => objective.value(&objective.with_likeliest(&less, h)),
+            false => objective.value(&less.with_law(h)),
+        };
+        let mut near: Vec<(f64, String)> = (0..hypotheses.len())
+            .filter(open)
+            .map(|h| (value(h), hypotheses[h].id.clone()))
+            .filter(|(value, _)| *value < margin)
+            .collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut ids: Vec<String> = Vec::new();
+        for (_, id) in near {
+            if !ids.contains(&id) {
+                ids.push(id);
+            }
+        }
+        (hypotheses[own].id.clone(), ids)
+    };
+    let members = current.all().filter(|own| hypotheses[*own].physical);
+    members.map(of).collect()
+}
+
+impl Improvement {
+    /// Begins with a fit of the base model.
+    ///
+    /// # Errors
+    /// A fit that predicts nothing.
+    pub fn new(block: &Block, base: Fit, settings: &Settings<'_>) -> Result<Self, DiagnoseError> {
+        let own = base.model.effects.len();
+        Self::with(block, base, Added { own, ..Added::default() }, settings)
+    }
+
+    /// Begins with a fit in which the effects and groups of `parts` were taken in before.
+    ///
+    /// # Errors
+    /// A fit that predicts nothing.
+    pub fn with(block: &Block, base: Fit, parts: Added, settings: &Settings<'_>) -> Result<Self, DiagnoseError> {
+        let heldout_px = held_out_px(&base, settings.options.threads)?;
+        let taken = base.model.effects.iter().skip(parts.own).map(|term| term.effect.descriptor().id.to_string());
+        let added = taken.chain(parts.freed.keys().cloned()).collect();
+        let mut improvement = Self {
+            steps: Vec::new(),
+            confirmations: Vec::new(),
+            fit: base.clone(),
+            // It is kept to be described: what it takes for granted need not be kept with it.
+            base: Fit { null_base: SharedBase::default(), ..base },
+            heldout_px,
+            added,
+            parts,
+            objective: 0.0,
+        };
+        improvement.note(block, Change::Base, "")?;
+        Ok(improvement)
+    }
+
+    /// Goes on with the refit of the lowest objective among the sets that the search prefers. Did one lower it?
+    ///
+    /// # Errors
+    /// A wish to stop.
+    pub fn descend(
+        &mut self,
+        block: &Block,
+        linearised: &Linearised,
+        settings: &Settings<'_>,
+    ) -> Result<bool, DiagnoseError> {
+        let competition = Competition::new(linearised, settings);
+        let objective = competition.objective(linearised);
+        let current = &competition.current;
+        let ranked = search(&objective, current);
+        let first_order = objective.value(current);
+        let preferred: Vec<Ranked> =
+            ranked.into_iter().filter(|own| own.value < first_order - SAME).take(REFITS).collect();
+        let (fit, added) = (&self.fit.clone(), &self.parts.clone());
+        let refits = Refits { block, fit, added, linearised, objective: &objective, current, settings };
+        let now = refits.value_of_current();
+        let mut best: Option<(Refitted, Ranked)> = None;
+        for own in preferred {
+            let name = self.words(&competition, &own.members);
+            (settings.tell)(&format!("adjusting: {name}"));
+            match refits.refit(&own.members) {
+                Ok(refitted) => {
+                    let kept = refitted.value < now - SAME;
+                    let reason = match (&refitted.carrier, kept) {
+                        (_, true) => String::new(),
+                        (Some(point), false) => {
+                            format!("it rests on point {point} alone, where a blunder explains as much")
+                        }
+                        (None, false) => "its refit does not lower the objective".to_string(),
+                    };
+                    self.confirm(&competition, &own, &refits, &refitted, reason, settings)?;
+                    if kept && best.as_ref().is_none_or(|(other, _)| refitted.value < other.value) {
+                        best = Some((refitted, own));
+                    }
+                }
+                Err(error) if settings.options.stop.is_raised() => return Err(error),
+                Err(error) => (settings.tell)(&format!("{name}: the refit failed: {error}")),
+            }
+        }
+        let Some((refitted, own)) = best else { return Ok(false) };
+        let added = competition.ids_beyond(&own.members, current);
+        let removed = competition.ids_beyond(current, &own.members);
+        let expected = Expected::of(&objective, current, &own.members);
+        let gain = refitted.value - now;
+        self.accept(block, refitted, Change::Exchanged { added, removed }, expected, gain, settings)?;
+        Ok(true)
+    }
+
+    /// What a set changes, in words.
+    fn words(&self, competition: &Competition, members: &Members) -> String {
+        let joins = competition.ids_beyond(members, &competition.current);
+        let leaves = competition.ids_beyond(&competition.current, members);
+        let words = |ids: Vec<String>, word: &str| {
+            let list = ids.join(" and ");
+            (!ids.is_empty()).then(|| format!("{word} {list}"))
+        };
+        let all = [words(joins, "with"), words(leaves, "without")];
+        let all: Vec<String> = all.into_iter().flatten().collect();
+        if all.is_empty() { "the same effects with other parameters".into() } else { all.join(", ") }
+    }
+
+    /// Notes what became of a refit.
+    fn confirm(
+        &mut self,
+        competition: &Competition,
+        own: &Ranked,
+        refits: &Refits<'_>,
+        refitted: &Refitted,
+        reason: String,
+        settings: &Settings<'_>,
+    ) -> Result<(), DiagnoseError> {
+        let drop = self.fit.chi_square() - refitted.fit.chi_square();
+        let predicted = refits.objective.chi_square(&competition.current) - refits.objective.chi_square(&own.members);
+        let after_px = held_out_px(&refitted.fit, settings.options.threads)?;
+        for id in competition.ids_beyond(&own.members, &competition.current) {
+            let (before_px, kept, reason) = (self.heldout_px, reason.is_empty(), reason.clone());
+            self.confirmations.push(Confirmation { id, predicted, drop, before_px, after_px, kept, reason });
+        }
+        Ok(())
+    }
+
+    /// Goes on with a refit; `gain`: what the objective changes by.
+    fn accept(
+        &mut self,
+        block: &Block,
+        refitted: Refitted,
+        change: Change,
+        expected: Expected,
+        gain: f64,
+        settings: &Settings<'_>,
+    ) -> Result<(), DiagnoseError> {
+        let drop = self.fit.chi_square() - refitted.fit.chi_square();
+        (self.fit, self.parts) = (refitted.fit, refitted.added);
+        if let Change::Exchanged { added, removed } = &change {
+            self.added.retain(|id| !removed.contains(id));
+            self.added.extend(added.iter().filter(|id| !self.added.contains(id)).cloned().collect::<Vec<_>>());
+        }
+        self.objective += gain;
+        self.reweigh(block, settings)?;
+        self.note(block, change, "")?;
+        if let Some(step) = self.steps.last_mut() {
+            (step.drop, step.predicted) = (drop, expected.drop);
+            step.ln_p = chi_square_ln_sf(drop.max(0.0), expected.dof.max(1.0)).min(0.0);
+        }
+        Ok(())
+    }
+
+    /// Takes in what somebody asks for, whatever the objective says of it.
+    ///
+    /// # Errors
+    /// Why it cannot be taken in, in words; a refit that fails.
+    pub fn add(
+        &mut self,
+        block: &Block,
+        linearised: &Linearised,
+        id: &str,
+        settings: &Settings<'_>,
+    ) -> Result<Result<(), String>, DiagnoseError> {
+        let competition = Competition::new(linearised, settings);
+        let objective = competition.objective(linearised);
+        let current = &competition.current;
+        if current.all().any(|h| competition.hypotheses[h].id == id) {
+            return Ok(Err(format!("{id} is in the model already")));
+        }
+        let variants = (0..competition.hypotheses.len()).filter(|h| competition.hypotheses[*h].id == id);
+        let members = variants.map(|h| match competition.hypotheses[h].random {
+            true => objective.with_likeliest(current, h),
+            false => current.with_law(h),
+        });
+        let best = members.min_by(|a, b| objective.value(a).total_cmp(&objective.value(b)));
+        let Some(members) = best else {
+            let untested = linearised.untested.iter().find(|candidate| candidate.id == id);
+            return Ok(Err(match untested {
+                Some(candidate) => format!("{id} needs {}", candidate.needs.join(", ")),
+                None => format!("{id}: this block absorbs it, nothing of it could be estimated"),
+            }));
+        };
+        self.change_to(block, linearised, (&competition, &objective), &members, settings).map(Ok)
+    }
+
+    /// Takes out an effect or a group that was taken in.
+    ///
+    /// # Errors
+    /// A refit that fails.
+    pub fn remove(
+        &mut self,
+        block: &Block,
+        linearised: &Linearised,
+        id: &str,
+        settings: &Settings<'_>,
+    ) -> Result<(), DiagnoseError> {
+        let competition = Competition::new(linearised, settings);
+        let objective = competition.objective(linearised);
+        let of_id = competition.current.all().find(|h| competition.hypotheses[*h].id == id);
+        let members = of_id.map_or(competition.current.clone(), |h| competition.current.without(h));
+        self.change_to(block, linearised, (&competition, &objective), &members, settings)
+    }
+
+    /// Goes on with other members as somebody asks.
+    fn change_to(
+        &mut self,
+        block: &Block,
+        linearised: &Linearised,
+        (competition, objective): (&Competition, &Objective<'_>),
+        members: &Members,
+        settings: &Settings<'_>,
+    ) -> Result<(), DiagnoseError> {
+        let current = &competition.current;
+        let (fit, added) = (&self.fit.clone(), &self.parts.clone());
+        let refits = Refits { block, fit, added, linearised, objective, current, settings };
+        let refitted = refits.refit(members)?;
+        let expected = Expected::of(objective, current, members);
+        let gain = refitted.value - refits.value_of_current();
+        let added = competition.ids_beyond(members, current);
+        let removed = competition.ids_beyond(current, members);
+        self.accept(block, refitted, Change::Exchanged { added, removed }, expected, gain, settings)
+    }
+
+    /// The same model on other measurements; `gain`: what the objective changes by.
+    ///
+    /// # Errors
+    /// A fit with random values that fails, one that predicts nothing.
+    pub fn replace(
+        &mut self,
+        block: &Block,
+        fit: Fit,
+        why: &str,
+        gain: f64,
+        settings: &Settings<'_>,
+    ) -> Result<(), DiagnoseError> {
+        self.fit = settle(block, fit, &self.parts, settings)?;
+        self.objective += gain;
+        self.reweigh(block, settings)?;
+        self.note(block, Change::Reweighted, why)
+    }
+
+    /// Estimates the weights as somebody asks. Did they change?
+    ///
+    /// # Errors
+    /// A fit that predicts nothing.
+    pub fn weigh(&mut self, block: &Block, settings: &Settings<'_>) -> Result<bool, DiagnoseError> {
+        let changed = self.reweigh(block, settings)?;
+        if changed {
+            self.note(block, Change::Reweighted, "weights from the residuals")?;
+        }
+        Ok(changed)
+    }
+
+    /// Estimates the weights of groups of observations anew and fits again where they changed, as a part of the step that is under way. Where that fails they stay.
+    fn reweigh(&mut self, block: &Block, settings: &Settings<'_>) -> Result<bool, DiagnoseError> {
+        let refit = || -> Result<Option<(Fit, f64)>, DiagnoseError> {
+            let Some(weights) = weights::reweighted(block, &self.fit, &self.parts, settings)? else { return Ok(None) };
+            let refitted = fit(block, &weights.model, Some(&self.fit), &settings.options)?;
+            Ok(Some((settle(block, refitted, &self.parts, settings)?, -weights.gain)))
+        };
+        let changed = match refit() {
+            Ok(None) => false,
+            Ok(Some((fit, gain))) => {
+                self.fit = fit;
+                self.objective += gain;
+                true
+            }
+            Err(error) if settings.options.stop.is_raised() => return Err(error),
+            Err(error) => {
+                (settings.tell)(&format!("the weights stay as they are: {error}"));
+                false
+            }
+        };
+        self.heldout_px = held_out_px(&self.fit, settings.options.threads)?;
+        Ok(changed)
+    }
+
+    /// Solves the model as it stands to the last digit, and its row of the ledger with it. Where it does not come that far, the row stays.
+    ///
+    /// # Errors
+    /// A centre of distortion that the block does not determine beside what is in.
+    pub fn finish(&mut self, block: &Block, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
+        let mut problem = self.fit.problem.clone();
+        problem.start = self.fit.solution.state.clone();
+        let options = Options { covariance: CovarianceOf::Shared, ..settings.options.clone() };
+        let solution = match Native.solve(&problem, &options, &mut |_| ControlFlow::Continue(())) {
+            Ok(solution) => solution,
+            Err(failure @ AdjustError::NotConverged { .. }) => {
+                let go_on = &mut |_: &'static str, _: &Iteration| ControlFlow::Continue(());
+                return match distortion_centre::explain(failure, &problem, &Native, &options, go_on) {
+                    undetermined @ AdjustError::Singular { .. } => Err(undetermined.into()),
+                    _ => Ok(()),
+                };
+            }
+            Err(singular @ AdjustError::Singular { .. })
+                if distortion_centre::makes_singular(&problem, &Native, &options) =>
+            {
+                return Err(singular.into());
+            }
+            Err(_) => return Ok(()),
+        };
+        distortion_centre::check(&problem, Native.name(), &solution)?;
+        (self.fit.solution, self.fit.null_base) = (solution, SharedBase::default());
+        self.fit.model = at_solution(&self.fit);
+        let Some(Step { change, why, drop, predicted, ln_p, iterations, .. }) = self.steps.pop() else { return Ok(()) };
+        self.note(block, change, &why)?;
+        if let Some(step) = self.steps.last_mut() {
+            (step.drop, step.predicted, step.ln_p, step.iterations) = (drop, predicted, ln_p, iterations);
+        }
+        Ok(())
+    }
+
+    /// Appends the fit as it stands to the ledger.
+    fn note(&mut self, block: &Block, change: Change, why: &str) -> Result<(), DiagnoseError> {
+        self.steps.push(Step::of(block, &self.fit, self.heldout_px, self.objective, change, why)?);
+        Ok(())
+    }
+}
