@@ -23,6 +23,7 @@ fn main() {
     // Dependents first: the linker reads from left to right.
     cxx_build::bridge("src/adjust/ceres/bridge.rs")
         .file("cpp/bridge.cc")
+        .file("cpp/faults.cc")
         .include("cpp")
         .include("/usr/include/eigen3")
         .std("c++17")

@@ -46,20 +46,21 @@
 //!
 //! | module | is | imports |
 //! |---|---|---|
+//! | `files` | regular files, read | nothing of ours |
 //! | [`math`] | rotations, statistics, intersection, variance components | nothing of ours |
 //! | [`score`] | statistics of small systems of score and information | math |
 //! | [`geodesy`] | coordinate systems: maps, local ones | nothing of ours |
 //! | [`camera`] | the twelve numbers, projection, distortion taken out | math |
 //! | [`block`] | what was measured | math, camera |
-//! | [`io`] | blocks and models as files | math, geodesy, camera, block, model |
-//! | [`effects`] | physical effects, one file each, and plug-ins | math, camera |
+//! | [`io`] | blocks and models as files | files, math, geodesy, camera, block, model |
+//! | [`effects`] | physical effects, one file each, and plug-ins | files, math, camera |
 //! | [`model`] | what is believed: free parameters, effects, weights, datum | camera, block, effects |
 //! | [`problem`] | block and model as flat arrays; the datum | math, camera, block, effects, model |
 //! | [`measure`] | the forward model: predictions and derivatives by hand | math, camera, effects, problem |
 //! | [`adjust`] | the solvers, which know nothing of each other | math, camera, effects, problem; native also measure |
 //! | [`scenario`] | error-free blocks | math, camera, block |
-//! | [`mod@inject`] | errors by their cause | math, camera, block, scenario |
-//! | [`kit`] | an effect of one's own: template, build, check, as an error | math, camera, block, effects, model, problem, measure, inject |
+//! | [`mod@inject`] | errors by their cause | files, math, camera, block, scenario |
+//! | [`kit`] | an effect of one's own: template, build, check, as an error | files, math, camera, block, effects, model, problem, measure, inject |
 //! | [`evaluate`] | surveyed points against any block | math, camera, block |
 //! | [`run`] | one adjustment from end to end, and its folder | all of the above but scenario, inject and kit |
 //! | [`diagnose`] | which effect is missing | math, score, geodesy, camera, block, effects, model, problem, measure, adjust, evaluate, run |
@@ -70,6 +71,8 @@
 //! | `lab` | the laboratory, a page of this machine (feature `lab`) | all but study, validate |
 //!
 //! A test holds the sources against this table.
+
+mod files;
 
 pub mod math;
 

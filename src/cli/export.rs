@@ -2,6 +2,7 @@
 
 use super::import::{notes_as_json, tell};
 use super::output::Output;
+use super::text::path_text;
 use super::{Answer, Console, Usage};
 use crate::block::Block;
 use crate::io::block::{is_block, read_block};
@@ -76,7 +77,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
         files.join(", "),
         folder.display()
     );
-    let json = json!({ "format": 1, "to": arguments.format, "block": block.name, "folder": folder, "files": files,
+    let json = json!({ "format": 1, "to": arguments.format, "block": block.name, "folder": path_text(folder), "files": files,
                        "notes": notes_as_json(&notes) });
     Ok(Answer { text, json, failure: None })
 }

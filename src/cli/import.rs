@@ -1,7 +1,7 @@
 //! `misclosure import`: a block from another program, or something of one that is added to a block.
 
 use super::output::{Output, usable};
-use super::text::paragraph;
+use super::text::{paragraph, path_text};
 use super::{Answer, Console, Usage};
 use crate::block::Block;
 use crate::io::block::{BLOCK_FILE, SetAside, is_block, read_block, write_block};
@@ -156,6 +156,7 @@ fn add(
     if !is_block(folder) {
         return Err(Usage(format!("--into {}: this is no block", folder.display())).into());
     }
+    let output = Output::into_block(folder)?;
     let loaded = read_block(folder)?;
     // The tables that an addition writes anew would lack what the reader sets aside; those of tie points stay as they are.
     let lost = SetAside { one_ray_points: 0, unmeasured_points: 0, ..loaded.set_aside };
@@ -166,24 +167,27 @@ fn add(
     let mut block = loaded.block;
     let notes = addition.add(&mut block, paths, options)?;
     notes.iter().for_each(tell);
-    let staged = tempfile::Builder::new().prefix(".misclosure-").tempdir_in(folder)?;
-    write_block(&block, staged.path())?;
-    usable(staged.path())?;
-    keep_comments(folder, staged.path())?;
-    for name in addition.changes() {
-        let file = staged.path().join(name);
-        if file.exists() {
-            std::fs::rename(file, folder.join(name))?;
+    output.write(&[], BLOCK_FILE, |dir| {
+        write_block(&block, dir)?;
+        usable(dir)?;
+        keep_comments(folder, dir)?;
+        // The others stay as they are.
+        for entry in std::fs::read_dir(dir)? {
+            let entry = entry?;
+            if !addition.changes().iter().any(|name| entry.file_name() == *name) {
+                std::fs::remove_file(entry.path())?;
+            }
         }
-    }
+        Ok(())
+    })?;
     Ok(answer(addition.name(), &block, &notes, folder))
 }
 
 /// What an import said stands at the top of `block.toml`, and stays there.
 fn keep_comments(folder: &Path, staged: &Path) -> anyhow::Result<()> {
-    let old = std::fs::read_to_string(folder.join(BLOCK_FILE))?;
+    let old = crate::files::read_text(&folder.join(BLOCK_FILE))?;
     let comments: String = old.split_inclusive('\n').take_while(|line| line.starts_with('#')).collect();
-    let new = std::fs::read_to_string(staged.join(BLOCK_FILE))?;
+    let new = crate::files::read_text(&staged.join(BLOCK_FILE))?;
     Ok(write_atomically(&staged.join(BLOCK_FILE), (comments + &new).as_bytes())?)
 }
 
@@ -196,7 +200,7 @@ fn answer(from: &str, block: &Block, notes: &[Note], folder: &Path) -> Answer {
         block.name, block.crs
     );
     let json = json!({
-        "format": 1, "from": from, "block": block.name, "crs": block.crs, "folder": folder, "images": images, "cameras": cameras,
+        "format": 1, "from": from, "block": block.name, "crs": block.crs, "folder": path_text(folder), "images": images, "cameras": cameras,
         "tie_points": points, "tie_measurements": ties, "surveyed": surveyed, "marks": marks, "notes": notes_as_json(notes),
     });
     Answer { text: paragraph("", 0, &text) + &format!("\nBlock: {}\n", folder.display()), json, failure: None }

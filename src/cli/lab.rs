@@ -1,25 +1,29 @@
 //! `misclosure lab`: the laboratory, a page of this machine alone.
 
 use super::model_options::{ModelOptions, Treatment};
-use super::output::beside_blocks;
+use super::output::may_be_laboratory;
 use super::{Answer, Console, Usage};
 use crate::adjust::Options;
 use crate::block::Block;
-use crate::io::block::read_block;
+use crate::io::block::{fingerprint, read_block, write_block};
 use crate::lab::server::Server;
 use crate::lab::setup::Setup;
 use crate::lab::simulated::Simulated;
 use crate::lab::tree::Folder;
 use crate::run;
 use crate::scenario::{Scenario, simulate};
+use anyhow::Context;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Probability with which an adequate block is told that something is missing.
 const SIGNIFICANCE: f64 = 0.001;
+/// In the folder of the laboratory: leads a browser to the address.
+const OPENING: &str = "open.html";
 /// Errors of a simulated block until others are chosen.
 const FIRST_ERRORS: [&str; 1] = ["noise:px=0.3"];
 
@@ -77,13 +81,22 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize, as_json: bo
         (None, None) => return Err(Usage("the folder of a block is missing".into()).into()),
     };
     let folder = arguments.output.clone().unwrap_or_else(|| beside(&source, arguments.simulate.as_deref()));
-    beside_blocks(&folder, arguments.block.as_deref())?;
+    may_be_laboratory(&folder, arguments.block.as_deref())?;
+    let sha256 = match &simulated {
+        None => fingerprint(&source)?,
+        Some(simulated) => {
+            // The truth as it would stand in files: seed, preset and this program's way to fly are in it.
+            let written = tempfile::tempdir()?;
+            write_block(&simulated.truth, written.path())?;
+            fingerprint(written.path())?
+        }
+    };
+    let folder = Folder::open(&folder, &source, &sha256).map_err(|error| Usage(format!("{error:#}")))?;
     let (left, set_aside) = arguments.model.without_outliers(read.clone(), console)?;
     let model = arguments.model.model(run::default_diagnosis_datum(&left))?;
     let options = Options { threads, ..Options::default() };
     arguments.model.judge_start(&left, &model, console)?;
     let (block, model) = arguments.model.started(read, model, &options, &|what| console.message(what))?;
-    let folder = Folder::open(&folder, &source).map_err(|error| Usage(format!("{error:#}")))?;
     let setup = Setup {
         source,
         block,
@@ -97,6 +110,7 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize, as_json: bo
         folder,
         simulated,
     };
+    let page = setup.folder.path().join(OPENING);
     console.message(&format!("lab: every step is kept in {}; end with Ctrl-C", setup.folder.path().display()));
     let server = Server::new(setup, arguments.port)?;
     let address = server.address();
@@ -107,7 +121,7 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize, as_json: bo
     }
     out.flush()?;
     drop(out);
-    if !arguments.no_open && !opened(&address) {
+    if !arguments.no_open && !opened(&page, &address)? {
         console.message("lab: no browser was found; open the address yourself");
     }
     server.serve()?;
@@ -147,11 +161,24 @@ fn beside(block: &Path, preset: Option<&str>) -> PathBuf {
     block.with_file_name(name)
 }
 
-/// Opens the address in a browser; was there one?
-fn opened(address: &str) -> bool {
+/// Opens the address in a browser; was there one? Everybody on this machine sees the arguments of a program: it gets a page that leads to the
+/// address, and that nobody else can read.
+fn opened(page: &Path, address: &str) -> anyhow::Result<bool> {
+    let text = format!(
+        "<!DOCTYPE html>\n<meta charset=\"utf-8\">\n<meta name=\"referrer\" content=\"no-referrer\">\n<title>misclosure lab</title>\n\
+         <meta http-equiv=\"refresh\" content=\"0; url={address}\">\n<a href=\"{address}\">The laboratory</a>\n"
+    );
+    let context = || format!("{}: cannot write", page.display());
+    match std::fs::remove_file(page) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error).with_context(context),
+        _ => {}
+    }
+    let mut file =
+        std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(page).with_context(context)?;
+    file.write_all(text.as_bytes()).with_context(context)?;
     let openers: &[&str] = if cfg!(target_os = "macos") { &["open"] } else { &["xdg-open"] };
-    openers.iter().any(|opener| {
+    Ok(openers.iter().any(|opener| {
         let mut command = Command::new(opener);
-        command.arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().is_ok()
-    })
+        command.arg(page).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().is_ok()
+    }))
 }

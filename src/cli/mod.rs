@@ -21,6 +21,7 @@ mod plugins;
 mod report;
 mod reproduce;
 mod simulate;
+mod staging;
 mod summary_text;
 mod text;
 mod validate;
@@ -29,6 +30,7 @@ mod words;
 pub use console::Console;
 pub use exit::{Exit, Usage};
 
+use crate::adjust::ceres;
 use clap::{Args, Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
@@ -91,8 +93,10 @@ pub struct Answer {
 
 /// Parses the command line, runs the command, prints its answer or the chain of errors, and gives the exit code.
 pub fn main() -> ExitCode {
-    crate::adjust::ceres::map_large_allocations();
+    ceres::map_large_allocations();
     let arguments = Arguments::parse();
+    // Behind the parser, which ends the program itself.
+    ceres::watch_faults();
     // A panic is a bug; it must still end with a code that scripts know, after the default hook's message.
     let exit = std::panic::catch_unwind(|| execute(arguments)).unwrap_or_else(|_| {
         console::write_error(
@@ -100,6 +104,7 @@ pub fn main() -> ExitCode {
         );
         Exit::Other
     });
+    ceres::work_is_done();
     exit.into()
 }
 

@@ -1,63 +1,75 @@
 //! Where a command may write, and how: never over measurements, and whole or not at all.
 //!
-//! A folder that is a block, lies in one or holds the block that is read is no place for results, by whatever path it is named. Results are
-//! written into a folder of their own inside the output, and take their names when all of them are there: what fails on the way leaves an older
-//! run as it was.
+//! A folder that is a block, lies in one or holds the block that is read is no place for results, by whatever path it is named. Neither is
+//! one with tables of a run's names that are of no run, nor a laboratory. Whether the place takes files, and has room for them, is found
+//! before anything is computed; how results get there: [`super::staging`].
 
 use super::Usage;
+use super::staging::{self, Staging};
 use crate::block::Block;
+use crate::files::scratch::is_unfinished;
 use crate::io::block::{is_block, read_block};
-use crate::run::folder::{FILES, SUMMARY};
+use crate::run::folder::{FILES, REPORT, SUMMARY, is_laboratory, is_run, left_by_a_failure};
 use anyhow::Context;
-use std::ffi::OsStr;
 use std::fs;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
-/// Begins the name of a folder whose files have not taken their names yet.
-const UNFINISHED: &str = ".misclosure-";
-
-/// A folder with one of these is a run, whole or begun.
-const RUN_MARKS: [&str; 2] = ["model.toml", SUMMARY];
-/// What an adjustment that failed leaves, without a mark of a run.
-const LEFT_BY_A_FAILURE: [&str; 1] = ["residuals.csv"];
+/// A report with its pictures and tables of few rows, bytes.
+const PAGE_BYTES: u64 = 8 << 20;
+/// Tables and pictures of a run take so many times the bytes of the block's tables at most: 2.1 times on blocks of 0.1 to 2 million measurements.
+const RUN_PER_BLOCK: u64 = 3;
 
 /// A folder for results that was found to be a place for them.
 #[derive(Debug)]
 pub struct Output {
     folder: PathBuf,
+    staging: Staging,
 }
 
 impl Output {
     /// For a run: its folder may be there, with an older run in it, or with files that no run has.
     ///
     /// # Errors
-    /// A folder where measurements could be lost: also one with tables of a run's names that are of none.
-    pub fn of_run(folder: &Path, block: &Path) -> Result<Self, Usage> {
-        beside_blocks(folder, Some(block))?;
-        let has = |name: &str| folder.join(name).exists();
-        let is_run = RUN_MARKS.iter().any(|name| has(name));
-        if let Some(name) = FILES.iter().find(|name| !is_run && !LEFT_BY_A_FAILURE.contains(name) && has(name)) {
-            return Err(refused(folder, &format!("holds a {name} that is of no run; name another folder")));
-        }
-        Ok(Self { folder: folder.to_owned() })
+    /// A folder where measurements could be lost: also one with tables of a run's names that are of none. One that cannot be written to.
+    pub fn of_run(folder: &Path, block: &Path) -> anyhow::Result<Self> {
+        run_may_replace(folder, block)?;
+        Self::open(folder, PAGE_BYTES + RUN_PER_BLOCK * table_bytes(block))
     }
 
     /// For a block: a new folder, or an empty one.
     ///
     /// # Errors
     /// As [`Self::of_run`], and any other folder.
-    pub fn of_block(folder: &Path, from: Option<&Path>) -> Result<Self, Usage> {
+    pub fn of_block(folder: &Path, from: Option<&Path>) -> anyhow::Result<Self> {
         beside_blocks(folder, from)?;
+        outside_laboratories(folder, resolved(folder).ancestors())?;
         let unreadable = |error: io::Error| Usage(format!("{}: cannot read: {error}", folder.display()));
         match fs::read_dir(folder) {
-            Ok(mut entries) => match entries.next() {
-                Some(_) => Err(refused(folder, "is not empty; a block needs a new folder or an empty one")),
-                None => Ok(Self { folder: folder.to_owned() }),
-            },
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self { folder: folder.to_owned() }),
-            Err(error) => Err(unreadable(error)),
+            Ok(entries) => {
+                // What a killed program left is nobody's.
+                if entries.flatten().any(|entry| !is_unfinished(&entry.file_name())) {
+                    return Err(refused(folder, "is not empty; a block needs a new folder or an empty one").into());
+                }
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => return Err(unreadable(error).into()),
         }
+        Self::open(folder, from.map_or(0, table_bytes))
+    }
+
+    /// For tables of a block that are written anew, beside others that stay.
+    ///
+    /// # Errors
+    /// A block that cannot be written to.
+    pub fn into_block(folder: &Path) -> anyhow::Result<Self> {
+        staging::finish(&resolved(folder)).with_context(|| cannot_write(folder))?;
+        Self::open(folder, table_bytes(folder))
+    }
+
+    fn open(folder: &Path, room: u64) -> anyhow::Result<Self> {
+        let staging = Staging::open(&resolved(folder), room).with_context(|| cannot_write(folder))?;
+        Ok(Self { folder: folder.to_owned(), staging })
     }
 
     /// The folder.
@@ -65,73 +77,57 @@ impl Output {
         &self.folder
     }
 
-    /// Has `work` write files into a folder that it is given; they move to the output when it is done, the file `last` at the end: where it is,
-    /// everything is. Of an older run the files `own` that are not written again are removed. Gives what `work` gives.
+    /// Has `work` write files into a folder that it is given; they get to the output when it is done, and where the file `last` is, all are. Of
+    /// an older run the files `own` that are not written again are removed. Gives what `work` gives.
     ///
     /// # Errors
-    /// Those of `work`, and what cannot be written; until the files move, the output is as it was.
+    /// Those of `work`, and what cannot be written; the output is then as it was.
     pub fn write<T>(
         &self,
         own: &[&str],
         last: &str,
         work: impl FnOnce(&Path) -> anyhow::Result<T>,
     ) -> anyhow::Result<T> {
-        let new = !self.folder.exists();
-        let written = self.stage(work).and_then(|(staged, made)| self.take(staged.path(), own, last).map(|()| made));
-        if new && written.is_err() {
-            // Only an empty one goes.
-            let _ = fs::remove_dir(&self.folder);
-        }
-        written
-    }
-
-    fn stage<T>(&self, work: impl FnOnce(&Path) -> anyhow::Result<T>) -> anyhow::Result<(tempfile::TempDir, T)> {
-        let cannot = || format!("{}: cannot write", self.folder.display());
-        fs::create_dir_all(&self.folder).with_context(cannot)?;
-        for entry in fs::read_dir(&self.folder).with_context(cannot)?.flatten() {
-            // Of a program that was killed.
-            if entry.file_name().to_string_lossy().starts_with(UNFINISHED) {
-                fs::remove_dir_all(entry.path()).with_context(cannot)?;
-            }
-        }
-        let staged = tempfile::Builder::new().prefix(UNFINISHED).tempdir_in(&self.folder).with_context(cannot)?;
-        let made = work(staged.path())?;
-        Ok((staged, made))
-    }
-
-    fn take(&self, staged: &Path, own: &[&str], last: &str) -> anyhow::Result<()> {
-        let cannot = || format!("{}: cannot write", self.folder.display());
-        remove_file(&self.folder.join(last)).with_context(cannot)?;
-        for name in own.iter().filter(|name| !staged.join(name).exists()) {
-            remove_file(&self.folder.join(name)).with_context(cannot)?;
-        }
-        move_entries(staged, &self.folder, &|name| name != last).with_context(cannot)?;
-        fs::rename(staged.join(last), self.folder.join(last)).with_context(cannot)
+        let made = work(self.staging.path())?;
+        self.staging.take_place(own, last).with_context(|| cannot_write(&self.folder))?;
+        Ok(made)
     }
 }
 
-fn move_entries(from: &Path, to: &Path, wanted: &dyn Fn(&OsStr) -> bool) -> io::Result<()> {
-    for entry in fs::read_dir(from)? {
-        let entry = entry?;
-        let target = to.join(entry.file_name());
-        if !wanted(&entry.file_name()) {
-            continue;
-        }
-        if entry.file_type()?.is_dir() {
-            fs::create_dir_all(&target)?;
-            move_entries(&entry.path(), &target, &|_| true)?;
-        } else {
-            fs::rename(entry.path(), target)?;
-        }
-    }
-    Ok(())
+fn cannot_write(folder: &Path) -> String {
+    format!("output {}: cannot write", folder.display())
 }
 
-fn remove_file(path: &Path) -> io::Result<()> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-        _ => Ok(()),
+/// Refuses a folder that a run cannot replace.
+fn run_may_replace(folder: &Path, block: &Path) -> Result<(), Usage> {
+    beside_blocks(folder, Some(block))?;
+    let target = resolved(folder);
+    outside_laboratories(folder, target.ancestors())?;
+    staging::finish(&target).map_err(|error| Usage(format!("{}: {error}", cannot_write(folder))))?;
+    if is_run(&target) || left_by_a_failure(&target) {
+        return Ok(());
     }
+    match FILES.iter().chain([&REPORT, &SUMMARY]).find(|name| target.join(name).exists()) {
+        Some(name) => Err(refused(folder, &format!("holds a {name} that is of no run; name another folder"))),
+        None => Ok(()),
+    }
+}
+
+/// Makes sure, before anything is computed, that a folder for results of no fixed kind takes files.
+///
+/// # Errors
+/// Why not; and as [`beside_blocks`].
+pub fn writable_beside_blocks(folder: &Path, read: Option<&Path>) -> anyhow::Result<()> {
+    beside_blocks(folder, read)?;
+    outside_laboratories(folder, resolved(folder).ancestors())?;
+    staging::writable(folder).with_context(|| cannot_write(folder))
+}
+
+/// Bytes of the files of a folder, or of a file.
+fn table_bytes(source: &Path) -> u64 {
+    let entries = fs::read_dir(source).into_iter().flatten().flatten();
+    let files = entries.filter_map(|entry| entry.metadata().ok()).filter(fs::Metadata::is_file);
+    files.map(|file| file.len()).sum()
 }
 
 /// Refuses a folder for results that is a block, lies in a block or holds the block `read`.
@@ -153,6 +149,33 @@ pub fn beside_blocks(folder: &Path, read: Option<&Path>) -> Result<(), Usage> {
         }
         _ => Ok(()),
     }
+}
+
+/// Refuses a folder in a laboratory, whose steps never change.
+fn outside_laboratories<'a>(folder: &Path, mut places: impl Iterator<Item = &'a Path>) -> Result<(), Usage> {
+    match places.find(|place| is_laboratory(place)) {
+        Some(lab) => {
+            let what =
+                format!("lies in the laboratory {}, whose steps never change; name another folder", lab.display());
+            Err(refused(folder, &what))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Refuses a folder in which no laboratory can be: as [`beside_blocks`], the folder of a run, and one in another laboratory.
+///
+/// # Errors
+/// Says which, and what to do.
+#[cfg(feature = "lab")]
+pub fn may_be_laboratory(folder: &Path, block: Option<&Path>) -> Result<(), Usage> {
+    beside_blocks(folder, block)?;
+    let target = resolved(folder);
+    outside_laboratories(folder, target.ancestors().skip(1))?;
+    if is_run(&target) {
+        return Err(refused(folder, "is the folder of a run; name another folder"));
+    }
+    Ok(())
 }
 
 /// A block that was just written, read again; refuses one that no command could read: what was asked for does not make one.
@@ -190,13 +213,6 @@ fn resolved(path: &Path) -> PathBuf {
 mod tests {
     use super::*;
 
-    fn names(folder: &Path) -> Vec<String> {
-        let name = |entry: io::Result<fs::DirEntry>| entry.unwrap().file_name().into_string().unwrap();
-        let mut names: Vec<String> = fs::read_dir(folder).unwrap().map(name).collect();
-        names.sort();
-        names
-    }
-
     #[test]
     fn folders_where_measurements_could_be_lost_are_refused() {
         let root = tempfile::tempdir().unwrap();
@@ -221,7 +237,7 @@ mod tests {
             (".", "holds the block"),
         ] {
             let error = Output::of_run(&at(path), &block).unwrap_err();
-            assert!(error.0.contains(what), "{path}: {error}");
+            assert!(error.to_string().contains(what), "{path}: {error}");
             assert!(Output::of_block(&at(path), Some(&block)).is_err(), "{path}");
         }
         Output::of_run(&at("site/run"), &block).unwrap();
@@ -229,39 +245,19 @@ mod tests {
         fs::create_dir(at("notes")).unwrap();
         Output::of_block(&at("notes"), None).unwrap();
         fs::write(at("notes/a.txt"), "").unwrap();
-        assert!(Output::of_block(&at("notes"), None).unwrap_err().0.contains("is not empty"));
+        assert!(Output::of_block(&at("notes"), None).unwrap_err().to_string().contains("is not empty"));
         Output::of_run(&at("notes"), &block).unwrap();
-        // Somebody's own tables, without a block.toml or before it is written.
+        for name in ["points.csv", "model.toml", "summary.json", "residuals.csv", "report.html"] {
+            fs::write(at("notes").join(name), "mine").unwrap();
+            let error = Output::of_run(&at("notes"), &block).unwrap_err().to_string();
+            let of_none = format!("holds a {name} that is of no run");
+            assert!(error.contains(&of_none), "{error}");
+            fs::remove_file(at("notes").join(name)).unwrap();
+        }
+        fs::write(at("notes/residuals.csv"), "image,point,kind,x,y,rx,ry,sigma\n").unwrap();
+        Output::of_run(&at("notes"), &block).unwrap();
+        fs::write(at("notes/summary.json"), r#"{"format": 1, "solvers": {}}"#).unwrap();
         fs::write(at("notes/points.csv"), "").unwrap();
-        assert!(Output::of_run(&at("notes"), &block).unwrap_err().0.contains("holds a points.csv that is of no run"));
-        fs::write(at("notes/summary.json"), "").unwrap();
         Output::of_run(&at("notes"), &block).unwrap();
-    }
-
-    #[test]
-    fn files_appear_together_or_not_at_all() {
-        let root = tempfile::tempdir().unwrap();
-        let folder = root.path().join("run");
-        let output = Output { folder: folder.clone() };
-        let write = |files: &'static [&'static str], fails: bool| {
-            output.write(&["a", "b"], "last", |staged| {
-                fs::create_dir(staged.join("sub"))?;
-                for file in files {
-                    fs::write(staged.join(file), "new")?;
-                }
-                if fails { anyhow::bail!("no space") } else { Ok(()) }
-            })
-        };
-        assert_eq!(write(&["a", "last"], true).unwrap_err().to_string(), "no space");
-        assert!(!folder.exists());
-        write(&["a", "sub/c", "last"], false).unwrap();
-        fs::write(folder.join("notes"), "").unwrap();
-        assert_eq!(names(&folder), ["a", "last", "notes", "sub"]);
-        assert_eq!(write(&["b", "last"], true).unwrap_err().to_string(), "no space");
-        assert_eq!(names(&folder), ["a", "last", "notes", "sub"]);
-        // What a killed program left.
-        fs::create_dir(folder.join(format!("{UNFINISHED}x"))).unwrap();
-        write(&["b", "sub/c", "last"], false).unwrap();
-        assert_eq!(names(&folder), ["b", "last", "notes", "sub"]);
     }
 }

@@ -1,6 +1,9 @@
 //! Effects of shared libraries: loaded, and named where they gave no values.
 
 use super::Usage;
+use super::console::printable;
+use super::text::path_text;
+use crate::adjust::ceres;
 use crate::block::{Block, Measurement};
 use crate::effects::{Descriptor, Effect, plugin};
 use crate::model::EffectRef;
@@ -34,9 +37,18 @@ fn fault(effect: &EffectRef, block: &Block) -> Option<String> {
     Some(text)
 }
 
+/// Says who it was where one of these libraries crashes the program or ends it, from now on.
+pub(super) fn suspect(libraries: &[PathBuf]) {
+    let names: Vec<String> = libraries.iter().map(|path| printable(&path_text(path))).collect();
+    ceres::suspect(&names.join(", "));
+}
+
 /// The effects of shared libraries, no two of one id.
 pub(super) fn load_plugins(paths: &[PathBuf]) -> anyhow::Result<Vec<Arc<dyn Effect>>> {
     let mut plugins: Vec<Arc<dyn Effect>> = Vec::new();
+    if !paths.is_empty() {
+        suspect(paths);
+    }
     for path in paths {
         let effect = plugin::load(path)?;
         let id = &effect.descriptor().id;

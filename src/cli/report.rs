@@ -1,7 +1,9 @@
 //! `misclosure report RUN`: the page of a run, again.
 
-use super::Answer;
+use super::text::path_text;
+use super::{Answer, staging};
 use crate::report::run::write_page;
+use anyhow::Context;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -16,7 +18,17 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
+    let cannot_write = || format!("{}: cannot write", arguments.run.display());
+    // Where a program was killed while its results took their names.
+    staging::finish(&arguments.run).with_context(cannot_write)?;
+    if arguments.run.is_dir() {
+        staging::writable(&arguments.run).with_context(cannot_write)?;
+    }
     write_page(&arguments.run)?;
     let page = arguments.run.join("report.html");
-    Ok(Answer { text: format!("Report: {}\n", page.display()), json: json!({ "report": page }), failure: None })
+    Ok(Answer {
+        text: format!("Report: {}\n", page.display()),
+        json: json!({ "report": path_text(&page) }),
+        failure: None,
+    })
 }

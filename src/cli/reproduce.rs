@@ -2,7 +2,7 @@
 
 use super::exit::Disagreement;
 use super::model_options::SolverChoice;
-use super::output::beside_blocks;
+use super::output::writable_beside_blocks;
 use super::{Answer, Console};
 use crate::io::table::write_json;
 use crate::report::numbers::fixed;
@@ -55,7 +55,7 @@ enum Part {
 /// Runs the command.
 pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::Result<Answer> {
     let Study::CalibrationError = arguments.study;
-    beside_blocks(&arguments.output, None)?;
+    writable_beside_blocks(&arguments.output, None)?;
     let mut cases = cases::published();
     if arguments.part == Part::All {
         cases.extend(cases::answers());

@@ -1,7 +1,7 @@
 //! `misclosure simulate`: a block of a scenario, or the error-free twin of a real block, with its truth.
 
 use super::output::{Output, usable};
-use super::text::multiplicity;
+use super::text::{multiplicity, path_text};
 use super::{Answer, Console, Usage};
 use crate::block::Block;
 use crate::io::block::{BLOCK_FILE, read_block, write_block};
@@ -29,7 +29,7 @@ no adjustment reads it.")]
 pub struct Arguments {
     /// A preset (dike, corridor, mapping, closerange) or a scenario's file
     #[arg(value_name = "PRESET|SCENARIO.toml", required_unless_present = "from")]
-    scenario: Option<String>,
+    scenario: Option<PathBuf>,
     /// Make the twin of this block instead: its tie points are intersected and reprojected
     #[arg(long, value_name = "BLOCK", conflicts_with_all = ["scenario", "set"])]
     from: Option<PathBuf>,
@@ -106,18 +106,19 @@ pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
 
 fn scenario(arguments: &Arguments) -> anyhow::Result<Scenario> {
     // Clap asks for it where `--from` is absent.
-    let name = arguments.scenario.as_deref().unwrap_or_default();
+    let path = arguments.scenario.as_deref().unwrap_or(Path::new(""));
+    let name = path_text(path);
     let overrides = overrides(&arguments.set)?;
-    if preset_names().contains(&name) {
-        return Ok(Scenario::preset(name, &overrides)?);
+    if preset_names().contains(&name.as_str()) {
+        return Ok(Scenario::preset(&name, &overrides)?);
     }
-    if !Path::new(name).exists() && !name.ends_with(".toml") {
+    if !path.exists() && !name.ends_with(".toml") {
         let presets = preset_names().join(", ");
         return Err(Usage(format!("`{name}` is neither a preset ({presets}) nor a scenario's file")).into());
     }
     let text =
-        std::fs::read_to_string(name).map_err(|error| Usage(format!("cannot read the scenario {name}: {error}")))?;
-    Ok(Scenario::from_toml_with(&text, name, &overrides)?)
+        crate::files::read_text(path).map_err(|error| Usage(format!("cannot read the scenario {name}: {error}")))?;
+    Ok(Scenario::from_toml_with(&text, &name, &overrides)?)
 }
 
 /// Parses `--set key=value`.
@@ -192,7 +193,10 @@ fn text(block: &Block, report: &OverlapReport) -> String {
         text.push('\n');
     }
     text += &multiplicity(report.mean_multiplicity(), &report.multiplicity);
-    text += &format!("No image has fewer than {} tie points.\n", report.least_ties_per_image);
+    text += &match report.least_ties_per_image {
+        0 => "At least one image has no tie point.\n".to_owned(),
+        least => format!("No image has fewer than {least} tie point{}.\n", if least == 1 { "" } else { "s" }),
+    };
     let dropped = &report.dropped;
     if dropped.total() > 0 {
         text += &format!(

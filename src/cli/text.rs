@@ -1,10 +1,16 @@
 //! Paragraphs for people; tables are [`crate::report::tables`].
 
 use crate::report::numbers::fixed;
+use std::path::Path;
 use textwrap::{Options, WordSplitter};
 
 /// Width of a paragraph, characters.
 const WIDTH: usize = 100;
+
+/// A path as JSON and messages have it: where it is no UTF-8, with a mark in place of what is none.
+pub fn path_text(path: &Path) -> String {
+    path.display().to_string()
+}
 
 /// `text` in lines of at most [`WIDTH`] characters, the first behind `label`, all indented to `indent`.
 pub fn paragraph(label: &str, indent: usize, text: &str) -> String {

@@ -2,7 +2,8 @@
 
 use super::exit::{NotCertified, Usage};
 use super::model_options::SolverChoice;
-use super::output::beside_blocks;
+use super::output::writable_beside_blocks;
+use super::text::path_text;
 use super::{Answer, Console};
 use crate::io::write_atomically;
 use crate::report::numbers::{fixed, or_dash, significant};
@@ -11,7 +12,6 @@ use crate::validate::nist;
 use crate::validate::problems::{BundleProblem, Size, find, problems};
 use crate::validate::solve::{Outcome, Verdict, certify_anew, solve};
 use crate::validate::{judge, suite};
-use anyhow::Context;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -199,7 +199,7 @@ fn judge_results(
 }
 
 fn write_suite(chosen: &[&BundleProblem], folder: &Path, console: &Console) -> anyhow::Result<Answer> {
-    beside_blocks(folder, None)?;
+    writable_beside_blocks(folder, None)?;
     let progress = console.progress("suite");
     let mut table = Table::new("")
         .text("problem", "")
@@ -221,12 +221,11 @@ fn write_suite(chosen: &[&BundleProblem], folder: &Path, console: &Console) -> a
     drop(progress);
     suite::write_list(&entries, folder)?;
     let text = format!("{}\nFolder: {}\n", table.to_text(), folder.display());
-    Ok(Answer { text, json: json!({ "format": 1, "folder": folder, "problems": entries }), failure: None })
+    Ok(Answer { text, json: json!({ "format": 1, "folder": path_text(folder), "problems": entries }), failure: None })
 }
 
 fn certify(chosen: &[&BundleProblem], folder: &Path, console: &Console, threads: usize) -> anyhow::Result<Answer> {
-    beside_blocks(folder, None)?;
-    std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot write", folder.display()))?;
+    writable_beside_blocks(folder, None)?;
     let progress = console.progress("certify");
     let mut table = Table::new("").text("problem", "").number("cost", "").number("last step", "sigma").text("", "");
     let mut rows = Vec::new();

@@ -128,7 +128,8 @@ pub fn load(path: &Path) -> Result<Arc<dyn Effect>, PluginError> {
 /// [`PluginError`], with the path.
 pub fn open(path: &Path) -> Result<Plugin, PluginError> {
     let explicit = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-    let bytes = std::fs::read(&explicit).map_err(|source| PluginError::Read { path: path.to_path_buf(), source })?;
+    let bytes =
+        crate::files::read(&explicit).map_err(|source| PluginError::Read { path: path.to_path_buf(), source })?;
     let (found, expected) = (bytes.len() as u64, segments_end(&bytes).unwrap_or(0));
     if expected > found {
         return Err(PluginError::NotWhole { path: path.to_path_buf(), found, expected });

@@ -47,6 +47,11 @@ impl Crs {
         !self.proj.is_latlong() && !self.proj.is_geocent()
     }
 
+    /// Are its coordinates longitude and latitude?
+    pub fn is_geographic(&self) -> bool {
+        self.proj.is_latlong()
+    }
+
     /// The place of easting, northing and height, or of longitude, latitude (degrees) and height.
     ///
     /// # Errors
@@ -64,7 +69,12 @@ impl Crs {
         transform(&self.proj, &geographic, &mut point).map_err(|_| outside())?;
         let (longitude, latitude, height) = (point.0.to_degrees(), point.1.to_degrees(), point.2);
         match [longitude, latitude, height].iter().all(|value| value.is_finite()) {
-            true => Ok(Geographic { latitude, longitude, height }),
+            // A point may lie at 0, 0; who reads what receivers recorded asks before.
+            true => Ok(Geographic::checked(latitude, normal(longitude), height)?.unwrap_or(Geographic {
+                latitude,
+                longitude,
+                height,
+            })),
             false => Err(outside()),
         }
     }
@@ -88,6 +98,14 @@ impl Crs {
                 place.latitude, place.longitude
             )),
         }
+    }
+}
+
+/// Between -180 and 180 degrees.
+fn normal(longitude: f64) -> f64 {
+    match longitude.abs() <= 180.0 {
+        true => longitude,
+        false => (longitude + 540.0).rem_euclid(360.0) - 180.0,
     }
 }
 

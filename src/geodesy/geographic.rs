@@ -8,6 +8,22 @@ use nalgebra::{Matrix3, Vector3};
 /// Decimals, in degrees, of the place of a local system: about ten metres, so that it can be written down.
 const DECIMALS: f64 = 1e4;
 
+/// Heights above the ellipsoid that a camera or a point can have, m: from below the deepest sea to above any balloon.
+const HEIGHTS_M: std::ops::RangeInclusive<f64> = -12_000.0..=100_000.0;
+/// Largest standard deviation of a position, m: what is known no better is not known.
+const LARGEST_SIGMA_M: f64 = 10_000.0;
+
+/// A standard deviation that a file states; zero says that it is not known.
+///
+/// # Errors
+/// What was expected: a negative one, or one that no position has.
+pub fn stated_sigma(sigma: f64) -> Result<Option<f64>, String> {
+    match (0.0..=LARGEST_SIGMA_M).contains(&sigma) {
+        true => Ok((sigma > 0.0).then_some(sigma)),
+        false => Err(format!("expected a standard deviation of 0 to {LARGEST_SIGMA_M} m, found {sigma:?}")),
+    }
+}
+
 /// A place on or above the WGS84 ellipsoid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Geographic {
@@ -20,6 +36,24 @@ pub struct Geographic {
 }
 
 impl Geographic {
+    /// The place that a file states; `None` for 0, 0, which receivers and programs write where they know none.
+    ///
+    /// # Errors
+    /// What was expected: numbers that are no latitude, longitude or height.
+    pub fn checked(latitude: f64, longitude: f64, height: f64) -> Result<Option<Self>, String> {
+        let is_place = latitude.abs() <= 90.0 && longitude.abs() <= 180.0 && HEIGHTS_M.contains(&height);
+        match is_place {
+            true if latitude == 0.0 && longitude == 0.0 => Ok(None),
+            true => Ok(Some(Self { latitude, longitude, height })),
+            false => Err(format!(
+                "expected a latitude of -90 to 90 and a longitude of -180 to 180 degrees, and a height of {} to {} m, found {latitude:?}, \
+                 {longitude:?}, {height:?}",
+                HEIGHTS_M.start(),
+                HEIGHTS_M.end()
+            )),
+        }
+    }
+
     /// The place of Earth-centred coordinates, m.
     pub fn of_earth_centred(point: &Vector3<f64>) -> Self {
         let (latitude, longitude, height) = ecef2geodetic(point.x, point.y, point.z, Ellipsoid::WGS84);
@@ -112,6 +146,21 @@ mod tests {
         assert_eq!(system.local(&origin).map(|c| (c * 1e6).round()), Vector3::zeros());
         let above = system.local(&Geographic { height: 120.0, ..origin });
         assert!((above - Vector3::new(0.0, 0.0, 120.0)).norm() < 1e-6, "{above}");
+    }
+
+    #[test]
+    fn what_is_no_place_and_no_standard_deviation_is_told() {
+        assert_eq!(Geographic::checked(0.0, 0.0, 5.0), Ok(None));
+        assert!(Geographic::checked(0.0, 7.0, 5.0).unwrap().is_some());
+        for [latitude, longitude, height] in
+            [[95.0, 0.0, 0.0], [200.0, 7.0, 0.0], [48.0, 181.0, 0.0], [48.0, 7.0, 1e300], [f64::NAN, 7.0, 0.0]]
+        {
+            assert!(Geographic::checked(latitude, longitude, height).is_err(), "{latitude} {longitude} {height}");
+        }
+        assert_eq!([stated_sigma(0.0), stated_sigma(0.5)], [Ok(None), Ok(Some(0.5))]);
+        for sigma in [-1.0, 1e300, f64::NAN] {
+            assert!(stated_sigma(sigma).is_err(), "{sigma}");
+        }
     }
 
     #[test]

@@ -197,7 +197,7 @@ pub struct Made {
 /// # Errors
 /// A file that cannot be read or is no recipe, with line and column.
 pub fn read(path: &Path) -> Result<Recipe> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read the recipe {}", path.display()))?;
+    let text = crate::files::read_text(path).with_context(|| format!("cannot read the recipe {}", path.display()))?;
     let mut recipe: Recipe = toml::from_str(&text).with_context(|| format!("{}", path.display()))?;
     recipe.folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     Ok(recipe)
@@ -261,7 +261,7 @@ impl Recipe {
             (Some(preset), None) => Ok(Scenario::preset(preset, set)?),
             (None, Some(file)) => {
                 let path = self.folder.join(file);
-                let text = std::fs::read_to_string(&path)
+                let text = crate::files::read_text(&path)
                     .with_context(|| format!("cannot read the scenario {}", path.display()))?;
                 Ok(Scenario::from_toml_with(&text, file, set)?)
             }

@@ -1,6 +1,7 @@
 //! A CSV table that is being read, row by row, as bytes: cells become numbers and names without a text of their own.
 
 use super::error::{Error, Place, listed, shown};
+use super::names::Names;
 use nalgebra::Vector3;
 use std::fs::File;
 use std::io::{BufRead, BufReader, ErrorKind, Read};
@@ -39,10 +40,11 @@ impl Table {
         let mut record = csv::ByteRecord::new();
         reader.read_byte_record(&mut record).map_err(|error| read_error(&path, error))?;
         let mut header: Vec<String> = Vec::with_capacity(record.len());
+        let mut distinct = Names::default();
         for cell in &record {
             let name = std::str::from_utf8(cell)
                 .map_err(|_| refuse(format!("column name {} is not UTF-8; save the file as UTF-8", shown(cell))))?;
-            if header.iter().any(|other| other == name) {
+            if !distinct.insert(cell).1 {
                 return Err(refuse(format!("column {} stands twice; keep one", shown(cell))));
             }
             header.push(name.to_owned());

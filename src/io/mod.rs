@@ -16,22 +16,6 @@ mod error;
 mod names;
 mod toml_table;
 
+pub(crate) use crate::files::{open, read_text};
 pub use atomic::write_atomically;
 pub use error::{Error, Place};
-
-use std::fs::File;
-use std::path::Path;
-
-/// Opens a file for reading. A pipe or a device in place of one, which might never end, is refused.
-pub(crate) fn open(path: &Path) -> std::io::Result<File> {
-    let kind = std::fs::metadata(path)?.file_type();
-    if !kind.is_file() {
-        return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "this is no regular file"));
-    }
-    File::open(path)
-}
-
-/// Reads a text file that [`open`] opens.
-pub(crate) fn read_text(path: &Path) -> std::io::Result<String> {
-    std::io::read_to_string(open(path)?)
-}

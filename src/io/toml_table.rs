@@ -16,7 +16,7 @@ impl Source {
     /// Reads a file that must be there; `missing` says what it is for.
     pub(super) fn read(path: &Path, file: impl Into<String>, missing: &str) -> Result<Self, Error> {
         let file = file.into();
-        let bytes = match super::open(path).and_then(read_all) {
+        let bytes = match crate::files::read(path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
                 return Err(Error::content(file, Place::File, format!("the file is missing; {missing}")));
@@ -218,10 +218,4 @@ pub(super) fn quoted(text: &str) -> String {
     }
     quoted.push('"');
     quoted
-}
-
-fn read_all(mut file: std::fs::File) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    std::io::Read::read_to_end(&mut file, &mut bytes)?;
-    Ok(bytes)
 }

@@ -4,6 +4,7 @@
 //! never written into.
 
 use super::headers;
+use crate::files::scratch::Scratch;
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::io;
@@ -69,7 +70,7 @@ pub enum BuildError {
 pub fn build(source: &Path, library: &Path) -> Result<String, BuildError> {
     let unwritable = |source: io::Error| BuildError::Output { path: library.into(), source };
     let beside = library.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let work = tempfile::Builder::new().prefix(".misclosure-").tempdir_in(beside).map_err(unwritable)?;
+    let work = Scratch::new_in(beside).map_err(unwritable)?;
     let made = work.path().join("plugin.so");
     let is_manifest = source.file_name() == Some(OsStr::new("Cargo.toml"));
     let warnings = if source.is_dir() || is_manifest {
@@ -90,7 +91,7 @@ fn words(variable: &str, default: &str) -> Vec<String> {
 
 fn readable(path: &Path) -> Result<(), BuildError> {
     let source = |source| BuildError::Source { path: path.into(), source };
-    std::fs::File::open(path).map(drop).map_err(source)
+    crate::files::open(path).map(drop).map_err(source)
 }
 
 fn run(command: &mut Command, advice: &'static str) -> Result<Output, BuildError> {

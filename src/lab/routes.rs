@@ -232,7 +232,7 @@ fn count(query: &HashMap<String, String>, key: &str, default: usize) -> Result<u
 fn of_folder(lab: &Lab, id: u32, name: &str) -> Answer {
     lab.saved(id)?;
     let path = lab.setup.folder.step(id).join(name);
-    let bytes = std::fs::read(&path)
+    let bytes = crate::files::read(&path)
         .map_err(|error| Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, format!("{}: {error}", path.display())))?;
     Ok(match name {
         // One file without any script: nothing but its own style applies.

@@ -4,12 +4,13 @@
 
 use super::change::Change;
 use crate::io::table::write_json;
-use crate::run::folder::{read_source, write_source};
+use crate::run::folder::{is_run, read_laboratory, read_source, write_laboratory};
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Version of `step.json`.
 const FORMAT: u32 = 1;
@@ -80,23 +81,44 @@ impl Saved {
     pub const FORMAT: u32 = FORMAT;
 }
 
-/// The folder.
+/// The folder. No other program works in it as long as one holds it.
 #[derive(Debug, Clone)]
 pub struct Folder {
     path: PathBuf,
+    _lock: Arc<File>,
 }
 
 impl Folder {
-    /// Opens the laboratory of a block in `path`, or begins it there. What a program that was killed left half done is
-    /// removed.
+    /// Opens the laboratory of a block in `path`, or begins it there; `sha256` is of the block as it is now. What a program that was killed
+    /// left half done is removed.
     ///
     /// # Errors
-    /// A folder of another block, or one with other things in it.
-    pub fn open(path: &Path, block: &Path) -> Result<Self> {
+    /// A folder of another block, of this block before it changed, of another program that still runs, or one with other things in it.
+    pub fn open(path: &Path, block: &Path, sha256: &str) -> Result<Self> {
         fs::create_dir_all(path).with_context(|| format!("{}: cannot make the folder", path.display()))?;
+        if is_run(path) {
+            bail!("{}: this is the folder of a run; name another with -o", path.display());
+        }
+        let lock = File::open(path).with_context(|| format!("{}: cannot read", path.display()))?;
+        // A file system without locks refuses nobody.
+        if matches!(lock.try_lock(), Err(TryLockError::WouldBlock)) {
+            bail!(
+                "{}: another laboratory works in this folder; end it, or name another folder with -o",
+                path.display()
+            );
+        }
         let block = block.canonicalize().unwrap_or_else(|_| block.to_owned());
         match read_source(path)? {
-            Some(other) if other == block => {}
+            Some(other) if other == block => match read_laboratory(path)? {
+                Some(before) if before == sha256 => {}
+                Some(_) => bail!(
+                    "{}: the block {} has changed since; start anew in another folder (-o), or restore the block",
+                    path.display(),
+                    block.display()
+                ),
+                // Of a program that noted no hash.
+                None => write_laboratory(path, &block, sha256)?,
+            },
             Some(other) => bail!(
                 "{}: this is the laboratory of the block {}, not of {}; name another folder with -o",
                 path.display(),
@@ -107,12 +129,12 @@ impl Folder {
                 "{}: this folder has other things in it and is no laboratory; name a new one with -o",
                 path.display()
             ),
-            None => write_source(path, &block)?,
+            None => write_laboratory(path, &block, sha256)?,
         }
         for name in names(path)?.iter().filter(|name| name.starts_with(UNFINISHED)) {
             fs::remove_dir_all(path.join(name)).with_context(|| format!("{}: cannot remove {name}", path.display()))?;
         }
-        Ok(Self { path: path.canonicalize().unwrap_or_else(|_| path.to_owned()) })
+        Ok(Self { path: path.canonicalize().unwrap_or_else(|_| path.to_owned()), _lock: Arc::new(lock) })
     }
 
     /// Where it is.
@@ -139,7 +161,7 @@ impl Folder {
         for name in names(&self.path)? {
             let Some(id) = name.strip_prefix(FINISHED).and_then(|number| number.parse().ok()) else { continue };
             let file = self.path.join(&name).join(STEP);
-            let text = fs::read_to_string(&file).with_context(|| format!("{}: cannot read", file.display()))?;
+            let text = crate::files::read_text(&file).with_context(|| format!("{}: cannot read", file.display()))?;
             let saved: Saved =
                 serde_json::from_str(&text).with_context(|| format!("{}: cannot read", file.display()))?;
             if saved.format != FORMAT {
@@ -207,13 +229,15 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let (block, lab) = (root.path().join("block"), root.path().join("lab"));
         fs::create_dir(&block).unwrap();
-        let folder = Folder::open(&lab, &block).unwrap();
+        let folder = Folder::open(&lab, &block, "a").unwrap();
         folder.add(1, &saved(None), |dir| Ok(fs::write(dir.join("summary.json"), "{}")?)).unwrap();
         let error = folder.add(2, &saved(Some(1)), |_| bail!("no space")).unwrap_err();
         assert_eq!(error.to_string(), "no space");
         // What a killed program leaves.
         fs::create_dir(lab.join(".step-x")).unwrap();
-        let again = Folder::open(&lab, &block).unwrap();
+        drop(folder);
+        let folder = Folder::open(&lab, &block, "a").unwrap();
+        let again = folder.clone();
         assert!(!lab.join(".step-x").exists());
         let steps = again.steps().unwrap();
         assert_eq!(steps.keys().copied().collect::<Vec<_>>(), [1]);
@@ -229,11 +253,27 @@ mod tests {
         for name in ["one", "two", "other"] {
             fs::create_dir(at(name)).unwrap();
         }
-        Folder::open(&at("lab"), &at("one")).unwrap();
-        let error = Folder::open(&at("lab"), &at("two")).unwrap_err().to_string();
+        drop(Folder::open(&at("lab"), &at("one"), "a").unwrap());
+        let refused = |folder: &str, block: &str, hash: &str| {
+            Folder::open(&at(folder), &at(block), hash).map(|_| ()).unwrap_err().to_string()
+        };
+        let error = refused("lab", "two", "a");
         assert!(error.contains("is the laboratory of the block") && error.contains("one"), "{error}");
         fs::write(at("other/notes.txt"), "").unwrap();
-        let error = Folder::open(&at("other"), &at("one")).unwrap_err().to_string();
+        let error = refused("other", "one", "a");
         assert!(error.contains("has other things in it"), "{error}");
+        let error = refused("lab", "one", "b");
+        assert!(
+            error.contains("has changed since; start anew in another folder (-o), or restore the block"),
+            "{error}"
+        );
+        let open = Folder::open(&at("lab"), &at("one"), "a").unwrap();
+        let error = refused("lab", "one", "a");
+        assert!(error.contains("another laboratory works in this folder"), "{error}");
+        fs::create_dir_all(open.step(1)).unwrap();
+        crate::run::folder::write_source(&open.step(1), &at("one")).unwrap();
+        fs::write(open.step(1).join("summary.json"), r#"{"format": 1, "solvers": {}}"#).unwrap();
+        let error = refused("lab/step-0001", "one", "a");
+        assert!(error.contains("is the folder of a run"), "{error}");
     }
 }

@@ -198,7 +198,7 @@ fn remove_old(figures: &Path, keep: impl Fn(&str) -> bool) -> Result<()> {
     for entry in fs::read_dir(figures).with_context(context)? {
         let entry = entry.with_context(context)?;
         let name = entry.file_name().to_string_lossy().into_owned();
-        let ours = || fs::read_to_string(entry.path()).is_ok_and(|text| text.trim_end().ends_with(MARK));
+        let ours = || crate::files::read_text(&entry.path()).is_ok_and(|text| text.trim_end().ends_with(MARK));
         if name.ends_with(".svg") && !keep(&name) && ours() {
             fs::remove_file(entry.path()).with_context(context)?;
         }

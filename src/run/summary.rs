@@ -7,7 +7,7 @@ use crate::camera::{DCX, DCY, PARAMETER_COUNT, PARAMETERS, PPX, PPY};
 use crate::effects::{Role, Scope};
 use crate::evaluate::{Similarity, Statistics};
 use crate::math::null_is_nan;
-use crate::problem::{EffectInstance, Problem, ThetaEntry};
+use crate::problem::{EffectInstance, PointSource, Problem, ThetaEntry};
 use crate::run::residuals::tie_rms_of_rows;
 use crate::run::{ResidualRow, Run};
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
@@ -57,6 +57,22 @@ pub struct Summary {
     pub control: Option<Statistics>,
     /// Residuals at check points; null without any.
     pub check: Option<Statistics>,
+    /// Of the tables; a folder of before this was noted has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rows: Option<Rows>,
+}
+
+/// Numbers of rows of the tables of a folder: one that has fewer was cut off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Rows {
+    /// Of `images.csv`.
+    pub images: usize,
+    /// Of `points.csv`.
+    pub points: usize,
+    /// Of `residuals.csv`.
+    pub residuals: usize,
+    /// Of `checks.csv`.
+    pub checks: usize,
 }
 
 /// What one solver did.
@@ -161,6 +177,12 @@ impl Summary {
                 .map(|found| similarity(found, block)),
             control: run.comparison.as_ref().and_then(|comparison| comparison.control),
             check: run.comparison.as_ref().and_then(|comparison| comparison.check),
+            rows: Some(Rows {
+                images: block.images.len(),
+                points: run.problem.point_sources.iter().filter(|of| matches!(of, PointSource::Tie(_))).count(),
+                residuals: rows.len(),
+                checks: run.comparison.as_ref().map_or(0, |comparison| comparison.rows.len()),
+            }),
         }
     }
 }

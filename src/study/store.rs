@@ -41,7 +41,7 @@ impl Store {
 
     /// The outcome of a case that was finished before under the same settings; `None` where there is none, or none that can be read.
     pub fn load(&self, case: &Case) -> Option<Outcome> {
-        let text = std::fs::read(self.path(case)).ok()?;
+        let text = crate::files::read(&self.path(case)).ok()?;
         let file: File = serde_json::from_slice(&text).ok()?;
         let same = file.format == FORMAT && file.case == *case && file.fingerprint == self.fingerprint(case).ok()?;
         same.then_some(file.outcome)

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
 /// Two images of 5120 x 3840 px, whose names and coordinate system are given, without anything that is optional.
-fn block(names: [&str; 2], crs: &str) -> Block {
+pub fn block(names: [&str; 2], crs: &str) -> Block {
     let folder = tempfile::tempdir().unwrap();
     let [reconstruction, tracks] = [opensfm::RECONSTRUCTION, opensfm::ROWS[2]];
     write(folder.path(), "reconstruction.json", reconstruction.replace("4000", "5120").replace("3000", "3840"));
@@ -23,7 +23,7 @@ fn block(names: [&str; 2], crs: &str) -> Block {
     block
 }
 
-fn try_add(name: &str, block: &mut Block, paths: &[PathBuf]) -> Result<Vec<Note>, String> {
+pub fn try_add(name: &str, block: &mut Block, paths: &[PathBuf]) -> Result<Vec<Note>, String> {
     let addition = additions().iter().find(|addition| addition.name() == name).unwrap();
     addition.add(block, paths, &ImportOptions::default()).map_err(|error| error.to_string())
 }
@@ -38,7 +38,7 @@ fn add(name: &str, block: &mut Block, paths: &[PathBuf]) -> Vec<Note> {
     notes
 }
 
-const LOCAL: &str = "local east, north, up at latitude 48, longitude 2, height 0 m (WGS84)";
+pub const LOCAL: &str = "local east, north, up at latitude 48, longitude 2, height 0 m (WGS84)";
 
 #[test]
 fn mrk_gives_times_positions_and_lever_arms() {

@@ -15,6 +15,7 @@ mod micmac;
 mod opensfm;
 mod photomodeler;
 mod pix4d;
+mod positions;
 
 use misclosure::block::{Block, ImageId};
 use misclosure::camera::fraser::project;

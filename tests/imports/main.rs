@@ -18,22 +18,23 @@ enum May {
 }
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
-const TABLE: [(&str, May); 24] = [
+const TABLE: [(&str, May); 25] = [
+    ("files", May::Only(&[])),
     ("math", May::Only(&[])),
     ("score", May::Only(&["math"])),
     ("geodesy", May::Only(&[])),
     ("camera", May::Only(&["math"])),
     ("block", May::Only(&["math", "camera"])),
-    ("io", May::Only(&["math", "geodesy", "camera", "block", "model"])),
-    ("effects", May::Only(&["math", "camera"])),
+    ("io", May::Only(&["files", "math", "geodesy", "camera", "block", "model"])),
+    ("effects", May::Only(&["files", "math", "camera"])),
     ("model", May::Only(&["camera", "block", "effects"])),
     ("problem", May::Only(&["math", "camera", "block", "effects", "model"])),
     ("measure", May::Only(&["math", "camera", "effects", "problem"])),
     ("adjust::native", May::Only(&["math", "camera", "effects", "problem", "measure"])),
     ("adjust", May::Only(&["math", "camera", "effects", "problem"])),
     ("scenario", May::Only(&["math", "camera", "block"])),
-    ("inject", May::Only(&["math", "camera", "block", "scenario"])),
-    ("kit", May::Only(&["math", "camera", "block", "effects", "model", "problem", "measure", "inject"])),
+    ("inject", May::Only(&["files", "math", "camera", "block", "scenario"])),
+    ("kit", May::Only(&["files", "math", "camera", "block", "effects", "model", "problem", "measure", "inject"])),
     ("evaluate", May::Only(&["math", "camera", "block"])),
     (
         "run",

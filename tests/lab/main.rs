@@ -1,6 +1,7 @@
 //! The laboratory as a program: who is answered, what a step does, and that nothing of the tree is lost.
 #![cfg(feature = "lab")]
 
+mod alone;
 mod commands;
 mod program;
 mod security;

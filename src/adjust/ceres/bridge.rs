@@ -149,6 +149,7 @@ pub mod ffi {
 
     unsafe extern "C++" {
         include!("bridge.h");
+        include!("faults.h");
 
         #[namespace = ""]
         #[cxx_name = "misclosure_context"]
@@ -167,6 +168,13 @@ pub mod ffi {
         fn covariance_at(view: &View<'_>) -> Result<CovarianceResult>;
         /// Large allocations go back to the system when they are let go: for a program, not for a library within one.
         fn map_large_allocations();
+
+        /// A lack of memory that nobody can return as an error, and a library that ends the program, are said, with code 1.
+        fn watch_faults();
+        /// Libraries that a crash is blamed on from now on.
+        fn suspect(libraries: &str);
+        /// The program ends by itself from now on.
+        fn work_is_done();
     }
 }
 

@@ -11,7 +11,7 @@ mod tests;
 
 use super::*;
 use crate::effects::{Context, Descriptor};
-pub use bridge::ffi::map_large_allocations;
+pub use bridge::ffi::{map_large_allocations, suspect, watch_faults, work_is_done};
 use bridge::{builtin_effects, ffi};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use view::Arrays;
@@ -28,7 +28,10 @@ pub struct Ceres;
 
 /// An exception of the C++ side.
 fn bridge_error(exception: cxx::Exception) -> AdjustError {
-    AdjustError::Bridge(exception.what().to_owned())
+    match exception.what() {
+        "std::bad_alloc" => AdjustError::Bridge("there is too little memory for this".into()),
+        what => AdjustError::Bridge(what.to_owned()),
+    }
 }
 
 /// What the report of a call says that is not success.

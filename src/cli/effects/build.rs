@@ -1,5 +1,6 @@
 //! `misclosure effects build`: an effect of one's own, compiled.
 
+use super::super::plugins::suspect;
 use super::super::{Answer, Console};
 use crate::effects::{Effect, plugin};
 use crate::kit::build;
@@ -28,6 +29,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
         console.message(&warnings);
     }
     // What it is called stands in its table alone; a header that exports nothing is told here.
+    suspect(std::slice::from_ref(output));
     let plugin = plugin::open(output)?;
     let (descriptor, sha256) = (plugin.descriptor(), &plugin.origin().sha256);
     let text = format!(

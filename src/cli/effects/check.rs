@@ -1,5 +1,6 @@
 //! `misclosure effects check`: does a plug-in keep the laws?
 
+use super::super::plugins::suspect;
 use super::super::text::paragraph;
 use super::super::{Answer, Usage};
 use crate::kit::check::{self, Check};
@@ -23,6 +24,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
+    suspect(std::slice::from_ref(&arguments.library));
     let found = check::check(&arguments.library)?;
     let broken: Vec<&str> = found.laws.iter().filter(|law| !law.holds).map(|law| law.law).collect();
     let failure = (!broken.is_empty()).then(|| {

@@ -14,9 +14,12 @@
 
 mod block_toml;
 mod control;
+mod fingerprint;
 mod images;
 mod measurements;
 mod points;
+
+pub use fingerprint::fingerprint;
 
 use super::csv_table::Table;
 use super::error::{Error, Place};

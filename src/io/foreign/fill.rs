@@ -5,6 +5,7 @@ use super::system::BlockSystem;
 use crate::block::{Block, Gnss, ImageId};
 use crate::geodesy::geographic::Geographic;
 use nalgebra::Vector3;
+use std::collections::HashMap;
 
 /// Positions (m) and times (s) that differ by less were written down with fewer digits, no more.
 const SAME: f64 = 1e-6;
@@ -14,6 +15,8 @@ const SAME: f64 = 1e-6;
 pub(super) struct Recorded {
     pub time_s: Option<f64>,
     pub place: Option<Geographic>,
+    /// Something stands where the position does, and is none: 0, 0, or a receiver without a solution.
+    pub nowhere: bool,
     pub sigma_xy: Option<f64>,
     pub sigma_z: Option<f64>,
     /// East, north, up, m/s.
@@ -30,6 +33,11 @@ pub(super) struct Recorded {
 /// # Errors
 /// Positions that the block's coordinate system has no place for.
 pub(super) fn fill(block: &mut Block, recorded: &[(ImageId, Recorded)], notes: &mut Vec<Note>) -> Result<(), String> {
+    let nowhere = recorded.iter().filter(|(_, recorded)| recorded.nowhere).count();
+    if nowhere > 0 {
+        let text = format!("{nowhere} positions are none (0, 0 or no solution of the receiver): left out");
+        notes.push(Note::loss(text));
+    }
     let places: Vec<Geographic> = recorded.iter().filter_map(|(_, recorded)| recorded.place).collect();
     let system = match places.is_empty() {
         true => None,
@@ -97,13 +105,30 @@ fn fill_extra(block: &mut Block, id: ImageId, name: &str, cell: &str) -> bool {
     own == cell
 }
 
-/// An image by its name, or by the last part of it where only one has that.
-pub(super) fn image_by_name(block: &Block, name: &str) -> Option<ImageId> {
-    if let Some(k) = block.images.iter().position(|image| image.name == name) {
-        return Some(k.into());
+/// The images of a block by their names.
+pub(super) struct ImagesByName {
+    whole: HashMap<String, ImageId>,
+    /// By the last part of the name; `None` where several images have it.
+    last: HashMap<String, Option<ImageId>>,
+}
+
+impl ImagesByName {
+    pub(super) fn of(block: &Block) -> Self {
+        let (mut whole, mut by_last) = (HashMap::new(), HashMap::new());
+        for (k, image) in block.images.iter().enumerate() {
+            whole.insert(image.name.clone(), k.into());
+            let same = by_last.entry(last(&image.name).to_owned());
+            same.and_modify(|only| *only = None).or_insert(Some(k.into()));
+        }
+        Self { whole, last: by_last }
     }
-    let last = |path: &str| path.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
-    let mut same = block.images.iter().enumerate().filter(|(_, image)| last(&image.name) == last(name));
-    let (k, _) = same.next()?;
-    same.next().is_none().then(|| k.into())
+
+    /// An image by its name, or by the last part of it where only one has that.
+    pub(super) fn find(&self, name: &str) -> Option<ImageId> {
+        self.whole.get(name).copied().or_else(|| self.last.get(last(name)).copied().flatten())
+    }
+}
+
+fn last(path: &str) -> &str {
+    path.rsplit(['/', '\\']).next().unwrap_or_default()
 }

@@ -1,19 +1,20 @@
 //! Ground control and its marks, added to a block: `gcp_list.txt`, `ground_control_points.json`, or tables of comma-separated values.
 //!
 //! ```text
-//! points   #CoordinateSystem: ... (Metashape; else the block's)   name,x,y,z[,horizontal,vertical accuracy]
+//! points   #CoordinateSystem: ... (Metashape; else the block's)   name,x,y,z[,horizontal,vertical accuracy]   a header or none
 //! marks    image,name,column,row       pixels from the outer corner of the top-left one
 //! ```
 
 use super::super::error::{Error, Place, shown};
-use super::fill::image_by_name;
+use super::fill::ImagesByName;
+use super::gcp_cells::Cells;
 use super::opensfm::{pixels, reconstruction};
 use super::system::BlockSystem;
 use super::text::Lines;
 use super::{Addition, GUESSED, ImportOptions, Note, gcp_list, refuse};
 use crate::block::{Block, Measurement, PointId, Role, SurveyedPoint};
 use crate::geodesy::crs::Crs;
-use crate::geodesy::geographic::Geographic;
+use crate::geodesy::geographic::{Geographic, stated_sigma};
 use std::path::{Path, PathBuf};
 
 /// What Metashape writes before the coordinate system of a table.
@@ -77,7 +78,8 @@ fn list(path: &Path, block: &mut Block, found: &mut Found, notes: &mut Vec<Note>
         return Err(refuse(path, "has no point with a height"));
     }
     let system = system_of(path, block, &places, notes)?;
-    let image_of = |name: &str| image_by_name(block, name);
+    let images = ImagesByName::of(block);
+    let image_of = |name: &str| images.find(name);
     let (points, marks) = list.in_system(&|place| system.position(place), &image_of, notes)?;
     for mark in marks {
         let image = block.images[mark.image.index()].name.clone();
@@ -92,16 +94,24 @@ fn json(path: &Path, block: &mut Block, found: &mut Found, notes: &mut Vec<Note>
     let place = |point: &reconstruction::GroundControlPoint| {
         let position = point.position?;
         let (latitude, longitude) = (position.latitude, position.longitude);
-        Some(Geographic { latitude, longitude, height: position.altitude? })
+        Some(
+            Geographic::checked(latitude, longitude, position.altitude?)
+                .map_err(|problem| refuse(path, format!("point {}: {problem}", shown(point.id.as_bytes())))),
+        )
     };
-    let places: Vec<Geographic> = control.points.iter().filter_map(place).collect();
+    let place = |point: &_| place(point).transpose().map(Option::flatten);
+    let mut places: Vec<Geographic> = Vec::new();
+    for point in &control.points {
+        places.extend(place(point)?);
+    }
     if places.is_empty() {
         return Err(refuse(path, "has no point with latitude, longitude and altitude"));
     }
     let system = system_of(path, block, &places, notes)?;
+    let images = ImagesByName::of(block);
     let mut left_out = 0;
     for point in &control.points {
-        let Some(place) = place(point) else {
+        let Some(place) = place(point)? else {
             left_out += 1;
             continue;
         };
@@ -110,7 +120,7 @@ fn json(path: &Path, block: &mut Block, found: &mut Found, notes: &mut Vec<Note>
             if point.role.as_deref() == Some("metrics_only") { Role::Check } else { gcp_list::role_of(&point.id) };
         found.points.push(SurveyedPoint { name: point.id.clone(), position, role, sigma_xy: None, sigma_z: None });
         for seen in &point.observations {
-            let Some(image) = image_by_name(block, &seen.shot_id) else { continue };
+            let Some(image) = images.find(&seen.shot_id) else { continue };
             let camera = block.camera_of(image);
             let sides = [camera.width_px, camera.height_px].map(f64::from);
             let name = block.images[image.index()].name.clone();
@@ -126,7 +136,8 @@ fn json(path: &Path, block: &mut Block, found: &mut Found, notes: &mut Vec<Note>
 /// A table of points or of marks: of marks where the first cell names an image of the block.
 fn table(path: &Path, block: &mut Block, found: &mut Found, notes: &mut Vec<Note>) -> Result<(), Error> {
     let mut lines = Lines::open(path)?;
-    let mut crs = None;
+    let images = ImagesByName::of(block);
+    let (mut crs, mut written) = (None, None);
     let mut rows: Vec<(u64, String, Vec<f64>)> = Vec::new();
     while let Some(line) = lines.next_line()? {
         if let Some(wkt) = line.text().trim().strip_prefix(SYSTEM) {
@@ -137,13 +148,14 @@ fn table(path: &Path, block: &mut Block, found: &mut Found, notes: &mut Vec<Note
         if line.is_empty() || line.is_comment() {
             continue;
         }
-        let cells: Vec<&str> = line.text().split([',', ';']).map(|cell| cell.trim().trim_matches('"')).collect();
-        let number = |cell: &str| {
-            let value = cell.parse().ok().filter(|value: &f64| value.is_finite());
-            value.ok_or_else(|| line.refuse(format!("expected a number, found {}", shown(cell.as_bytes()))))
-        };
-        if let (Some(image), [_, name, x, y]) = (cells.first().and_then(|cell| image_by_name(block, cell)), &cells[..])
-        {
+        let is_first = written.is_none();
+        let written = *written.get_or_insert(Cells::of(line.text()));
+        let cells = written.split(line.text());
+        if is_first && written.is_header(&cells).map_err(|problem| line.refuse(problem))? {
+            continue;
+        }
+        let number = |cell: &str| written.number(cell).map_err(|problem| line.refuse(problem));
+        if let (Some(image), [_, name, x, y]) = (cells.first().and_then(|cell| images.find(cell)), &cells[..]) {
             let image = block.images[image.index()].name.clone();
             found.marks.push((image, (*name).to_owned(), [number(x)?, number(y)?]));
             continue;
@@ -181,7 +193,12 @@ fn table(path: &Path, block: &mut Block, found: &mut Found, notes: &mut Vec<Note
             Some(system) => system.position(&places[k]).map_err(|problem| refuse_row(line, problem))?,
             None => [values[0], values[1], values[2]].into(),
         };
-        let above_zero = |k: usize| values.get(k).copied().filter(|sigma| *sigma > 0.0);
+        let sigmas: Vec<Option<f64>> = values[3..]
+            .iter()
+            .map(|sigma| stated_sigma(*sigma))
+            .collect::<Result<_, _>>()
+            .map_err(|p| refuse_row(line, p))?;
+        let above_zero = |k: usize| sigmas.get(k - 3).copied().flatten();
         // One accuracy is of all three, two are horizontal and vertical, three of x, y, z.
         let (sigma_xy, sigma_z) = match values.len() {
             6 => (above_zero(3).zip(above_zero(4)).map(|(x, y)| ((x * x + y * y) / 2.0).sqrt()), above_zero(5)),
@@ -208,9 +225,10 @@ fn merge(block: &mut Block, found: Found, path: &Path, notes: &mut Vec<Note>) ->
             None => block.surveyed.push(point),
         }
     }
+    let images = ImagesByName::of(block);
     let mut unknown = 0;
     for (image, name, [x, y]) in found.marks {
-        let Some(image) = image_by_name(block, &image) else { continue };
+        let Some(image) = images.find(&image) else { continue };
         let Some(point) = block.surveyed.iter().position(|point| point.name == name) else {
             unknown += 1;
             continue;

@@ -1,11 +1,12 @@
 //! ODM's `geo.txt`: the coordinate system, then of each image `name x y [z [yaw pitch roll [horizontal vertical accuracy]]]`.
 
 use super::super::error::Error;
-use super::fill::{Recorded, fill, image_by_name};
+use super::fill::{ImagesByName, Recorded, fill};
 use super::text::Lines;
 use super::{Addition, ImportOptions, Note, refuse};
 use crate::block::Block;
 use crate::geodesy::crs::Crs;
+use crate::geodesy::geographic::stated_sigma;
 use std::path::PathBuf;
 
 /// The addition.
@@ -27,6 +28,7 @@ impl Addition for Geo {
     fn add(&self, block: &mut Block, paths: &[PathBuf], _: &ImportOptions) -> Result<Vec<Note>, Error> {
         let mut notes = Vec::new();
         let mut recorded = Vec::new();
+        let images = ImagesByName::of(block);
         let (mut strange, mut heightless) = (0, 0);
         for path in paths {
             let mut lines = Lines::open(path)?;
@@ -46,15 +48,18 @@ impl Addition for Geo {
                 if !line.is_empty() {
                     line.numbers::<3>("yaw, pitch, roll")?;
                     if !line.is_empty() {
-                        let above_zero = |sigma: f64| (sigma > 0.0).then_some(sigma);
-                        sigmas = line.numbers::<2>("horizontal and vertical accuracy")?.map(above_zero);
+                        let [horizontal, vertical] = line.numbers::<2>("horizontal and vertical accuracy")?;
+                        let stated = |sigma: f64| stated_sigma(sigma).map_err(|problem| line.refuse(problem));
+                        sigmas = [stated(horizontal)?, stated(vertical)?];
                     }
                 }
-                let place = crs.place([x, y, height]).map_err(|problem| line.refuse(problem))?;
+                let nowhere = [x, y] == [0.0, 0.0];
+                let place = crs.place([x, y, height]).map_err(|problem| line.refuse(problem));
+                let place = if nowhere { None } else { Some(place?) };
                 let [sigma_xy, sigma_z] = sigmas;
-                match image_by_name(block, &name) {
+                match images.find(&name) {
                     Some(id) => {
-                        recorded.push((id, Recorded { place: Some(place), sigma_xy, sigma_z, ..Recorded::default() }))
+                        recorded.push((id, Recorded { place, nowhere, sigma_xy, sigma_z, ..Recorded::default() }))
                     }
                     None => strange += 1,
                 }

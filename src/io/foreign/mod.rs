@@ -13,6 +13,7 @@ mod exif;
 mod fill;
 pub mod fit;
 mod gcp;
+mod gcp_cells;
 mod gcp_list;
 mod geo;
 mod metashape;
@@ -30,6 +31,7 @@ pub mod text;
 pub mod tracks;
 pub mod verification;
 mod xml;
+mod xml_limits;
 
 pub use note::{Kind, Note};
 

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Separated by tabs. dN, dE, dV (mm; V is down) lead from the antenna to the sensor. Latitude, longitude and height are those of the sensor: the
-//! receiver's position with that lever arm applied. Quality 50 is a fixed solution, 34 a float one, 16 a single point. Source: DJI, *PPK file
+//! receiver's position with that lever arm applied. Quality 50 is a fixed solution, 34 a float one, 16 a single point, 0 none. Source: DJI, *PPK file
 //! description*.
 
 use super::super::error::{Error, shown};
@@ -13,12 +13,14 @@ use super::fill::{Recorded, fill};
 use super::text::{Line, Lines};
 use super::{Addition, ImportOptions, Note, refuse};
 use crate::block::{Block, ImageId};
-use crate::geodesy::geographic::Geographic;
+use crate::geodesy::geographic::{Geographic, stated_sigma};
 use std::path::{Path, PathBuf};
 
 const SECONDS_OF_WEEK: f64 = 604_800.0;
 /// Of a fixed solution.
 const FIXED: &str = "50";
+/// The receiver knew nothing.
+const NO_SOLUTION: &str = "0";
 
 /// The addition.
 pub struct Mrk;
@@ -97,12 +99,16 @@ fn exposure(line: Line<'_>) -> Result<(u32, Recorded), Error> {
     let mut extra: Vec<(&'static str, String)> =
         lever.into_iter().map(|(name, mm)| (name, format!("{:?}", mm / 1000.0))).collect();
     extra.push(("gnss_quality", marked("Q")?.to_owned()));
-    let above_zero = |sigma: f64| (sigma > 0.0).then_some(sigma);
+    let stated = |sigma: f64| stated_sigma(sigma).map_err(|problem| line.refuse(problem));
+    let horizontal = stated(north)?.zip(stated(east)?).map(|(n, e)| ((n * n + e * e) / 2.0).sqrt());
+    let place = Geographic::checked(value("Lat")?, value("Lon")?, value("Ellh")?).map_err(|p| line.refuse(p))?;
+    let place = place.filter(|_| marked("Q").is_ok_and(|quality| quality != NO_SOLUTION));
     let recorded = Recorded {
         time_s: Some(week * SECONDS_OF_WEEK + seconds),
-        place: Some(Geographic { latitude: value("Lat")?, longitude: value("Lon")?, height: value("Ellh")? }),
-        sigma_xy: above_zero(((north * north + east * east) / 2.0).sqrt()),
-        sigma_z: above_zero(up),
+        place,
+        nowhere: place.is_none(),
+        sigma_xy: horizontal,
+        sigma_z: stated(up)?,
         extra,
         ..Recorded::default()
     };

@@ -1,18 +1,30 @@
 //! An XML file as a tree in which every fault has a place.
 
 use super::super::error::{Error, Place, shown};
+use super::xml_limits::beyond;
 use roxmltree::{Document, Node, ParsingOptions};
 
-/// Most nodes of a document: far beyond any project, and a file that nests or repeats without end is refused early.
-const MOST_NODES: u32 = 50_000_000;
-
 /// Parses a document; `file` is its name in messages.
+///
+/// # Errors
+/// What is no XML, and what would fill the memory or take hours; with its place.
 pub(super) fn parse<'a>(file: &str, text: &'a str) -> Result<Document<'a>, Error> {
-    let options = ParsingOptions { allow_dtd: false, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
+    if let Some((byte, problem)) = beyond(text) {
+        return Err(Error::content(file, character(text, byte), problem));
+    }
+    let options = ParsingOptions { allow_dtd: false, ..ParsingOptions::default() };
     Document::parse_with_options(text, options).map_err(|error| {
         let place = error.pos();
         Error::content(file, Place::Character(place.row.into(), place.col.into()), format!("not XML: {error}"))
     })
+}
+
+/// Line and character of a byte.
+fn character(text: &str, byte: usize) -> Place {
+    let before = &text[..byte];
+    let line = before.rfind('\n').map_or(0, |end| end + 1);
+    let count = |number: usize| number as u64 + 1;
+    Place::Character(count(before.matches('\n').count()), count(text[line..byte].chars().count()))
 }
 
 /// An element of a document.
@@ -174,6 +186,13 @@ mod tests {
         assert_eq!(message(b.attribute("y").unwrap_err()), "f.xml:2:3: <b> has no attribute y");
         assert_eq!(message(root.child("c").map(|_| ()).unwrap_err()), "f.xml:1:1: <a> has no <c>");
         assert!(message(parse("f.xml", "<a>\n</b>").unwrap_err()).starts_with("f.xml:2:"));
+    }
+
+    #[test]
+    fn an_element_with_more_attributes_than_any_program_writes_is_refused_at_once() {
+        let attributes: String = (0..200_000).map(|k| format!("k{k}='1' ")).collect();
+        let message = parse("f.xml", &format!("<a>\n é<b {attributes}/></a>")).unwrap_err().to_string();
+        assert!(message.starts_with("f.xml:2:3: expected at most 1000 attributes"), "{message}");
     }
 
     #[test]

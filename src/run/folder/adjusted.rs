@@ -4,50 +4,17 @@
 //! image point of a measurement, observed minus residual, has all effects of the model in it; the camera alone predicts it without them. What
 //! lies between is what the effects do to the measurement, whatever they are.
 
-use super::read::{rows, table};
-use super::rows::{PointRow, ResidualLine, Row};
-use super::{RunFolder, SOURCE};
+use super::RunFolder;
+use super::read::{read_points, read_residuals};
+use super::rows::ResidualLine;
 use crate::block::{Block, Measurement, PointId, Pose, TiePoint};
 use crate::camera::fraser::project;
 use crate::camera::{Interior, PARAMETERS};
 use crate::effects::Stage;
-use crate::io::table::write_json;
-use crate::io::{Error, read_text};
+use crate::io::Error;
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
-
-/// What stands in [`SOURCE`].
-#[derive(Serialize, Deserialize)]
-struct Source {
-    format: u32,
-    block: PathBuf,
-}
-
-/// Notes in the folder of a run which block it adjusted.
-///
-/// # Errors
-/// What cannot be written.
-pub fn write_source(dir: &Path, block: &Path) -> Result<(), Error> {
-    let block = block.canonicalize().unwrap_or_else(|_| block.to_owned());
-    write_json(&dir.join(SOURCE), &Source { format: 1, block })
-}
-
-/// The folder of the block that a run adjusted; `None` for a run of before it was noted.
-///
-/// # Errors
-/// A file that cannot be read.
-pub fn read_source(dir: &Path) -> Result<Option<PathBuf>, Error> {
-    let path = dir.join(SOURCE);
-    if !path.exists() {
-        return Ok(None);
-    }
-    let unreadable = |source| Error::Read { path: path.clone(), source };
-    let text = read_text(&path).map_err(unreadable)?;
-    let source: Source = serde_json::from_str(&text).map_err(|error| unreadable(error.into()))?;
-    Ok(Some(source.block))
-}
+use std::path::Path;
 
 /// A block with the cameras, poses and points of a run, and the measurements that took part.
 #[derive(Debug, Clone)]
@@ -81,9 +48,9 @@ impl Adjusted {
         for image in &mut block.images {
             image.pose = *poses.get(&image.name).ok_or_else(|| stranger(dir, "image", &image.name))?;
         }
-        let points = rows::<PointRow>(&dir.join(PointRow::FILE), PointRow::COLUMNS)?;
+        let points = read_points(dir)?;
         let points = points.into_iter().map(|row| (row.point, Vector3::new(row.x, row.y, row.z))).collect();
-        let lines = table(dir, ResidualLine::FILE, ResidualLine::COLUMNS, true)?;
+        let lines = read_residuals(dir)?;
         let residuals = Residuals::of(&lines);
         let ties = keep_adjusted(&mut block, &points, &residuals);
         let effects: Vec<String> = folder.summary.effects.0.iter().map(|(name, _)| name.clone()).collect();

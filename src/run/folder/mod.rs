@@ -6,15 +6,19 @@
 mod adjusted;
 mod read;
 mod rows;
+mod source;
 mod write;
 
 pub use crate::io::write_atomically;
-pub use adjusted::{Adjusted, read_source, write_source};
+pub use adjusted::Adjusted;
 pub use read::{RunFolder, each_residual, read_outliers, read_points};
 use rows::Row;
 pub use rows::{
     CheckRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, OutlierRow, PointRow, ProfileRow, ResidualLine, ResidualRef,
     SensorRow,
+};
+pub use source::{
+    is_laboratory, is_run, left_by_a_failure, read_laboratory, read_source, write_laboratory, write_source,
 };
 pub use write::{Pictures, gnss_rows, write, write_diagnosis, write_outliers, write_residuals};
 
@@ -41,6 +45,8 @@ const SOURCE: &str = "source.json";
 const MODEL: &str = "model.toml";
 /// What was found; where it is, the run is complete.
 pub const SUMMARY: &str = "summary.json";
+/// The page of a run.
+pub const REPORT: &str = "report.html";
 /// What a diagnosis found.
 const DIAGNOSIS: &str = "diagnosis.json";
 

@@ -6,7 +6,7 @@ use super::rows::{
 };
 use super::{DIAGNOSIS, MODEL, SUMMARY};
 use crate::io::{Error, Place};
-use crate::run::summary::{FORMAT, Summary};
+use crate::run::summary::{FORMAT, Rows, Summary};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::io;
@@ -45,14 +45,15 @@ impl<D: DeserializeOwned> RunFolder<D> {
     pub fn read(dir: &Path) -> Result<Self, Error> {
         let diagnosis = dir.join(DIAGNOSIS);
         let summary: Summary = json(&dir.join(SUMMARY))?;
+        let rows = summary.rows;
         let (tied, surveyed) = (summary.tie_rms_px.is_some(), summary.control.is_some() || summary.check.is_some());
         Ok(Self {
             model: text(&dir.join(MODEL))?,
             diagnosis: if diagnosis.exists() { Some(json(&diagnosis)?) } else { None },
-            images: table(dir, ImageRow::FILE, ImageRow::COLUMNS, true)?,
-            checks: table(dir, CheckRow::FILE, CheckRow::COLUMNS, surveyed)?,
+            images: table(dir, ImageRow::FILE, ImageRow::COLUMNS, true, rows.map(|rows| rows.images))?,
+            checks: whole(dir, surveyed, rows.map(|rows| rows.checks))?,
             gnss: rows_where_there::<GnssRow>(dir)?,
-            sensor: table(dir, SensorRow::FILE, SensorRow::COLUMNS, tied)?,
+            sensor: whole(dir, tied, None)?,
             scales: rows_where_there::<ImageScaleRow>(dir)?,
             found: rows_where_there::<FoundRow>(dir)?,
             profiles: rows_where_there::<ProfileRow>(dir)?,
@@ -77,19 +78,19 @@ impl<D> RunFolder<D> {
 /// Hands every residual of a folder to `take`, in the order of the file.
 ///
 /// # Errors
-/// A file that cannot be read, or that has no rows.
+/// A file that cannot be read, that has no rows, or fewer than the run wrote.
 pub fn each_residual(dir: &Path, mut take: impl FnMut(ResidualRef<'_>)) -> Result<(), Error> {
     let path = dir.join(ResidualLine::FILE);
     let csv_error = |error: csv::Error| unreadable(&path, error.into());
     let mut reader = reader(&path, ResidualLine::COLUMNS)?;
     let header = reader.headers().map_err(csv_error)?.clone();
     let mut record = csv::StringRecord::new();
-    let mut empty = true;
+    let mut found = 0;
     while reader.read_record(&mut record).map_err(csv_error)? {
         take(record.deserialize(Some(&header)).map_err(csv_error)?);
-        empty = false;
+        found += 1;
     }
-    if empty { Err(without_rows(&path)) } else { Ok(()) }
+    complete(&path, found, true, expected_rows(dir)?.map(|rows| rows.residuals))
 }
 
 /// What the run of a folder set aside, with the file that says so; `None` where it has no such file.
@@ -110,7 +111,20 @@ pub fn read_outliers(dir: &Path) -> Result<Option<(PathBuf, Vec<OutlierRow>)>, E
 /// # Errors
 /// A file that cannot be read.
 pub fn read_points(dir: &Path) -> Result<Vec<PointRow>, Error> {
-    rows(&dir.join(PointRow::FILE), PointRow::COLUMNS)
+    whole(dir, false, expected_rows(dir)?.map(|rows| rows.points))
+}
+
+/// The residuals of a folder, all of them.
+///
+/// # Errors
+/// As [`each_residual`].
+pub(super) fn read_residuals(dir: &Path) -> Result<Vec<ResidualLine>, Error> {
+    whole(dir, true, expected_rows(dir)?.map(|rows| rows.residuals))
+}
+
+/// What the summary says of the tables.
+fn expected_rows(dir: &Path) -> Result<Option<Rows>, Error> {
+    Ok(json::<Summary>(&dir.join(SUMMARY))?.rows)
 }
 
 fn text(path: &Path) -> Result<String, Error> {
@@ -158,19 +172,34 @@ fn reader(path: &Path, columns: &[&str]) -> Result<csv::Reader<impl io::Read>, E
     Ok(reader)
 }
 
-/// [`rows`] of a table that is `filled` by what the summary says.
-pub(super) fn table<T: DeserializeOwned>(
+/// [`rows`] of a table that is `filled` by what the summary says, and has as many rows as `expected`.
+fn whole<R: Row + DeserializeOwned>(dir: &Path, filled: bool, expected: Option<usize>) -> Result<Vec<R>, Error> {
+    table(dir, R::FILE, R::COLUMNS, filled, expected)
+}
+
+/// See [`whole`].
+fn table<T: DeserializeOwned>(
     dir: &Path,
     file: &str,
     columns: &[&str],
     filled: bool,
+    expected: Option<usize>,
 ) -> Result<Vec<T>, Error> {
     let path = dir.join(file);
     let rows = rows(&path, columns)?;
-    if filled && rows.is_empty() {
-        return Err(without_rows(&path));
-    }
+    complete(&path, rows.len(), filled, expected)?;
     Ok(rows)
+}
+
+fn complete(path: &Path, found: usize, filled: bool, expected: Option<usize>) -> Result<(), Error> {
+    match expected {
+        _ if filled && found == 0 => Err(without_rows(path)),
+        Some(expected) if expected != found => {
+            let problem = format!("the table has {found} rows, expected {expected}, which the run wrote ({SUMMARY})");
+            Err(refused(path, Place::File, problem))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn without_rows(path: &Path) -> Error {

@@ -71,7 +71,7 @@ pub enum NistError {
 /// A file that cannot be read or is none of NIST's.
 pub fn read(folder: &Path, name: &str) -> Result<Set, NistError> {
     let path = folder.join(format!("{name}.dat"));
-    let text = std::fs::read_to_string(&path).map_err(|source| NistError::Read { path: path.clone(), source })?;
+    let text = crate::files::read_text(&path).map_err(|source| NistError::Read { path: path.clone(), source })?;
     parse(&text, &path.display().to_string())
 }
 

@@ -13,7 +13,6 @@ mod write;
 use super::super::error::Error;
 use super::{ExportOptions, Exporter, Format, ImportOptions, Imported, Note, refuse, verification};
 use crate::block::Block;
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -37,7 +36,7 @@ impl Format for BlocksExchange {
     fn recognises(&self, path: &Path) -> bool {
         let head = || {
             let mut head = Vec::new();
-            File::open(path).ok()?.take(HEAD_BYTES).read_to_end(&mut head).ok()?;
+            crate::io::open(path).ok()?.take(HEAD_BYTES).read_to_end(&mut head).ok()?;
             Some(String::from_utf8_lossy(&head).contains(&format!("<{ROOT}")))
         };
         path.is_file() && head().unwrap_or(false)

@@ -3,7 +3,7 @@
 //! Columns are asked for by name: newer versions of COLMAP add some. Until 3.12 a prior belonged to an image (`image_id`), later it belongs
 //! to the datum of a sensor (`corr_data_id`, of `corr_sensor_type` 0 for cameras), which is an image too.
 
-use super::super::super::error::Error;
+use super::super::super::error::{Error, shown};
 use super::super::{Note, refuse};
 use crate::block::{Block, Gnss};
 use crate::geodesy::geographic::{Geographic, LocalSystem};
@@ -42,13 +42,30 @@ pub(super) fn add(block: &mut Block, path: &Path, notes: &mut Vec<Note>) -> Resu
     }
     let place = |prior: &Prior| {
         let [latitude, longitude, height] = prior.position;
-        Geographic { latitude, longitude, height }
+        Geographic::checked(latitude, longitude, height)
+            .map_err(|problem| refuse(path, format!("position of image {}: {problem}", shown(prior.image.as_bytes()))))
     };
-    let places: Vec<Geographic> = of_block.iter().flatten().map(|prior| place(prior)).collect();
+    let mut places: Vec<Geographic> = Vec::new();
+    let mut nowhere = 0;
+    for prior in of_block.iter().flatten().filter(|_| system == WGS84) {
+        let stated = place(prior)?;
+        nowhere += usize::from(stated.is_none());
+        places.extend(stated);
+    }
+    if nowhere > 0 {
+        notes.push(Note::loss(format!("{nowhere} positions are 0, 0, which is none: left out")));
+    }
     let local = if system == WGS84 { LocalSystem::about(&places) } else { None };
     for (image, prior) in block.images.iter_mut().zip(&of_block) {
         let Some(prior) = prior else { continue };
-        let position = local.map_or(Vector3::from(prior.position), |local| local.local(&place(prior)));
+        let position = match local {
+            None if system == WGS84 => continue,
+            None => Vector3::from(prior.position),
+            Some(local) => match place(prior)? {
+                Some(place) => local.local(&place),
+                None => continue,
+            },
+        };
         let [xx, _, _, _, yy, _, _, _, zz] = prior.covariance;
         let sigma = |variance: f64| (variance > 0.0 && variance.is_finite()).then(|| variance.sqrt());
         image.gnss = Some(Gnss { position, sigma_xy: sigma(0.5 * (xx + yy)), sigma_z: sigma(zz) });

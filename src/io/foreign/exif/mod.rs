@@ -4,7 +4,7 @@ mod tags;
 mod time;
 
 use super::super::error::Error;
-use super::fill::{Recorded, fill, image_by_name};
+use super::fill::{ImagesByName, Recorded, fill};
 use super::{Addition, ImportOptions, Note, refuse};
 use crate::block::{Block, FlightId, ImageId};
 use std::path::{Path, PathBuf};
@@ -35,9 +35,10 @@ impl Addition for ExifAddition {
         let mut notes = Vec::new();
         let mut read: Vec<(ImageId, Tags)> = Vec::new();
         let (mut strange, mut silent) = (0, 0);
+        let images = ImagesByName::of(block);
         for path in files(paths)? {
             let name = path.to_string_lossy().into_owned();
-            match image_by_name(block, &name) {
+            match images.find(&name) {
                 None => strange += 1,
                 Some(id) => match tags::read(&path)? {
                     Some(tags) => read.push((id, tags)),

@@ -5,7 +5,7 @@ use super::super::fill::Recorded;
 use super::super::refuse;
 use super::super::xml::{self, Element};
 use super::time;
-use crate::geodesy::geographic::Geographic;
+use crate::geodesy::geographic::{Geographic, stated_sigma};
 use exif::{Exif, In, Rational, Tag, Value};
 use nalgebra::Vector3;
 use std::collections::HashMap;
@@ -14,6 +14,8 @@ use std::path::Path;
 
 /// XMP stands among the first segments of a file.
 const XMP_WITHIN_BYTES: u64 = 1 << 20;
+/// DJI's `RtkFlag` of a receiver that knew nothing.
+const NO_SOLUTION: &str = "0";
 
 /// An image's own words on itself.
 pub(super) struct Tags {
@@ -77,7 +79,15 @@ struct Source<'a> {
 impl Source<'_> {
     fn recorded(&self) -> Result<Recorded, Error> {
         let sigma = |names: [&str; 2]| -> Result<Option<f64>, Error> {
-            Ok(self.number(names[0])?.or(self.number(names[1])?).filter(|sigma| *sigma > 0.0))
+            let stated = |(name, sigma): (&str, f64)| {
+                stated_sigma(sigma).map_err(|problem| refuse(self.path, format!("XMP {name}: {problem}")))
+            };
+            for name in names {
+                if let Some(sigma) = self.number(name)? {
+                    return stated((name, sigma));
+                }
+            }
+            Ok(None)
         };
         let east_north = [sigma(["RtkStdLon", "GPSXYAccuracy"])?, sigma(["RtkStdLat", "GPSXYAccuracy"])?];
         let temperature = self.number("LensTemperature")?.or(self.number("SensorTemperature")?);
@@ -87,9 +97,13 @@ impl Source<'_> {
         for (name, column) in [("AltitudeType", "altitude_type"), ("RtkFlag", "gnss_quality")] {
             extra.extend(self.xmp.get(name).map(|value| (column, value.clone())));
         }
+        let stated = self.place()?;
+        let has_solution = self.xmp.get("RtkFlag").is_none_or(|flag| flag.trim() != NO_SOLUTION);
+        let place = stated.flatten().filter(|_| has_solution);
         Ok(Recorded {
             time_s: self.time()?,
-            place: self.place()?,
+            place,
+            nowhere: stated.is_some() && place.is_none(),
             sigma_xy: east_north[0].zip(east_north[1]).map(|(e, n)| ((e * e + n * n) / 2.0).sqrt()),
             sigma_z: sigma(["RtkStdHgt", "GPSZAccuracy"])?,
             velocity: match speeds {
@@ -125,13 +139,14 @@ impl Source<'_> {
         time::offset(&text).map(Some).ok_or_else(expected)
     }
 
-    /// XMP has more digits than EXIF.
-    fn place(&self) -> Result<Option<Geographic>, Error> {
+    /// XMP has more digits than EXIF. `None` where nothing is stated, `Some(None)` where what is stated is no position.
+    fn place(&self) -> Result<Option<Option<Geographic>>, Error> {
         let longitude = self.number("GpsLongitude")?.or(self.number("GpsLongtitude")?);
         if let (Some(latitude), Some(longitude), Some(height)) =
             (self.number("GpsLatitude")?, longitude, self.number("AbsoluteAltitude")?)
         {
-            return Ok(Some(Geographic { latitude, longitude, height }));
+            let place = Geographic::checked(latitude, longitude, height);
+            return place.map(Some).map_err(|problem| refuse(self.path, format!("XMP: {problem}")));
         }
         let degrees = |tag, reference, negative: &str| {
             let [d, m, s] = self.rationals(tag)?.try_into().ok()?;
@@ -145,12 +160,11 @@ impl Source<'_> {
         else {
             return Ok(None);
         };
-        if latitude.abs() > 90.0 || longitude.abs() > 180.0 {
-            return Err(refuse(self.path, format!("GPS: {latitude}, {longitude} are no latitude and longitude")));
-        }
         // Some write the sign in both places.
         let is_below = self.field(Tag::GPSAltitudeRef).and_then(|value| value.get_uint(0)) == Some(1);
-        Ok(Some(Geographic { latitude, longitude, height: if is_below { -height.abs() } else { height } }))
+        let height = if is_below { -height.abs() } else { height };
+        let place = Geographic::checked(latitude, longitude, height);
+        place.map(Some).map_err(|problem| refuse(self.path, format!("GPS: {problem}")))
     }
 
     fn number(&self, name: &str) -> Result<Option<f64>, Error> {

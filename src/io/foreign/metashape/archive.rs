@@ -6,22 +6,29 @@ use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 use zip::ZipArchive;
 
-/// Longest member that is unpacked, bytes: far beyond any project, and a file made to fill the memory is refused.
-const MOST_BYTES: u64 = 1 << 32;
+/// Longest member that is unpacked, bytes: it is held as a whole.
+const MOST_BYTES: u64 = 2 << 30;
+/// A member is unpacked to so many times its packed bytes at most: documents of projects have 10 to 30, tables of points 1 to 3. What has
+/// more repeats itself to fill the memory.
+const MOST_TIMES: u64 = 100;
+/// A member may be unpacked to so many bytes whatever it was packed to.
+const HARMLESS_BYTES: u64 = 16 << 20;
 
 /// An open zip file.
 pub(super) struct Archive {
     path: PathBuf,
+    length: u64,
     zip: ZipArchive<BufReader<File>>,
 }
 
 impl Archive {
     pub(super) fn open(path: &Path) -> Result<Self, Error> {
         let file = super::super::super::open(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+        let length = file.metadata().map_or(0, |metadata| metadata.len());
         let zip = ZipArchive::new(BufReader::new(file)).map_err(|error| {
             Error::content(path.display().to_string(), Place::File, format!("expected a zip file: {error}"))
         })?;
-        Ok(Self { path: path.to_owned(), zip })
+        Ok(Self { path: path.to_owned(), length, zip })
     }
 
     /// A member's name in messages.
@@ -34,10 +41,19 @@ impl Archive {
         let name = self.name_of(member);
         let refuse = |problem: String| Error::content(&name, Place::File, problem);
         let file = self.zip.by_name(member).map_err(|error| refuse(format!("cannot be unpacked: {error}")))?;
+        // The file says how much it packs, and has no more than its own length.
+        let packed = file.compressed_size().min(self.length);
+        let most = packed.saturating_mul(MOST_TIMES).clamp(HARMLESS_BYTES, MOST_BYTES);
+        let too_long =
+            || refuse(format!("is packed to {packed} bytes, expected at most {most} when unpacked, found more"));
+        // As the file says; it may say too little, so what comes is counted.
+        if file.size() > most {
+            return Err(too_long());
+        }
         let mut bytes = Vec::new();
-        let read = file.take(MOST_BYTES).read_to_end(&mut bytes);
+        let read = file.take(most + 1).read_to_end(&mut bytes);
         match read.map_err(|error| refuse(format!("cannot be unpacked: {error}")))? as u64 {
-            MOST_BYTES => Err(refuse(format!("expected less than {MOST_BYTES} bytes, found more"))),
+            length if length > most => Err(too_long()),
             _ => Ok(bytes),
         }
     }

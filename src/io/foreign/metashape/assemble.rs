@@ -48,6 +48,13 @@ pub(super) fn block(project: Project, options: &ImportOptions, notes: &mut Vec<N
     if unused > 0 {
         notes.push(Note::loss(format!("{unused} images have a position that Metashape does not use: left out")));
     }
+    let is_nowhere = |oriented: &&Oriented<'_>| {
+        oriented.photo.reference.is_some_and(|reference| reference.enabled && world.is_nowhere(&reference.position))
+    };
+    let nowhere = oriented.iter().filter(is_nowhere).count();
+    if nowhere > 0 {
+        notes.push(Note::loss(format!("{nowhere} images have the position 0, 0, which is none: left out")));
+    }
     // Points have no component: where there are several, nobody knows in whose coordinates they are.
     let similarity = (chunk.transforms.len() <= 1).then(|| oriented[0].similarity);
     let mut tracks = tracks(&file, &projections, &points, &image_of_photo, notes, |point| {
@@ -176,6 +183,9 @@ fn cameras<'a>(
 fn gnss(photo: &Photo, world: &World) -> Result<Option<Gnss>, String> {
     let Some(reference) = photo.reference.filter(|reference| reference.enabled) else { return Ok(None) };
     let Reference { position, sigma_xy, sigma_z, .. } = reference;
+    if world.is_nowhere(&position) {
+        return Ok(None);
+    }
     let position = world
         .reference(&position)
         .map_err(|problem| format!("reference of image {}: {problem}", quoted(&photo.label)))?;

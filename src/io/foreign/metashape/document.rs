@@ -2,6 +2,7 @@
 
 use super::super::super::error::{Error, shown};
 use super::super::xml::Element;
+use crate::geodesy::geographic::stated_sigma;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
 
@@ -263,12 +264,16 @@ fn marker(element: Element<'_>) -> Result<Marker, Error> {
 fn reference(element: Element<'_>) -> Result<Option<Reference>, Error> {
     let number = |name: &str| element.optional_number_attribute(name);
     let (Some(x), Some(y), Some(z)) = (number("x")?, number("y")?, number("z")?) else { return Ok(None) };
-    let each = number("sx")?.zip(number("sy")?).map(|(sx, sy)| ((sx * sx + sy * sy) / 2.0).sqrt());
-    let positive = |sigma: Option<f64>| sigma.filter(|sigma| *sigma > 0.0);
+    let positive = |sigma: Option<f64>| {
+        let stated = sigma.map(stated_sigma).transpose();
+        stated.map(Option::flatten).map_err(|problem| element.refuse(format!("<reference>: {problem}")))
+    };
+    let each =
+        positive(number("sx")?)?.zip(positive(number("sy")?)?).map(|(sx, sy)| ((sx * sx + sy * sy) / 2.0).sqrt());
     Ok(Some(Reference {
         position: Vector3::new(x, y, z),
-        sigma_xy: positive(number("sxy")?.or(each)),
-        sigma_z: positive(number("sz")?),
+        sigma_xy: positive(number("sxy")?.or(each))?,
+        sigma_z: positive(number("sz")?)?,
         enabled: flag(element, "enabled")?.unwrap_or(true),
     }))
 }

@@ -62,6 +62,11 @@ impl World {
         Some(Pose { rotation, centre: self.position(similarity, centre) })
     }
 
+    /// Is it longitude and latitude 0, 0, which stand where a camera knew none?
+    pub(super) fn is_nowhere(&self, position: &Vector3<f64>) -> bool {
+        matches!(self, Self::Earth { crs, .. } if crs.is_geographic()) && [position.x, position.y] == [0.0, 0.0]
+    }
+
     pub(super) fn reference(&self, position: &Vector3<f64>) -> Result<Vector3<f64>, String> {
         match self {
             Self::Local => Ok(*position),

@@ -30,11 +30,7 @@ enum Input<'a> {
 impl<'a> Input<'a> {
     fn open(path: &'a Path) -> Result<Self, Error> {
         if path.extension().is_some_and(|extension| extension == "dat") {
-            let read = super::super::super::open(path).and_then(|mut file| {
-                let mut bytes = Vec::new();
-                std::io::Read::read_to_end(&mut file, &mut bytes).map(|_| bytes)
-            });
-            let bytes = read.map_err(|source| Error::Read { path: path.to_owned(), source })?;
+            let bytes = crate::files::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
             return Ok(Self::Binary { path, bytes, position: 0 });
         }
         Ok(Self::Text { lines: Lines::open(path)?, words: Vec::new().into_iter() })

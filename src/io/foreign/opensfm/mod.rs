@@ -100,7 +100,7 @@ fn block(folder: &Path, options: &ImportOptions, notes: &mut Vec<Note>) -> Resul
         .collect();
     let pixel = |image: ImageId, xy: [f64; 2]| pixels(xy, sides[image.index()]);
     let mut tracks = tracks::read(&folder.join("tracks.csv"), &reconstruction.points, &image_of_shot, &pixel, notes)?;
-    let system = reconstruction.reference_lla.map(local_system);
+    let system = reconstruction.reference_lla.map(|reference| local_system(&file, reference)).transpose()?;
     let survey = survey::read(folder, system, &image_of_shot, &pixel, &mut tracks, notes)?;
     let (tie_points, ties) = tracks.finish(notes);
     if system.is_none() {
@@ -209,7 +209,10 @@ fn image(name: &str, shot: &Shot, camera: usize, flight: usize, measured: &Measu
     }
 }
 
-fn local_system(reference: Reference) -> LocalSystem {
+fn local_system(file: &str, reference: Reference) -> Result<LocalSystem, Error> {
     let Reference { latitude, longitude, altitude } = reference;
-    LocalSystem { origin: Geographic { latitude, longitude, height: altitude } }
+    // A reconstruction without positions has its zero at 0, 0.
+    let stated = Geographic::checked(latitude, longitude, altitude);
+    let stated = stated.map_err(|problem| Error::content(file, Place::File, format!("reference_lla: {problem}")))?;
+    Ok(LocalSystem { origin: stated.unwrap_or(Geographic { latitude, longitude, height: altitude }) })
 }

@@ -91,7 +91,7 @@ fn json(
     }
     for (count, what) in [
         (strange, "marks are in images that are not in the reconstruction: left out"),
-        (heightless, "ground control points have no altitude: taken for tie points"),
+        (heightless, "ground control points have no place with an altitude: taken for tie points"),
         (unseen, "ground control points are measured in no image: left out"),
     ] {
         if count > 0 {
@@ -112,7 +112,11 @@ fn surveyed(path: &Path, point: &GroundControlPoint, system: &LocalSystem) -> Re
     };
     let Some(position) = point.position else { return Ok(None) };
     let Some(height) = position.altitude else { return Ok(None) };
-    let place = Geographic { latitude: position.latitude, longitude: position.longitude, height };
+    let place = Geographic::checked(position.latitude, position.longitude, height).map_err(|problem| {
+        let problem = format!("point {}: {problem}", shown(point.id.as_bytes()));
+        Error::content(path.display().to_string(), Place::File, problem)
+    })?;
+    let Some(place) = place else { return Ok(None) };
     let position = system.local(&place);
     Ok(Some(SurveyedPoint { name: point.id.clone(), position, role, sigma_xy: None, sigma_z: None }))
 }
