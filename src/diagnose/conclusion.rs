@@ -54,6 +54,7 @@ pub fn diagnosis(
         found,
         left_shapes: entries::left(block, rest, settings),
         weight: None,
+        check_points: structure.check_points.clone(),
         verdict,
         significance: settings.significance,
         candidates,

@@ -2,6 +2,7 @@
 
 use super::candidate::Candidate;
 use super::catalogue;
+use super::check_points;
 use super::fit::{DiagnoseError, Fit};
 use super::improve::Improvement;
 use super::linearised::{Linearised, Questions, with_candidates};
@@ -13,7 +14,6 @@ use super::test::{System, fixed};
 use crate::adjust::native::null_model::{Columns, measurements_at};
 use crate::adjust::native::pool::Pool;
 use crate::block::Block;
-use crate::run;
 
 /// What is left.
 pub struct Left {
@@ -65,7 +65,7 @@ pub fn analyse(
     let fit = &improvement.fit;
     let Fit { problem, solution, .. } = fit;
     let state = &solution.state;
-    let comparison = run::compare(block, problem, solution)?;
+    let heights = check_points::of_fit(block, fit, settings)?;
     let measurements = measurements_at(problem, state, settings.options.threads)?;
     let mut layout = structure::Layout::new(problem, state, &measurements, settings.options.threads)?;
     let asked = |extra: &dyn Columns, wanted: &dyn Fn(&Candidate) -> bool| {
@@ -77,7 +77,7 @@ pub fn analyse(
         let asked = Questions { tested, extra, clustered: true, elsewhere, ..Questions::nothing() };
         with_candidates(block, fit, &improvement.parts, asked, settings)
     };
-    let (shapes, structure) = layout.analyse(comparison.as_ref(), settings.significance, |columns| {
+    let (shapes, structure) = layout.analyse(&heights, settings.significance, |columns| {
         let linearised = asked(columns, &|_| true)?;
         let beside = linearised.situation(settings, &Default::default()).beside().into_system();
         let spread = structure::Spread::of(&linearised.scores);

@@ -4,12 +4,14 @@
 //! - [`select`]: which effects belong to the model, rules over what the tests say.
 //! - [`improve`]: carries out what the rules ask for, refits, and keeps the ledger; [`settle`] fits without outliers; [`run`] is a whole diagnosis.
 //! - [`structure`]: what is left in the residuals, whatever its cause; [`outliers`]: data snooping.
+//! - [`check_points`]: height errors of check points against what the block's own errors allow.
 //! - [`look`]: one model as it stands, without the loop.
 //! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
 
 pub mod added;
 pub mod candidate;
 mod catalogue;
+pub mod check_points;
 mod conclusion;
 mod domain;
 mod entries;

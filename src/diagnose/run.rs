@@ -1,5 +1,6 @@
 //! A whole diagnosis: a base without outliers and with believable weights, the loop, what is left, the verdict.
 
+use super::check_points;
 use super::conclusion::diagnosis;
 use super::fit::{DiagnoseError, Fit, fit};
 use super::improve::Improvement;
@@ -13,7 +14,7 @@ use crate::adjust::AdjustError;
 use crate::adjust::native::pool::Pool;
 use crate::block::Block;
 use crate::model::Model;
-use crate::run::{self, RunError};
+use crate::run::RunError;
 use std::collections::HashSet;
 
 /// Rounds of the weights: the second changes a factor by the square of what the first changed it.
@@ -191,8 +192,8 @@ fn tied(model: &Model) -> Model {
 }
 
 fn structure_of(block: &Block, fitted: &Fit, settings: &Settings<'_>) -> Result<Structure, DiagnoseError> {
-    let comparison = run::compare(block, &fitted.problem, &fitted.solution)?;
     let state = &fitted.solution.state;
     let Settings { significance, options, .. } = settings;
-    Ok(structure::analyse(&fitted.problem, state, comparison.as_ref(), *significance, options.threads)?)
+    let heights = check_points::of_fit(block, fitted, settings)?;
+    Ok(structure::analyse(&fitted.problem, state, &heights, *significance, options.threads)?)
 }
