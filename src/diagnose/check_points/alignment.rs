@@ -1,16 +1,16 @@
 //! What a function of the errors at check points makes of the computed coordinates of every surveyed point.
 //!
-//! Where a free block comes into the survey's system by a similarity from its control points, an error of one of
-//! these moves all check points. With `d = s R P + t - S` at the check points, and the similarity the least-squares
-//! one of the control points,
+//! Where a free block comes into the survey's system by a similarity from its control points, an error of one of these
+//! moves all check points. The similarity is the least-squares one: with `a` a computed point in the survey's system,
+//! counted from their middle, and `e` its residual at a control point,
 //!
 //! ```text
-//! l'd = sum over check points l' d(sRP - S)  -  sum over control points w (A_k M^-1 q)' d(sRP - S)
-//! M = sum w A'A,   q = sum A_c'l
+//! sum w (a'e, a x e, e) = 0,   and so   sum w (A + B)' (A dx + da) = 0   with   A = (a, -[a]x, I),   B = (e, [e]x, 0)
+//! l'd = sum over check points l' da  -  sum over control points w ((A + B) H^-T q)' da
+//! H = sum w (A + B)'A,   q = sum over check points A'l
 //! ```
 //!
-//! with `A` the derivatives of a point by scale, turn and shift. Second-order terms, of the residuals times the
-//! change of a similarity, are left out.
+//! where `dx` is the change of scale, turn and shift and `da` what the errors of the block do to the point.
 
 use super::patterns::COEFFICIENTS;
 use crate::block::{Block, Role};
@@ -46,20 +46,29 @@ pub fn of_rows(block: &Block, comparison: &Comparison, functions: &DMatrix<f64>)
     let centre = control.iter().map(|k| computed[*k] * weight(*k)).sum::<Vector3<f64>>() / sum;
     let by_similarity = |k: usize| {
         let arm = computed[k] - centre;
-        let mut a = Alignment::zeros();
-        a.set_column(0, &arm);
-        a.fixed_view_mut::<3, 3>(0, 1).copy_from(&-skew(&arm));
-        a.fixed_view_mut::<3, 3>(0, 4).copy_from(&Matrix3::identity());
-        a
+        columns(&arm, &-skew(&arm), &Matrix3::identity())
+    };
+    let with_residual = |k: usize| {
+        let e = &comparison.rows[k].d;
+        by_similarity(k) + columns(e, &skew(e), &Matrix3::zeros())
     };
     let normal: SMatrix<f64, 7, 7> =
-        control.iter().map(|k| by_similarity(*k).transpose() * by_similarity(*k) * weight(*k)).sum();
+        control.iter().map(|k| with_residual(*k).transpose() * by_similarity(*k) * weight(*k)).sum();
     let moved: Shares = (0..computed.len()).map(|k| by_similarity(k).transpose() * shares[k]).sum();
-    let moved = normal.cholesky()?.solve(&moved);
+    let moved = normal.transpose().lu().solve(&moved)?;
     for k in control {
-        shares[k] -= by_similarity(k) * moved * weight(k);
+        shares[k] -= with_residual(k) * moved * weight(k);
     }
     Some(shares)
+}
+
+/// Of scale, turn and shift.
+fn columns(scale: &Vector3<f64>, turn: &Matrix3<f64>, shift: &Matrix3<f64>) -> Alignment {
+    let mut columns = Alignment::zeros();
+    columns.set_column(0, scale);
+    columns.fixed_view_mut::<3, 3>(0, 1).copy_from(turn);
+    columns.fixed_view_mut::<3, 3>(0, 4).copy_from(shift);
+    columns
 }
 
 /// Derivative of a point in the survey's system by the same in the block's.

@@ -11,9 +11,10 @@
 //! ```
 //!
 //! with `c` the coefficients, `G` their derivatives by the unknowns of the fit ([`propagation`]), through the
-//! similarity from the control points where the block is free ([`alignment`]), `N` the normal matrix, `r` the redundancy of the fit
-//! and `s0^2` its variance factor `v'Pv / r`. Image measurements have the factors of the fit, and the survey of the check
-//! points those of control. The survey is no observation of the fit: `s0` says nothing of it.
+//! similarity from the control points where the block is free ([`alignment`]), `N` the normal matrix, `r` the
+//! redundancy of the fit and `s0^2` its variance factor `v'Pv / r`. Image measurements have the factors of the fit,
+//! and the survey of the check points those of control. The survey is no observation of the fit: `s0` says nothing of
+//! it.
 //!
 //! The block *allows* a dome up to the bound of that test at the level of significance, two-sided: `sqrt(F(1, r))`
 //! times its standard deviation, 3.29 at 0.001. Whatever is beyond it is a p-value below the level, and the other way

@@ -9,16 +9,16 @@ use crate::effects::find;
 use crate::model::{Datum, EffectRef, EffectTerm, Model};
 use crate::problem::{Problem, State};
 use crate::run::{self, Run};
-use crate::scenario::{Scenario, SurveyNoise, add_noise, add_survey_noise, simulate};
+use crate::scenario::{Scenario, SurveyNoise, add_survey_noise, simulate};
 use nalgebra::{DVector, UnitQuaternion};
 use std::ops::ControlFlow;
 
-/// A block with noise, adjusted with an effect of each stage that moves computed coordinates.
+/// A block adjusted with effects of lens, exposure and frame. Its points have errors, its images and antennas have
+/// none: an intersection leaves out the residuals of its marks times the curvature of a projection.
 fn adjusted(datum: Datum) -> (crate::block::Block, Model, Run) {
     let parameters = [("points".to_string(), 300.0), ("check".to_string(), 30.0)].into();
     let mut block = simulate(&Scenario::preset("dike", &parameters).expect("a preset"), 1).expect("a block").block;
-    add_noise(&mut block, 0.3, 1).expect("noise");
-    add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: true }, 1);
+    add_survey_noise(&mut block, SurveyNoise { control: true, check: true, gnss: false }, 1);
     let ids = match datum {
         // Without observed positions nothing tells a scale of the map.
         Datum::Free => &["rolling-shutter", "focal-flight"][..],
@@ -97,13 +97,11 @@ fn gradients_are_those_of_the_compared_heights() {
             let [up, down] = [by, -by].map(|by| coefficients(&moved(problem, state, unknown, by)));
             let numeric = (up - down) / (2.0 * by);
             let ours = propagation.gradients.row(unknown).transpose();
-            // In a free block the derivatives of the similarity leave out the residuals of control: a share of their
-            // size over that of the block.
-            let allowed = if datum == Datum::Free { 2e-3 } else { 1e-4 };
             let error = (&numeric - &ours).norm();
             let name = problem.unknown_name(unknown);
             let size = numeric.norm().max(1e-7 / by);
-            assert!(error < allowed * size, "{datum:?} {name}: {numeric} differenced, {ours} propagated");
+            // The errors of control bend the block a little: its marks have residuals of hundredths of a pixel still.
+            assert!(error < 1e-3 * size, "{datum:?} {name}: {numeric} differenced, {ours} propagated");
             compared += 1;
         }
         assert!(compared > 30, "{compared}");
