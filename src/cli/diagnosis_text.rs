@@ -15,6 +15,9 @@ pub fn text(diagnosis: &Diagnosis) -> String {
     if let Some(weight) = &diagnosis.weight {
         text += &format!("{}\n", weight.sentence);
     }
+    if let Some(sentence) = &diagnosis.check_points {
+        text += &format!("{sentence}\n");
+    }
     if let Some(sentence) = weights_sentence(diagnosis) {
         text += &format!("{sentence}\n");
     }

@@ -1,6 +1,7 @@
 //! Unexplained structure beside the effects in the model: fields that the objective took in, tests of the residuals.
 
 use super::catalogue;
+use super::check_points;
 use super::fit::{DiagnoseError, Fit};
 use super::improvement::Improvement;
 use super::linearised::{Linearised, Questions, with_candidates};
@@ -9,7 +10,6 @@ use super::settings::Settings;
 use super::structure::{self, Structure};
 use crate::adjust::native::null_model::{Columns, measurements_at};
 use crate::block::Block;
-use crate::run;
 
 /// Unexplained structure.
 pub struct Left {
@@ -42,7 +42,7 @@ pub fn analyse(
     let fit = &improvement.fit;
     let Fit { problem, solution, .. } = fit;
     let state = &solution.state;
-    let comparison = run::compare(block, problem, solution)?;
+    let heights = check_points::of_fit(block, fit, settings)?;
     let measurements = measurements_at(problem, state, settings.options.threads)?;
     let mut layout = structure::Layout::new(problem, state, &measurements, settings.options.threads)?;
     let asked = |extra: &dyn Columns| {
@@ -51,7 +51,7 @@ pub fn analyse(
         let asked = Questions { tested, extra, clustered: true, ..Questions::nothing() };
         with_candidates(block, fit, &improvement.parts, asked, settings)
     };
-    let (shapes, structure) = layout.analyse(comparison.as_ref(), settings.significance, |columns| {
+    let (shapes, structure) = layout.analyse(&heights, settings.significance, |columns| {
         let linearised = asked(columns)?;
         let beside = linearised.situation(settings).beside().into_system();
         let spread = structure::Spread::of(&linearised.scores);

@@ -5,12 +5,14 @@
 //! - [`search`]: a beam over sets to first order; [`refit`]: the objective of a fitted set, which counts; [`improvement`]: the descent and its ledger.
 //! - [`settle`] fits without outliers; [`run`] is a whole diagnosis; [`look`]: one model as it stands, without the descent.
 //! - [`structure`]: structure of the residuals, whatever its cause; [`outliers`]: data snooping.
+//! - [`check_points`]: height errors of check points against what the block's own errors allow.
 //! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
 
 pub mod added;
 pub mod camera_priors;
 pub mod candidate;
 mod catalogue;
+pub mod check_points;
 mod conclusion;
 mod domain;
 mod entries;

@@ -1,6 +1,7 @@
 //! A whole diagnosis: a base without outliers and with believable weights, the loop, what is left, the verdict.
 
 use super::camera_priors::with_priors;
+use super::check_points;
 use super::conclusion::diagnosis;
 use super::fit::{DiagnoseError, Fit, fit};
 use super::improvement::Improvement;
@@ -18,7 +19,7 @@ use crate::adjust::native::pool::Pool;
 use crate::block::Block;
 use crate::math::statistics::chi_square_quantile;
 use crate::model::Model;
-use crate::run::{self, RunError};
+use crate::run::RunError;
 
 /// Rounds of the weights: the second changes a factor by the square of what the first changed it.
 const WEIGHT_ROUNDS: usize = 3;
@@ -198,8 +199,8 @@ fn tied(model: &Model) -> Model {
 }
 
 fn structure_of(block: &Block, fitted: &Fit, settings: &Settings<'_>) -> Result<Structure, DiagnoseError> {
-    let comparison = run::compare(block, &fitted.problem, &fitted.solution)?;
     let state = &fitted.solution.state;
     let Settings { significance, options, .. } = settings;
-    Ok(structure::analyse(&fitted.problem, state, comparison.as_ref(), *significance, options.threads)?)
+    let heights = check_points::of_fit(block, fitted, settings)?;
+    Ok(structure::analyse(&fitted.problem, state, &heights, *significance, options.threads)?)
 }

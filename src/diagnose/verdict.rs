@@ -41,6 +41,10 @@ pub struct Diagnosis {
     /// How what is left weighs; null before the final adjustment has told the precision of the points.
     #[serde(default)]
     pub weight: Option<Weight>,
+    /// The height errors of the check points against what the block's own errors allow, in a sentence; null where they
+    /// were not tested.
+    #[serde(default)]
+    pub check_points: Option<String>,
     /// Effects that the final model added (of a diagnosis without improvement: that it recommends to add first).
     pub recommended: Vec<String>,
     /// Tests of residual structure, at the final model.

@@ -14,7 +14,7 @@ pub mod plain_model;
 pub mod similarity;
 
 pub use bowl::{Bowl, BowlShape};
-pub use checks::{Alignment, CheckRow, Comparison, Statistics, compare};
+pub use checks::{Alignment, CheckRow, Comparison, Statistics, compare, similarity_weight};
 pub use intersection::{FailedIntersection, Failure, Intersection, Intersections, Method};
 pub use plain_model::PlainModel;
 pub use similarity::{Similarity, SimilarityFit};

@@ -18,6 +18,9 @@ const EXAMPLE: &str = include_str!("../../cpp/effects/focal-time.h");
 pub(super) fn verdict(page: &mut Page, diagnosis: &Diagnosis) {
     page.verdict(diagnosis.verdict, &verdict_sentence(diagnosis));
     letter::weight(page, diagnosis);
+    if let Some(sentence) = &diagnosis.check_points {
+        page.paragraph(sentence);
+    }
     if let Some(sentence) = letter::weights_sentence(diagnosis) {
         page.warning(&sentence);
     }

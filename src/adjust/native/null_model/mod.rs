@@ -25,6 +25,7 @@ mod image_cells;
 mod measurements;
 mod parts;
 mod products;
+mod propagation;
 mod rows;
 mod score_system;
 mod source;
