@@ -1,7 +1,8 @@
 //! What a linearisation says of each candidate, and of each effect that is in, as entries of `diagnosis.json`.
 
+use super::competition::alternatives;
 use super::impact;
-use super::improvement::{self, Improvement};
+use super::improvement::Improvement;
 use super::ledger::Confirmation;
 use super::linearised::Linearised;
 use super::select::Judged;
@@ -27,7 +28,7 @@ fn size_px(problem: &Problem, drop: f64) -> f64 {
 
 /// The effects that the diagnosis took in, at the final model.
 pub(super) fn found(block: &Block, last: &Linearised, settings: &Settings<'_>) -> Vec<FoundEntry> {
-    let alternatives = improvement::alternatives(last, settings);
+    let alternatives = alternatives(last, settings);
     let situation = last.situation(settings);
     let impacts = impact::of_taken(block, last, &situation);
     let entry = |(id, impact): (String, Option<impact::Impact>)| {

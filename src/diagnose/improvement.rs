@@ -1,9 +1,9 @@
 //! A model on its way: its fit, what the diagnosis took in, and the ledger of how it came about. Check points only watch.
 
 use super::added::Added;
+use super::competition::{Competition, Expected};
 use super::fit::{DiagnoseError, Fit, fit};
 use super::heldout::held_out_px;
-use super::hypothesis::{self, Hypothesis};
 use super::ledger::{Change, Confirmation, Step};
 use super::linearised::Linearised;
 use super::models::at_solution;
@@ -16,13 +16,14 @@ use crate::adjust::native::Native;
 use crate::adjust::native::null_model::SharedBase;
 use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Solver};
 use crate::block::Block;
-use crate::math::statistics::{chi_square_ln_sf, chi_square_quantile};
+use crate::math::statistics::chi_square_ln_sf;
 use crate::run::distortion_centre;
-use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 /// Sets of the search that are refitted: to first order the best of them is not always the first.
 const REFITS: usize = 3;
+/// Share of the largest gain within which another set is refitted, too: what the first order commonly misses.
+const NEAR: f64 = 0.1;
 
 /// A model on its way.
 #[derive(Clone)]
@@ -43,116 +44,6 @@ pub struct Improvement {
     pub parts: Added,
     /// The objective, zero at the base.
     pub objective: f64,
-}
-
-/// A linearisation with its hypotheses.
-pub struct Competition {
-    hypotheses: Vec<Hypothesis>,
-    prior: Vec<f64>,
-    current: Members,
-    ln_level: f64,
-}
-
-impl Competition {
-    /// The hypotheses of a linearisation.
-    pub fn new(linearised: &Linearised, settings: &Settings<'_>) -> Self {
-        let hypotheses = hypothesis::all(linearised, settings);
-        let mut current = Members::default();
-        for taken in &linearised.taken {
-            let Some(h) = hypotheses.iter().position(|hypothesis| hypothesis.set == taken.set) else { continue };
-            current = match hypotheses[h].random {
-                true => current.with_random(h, taken.variance),
-                false => current.with_law(h),
-            };
-        }
-        let ln_level = linearised.ln_level(settings.significance);
-        Self { hypotheses, prior: linearised.prior_of_columns(), current, ln_level }
-    }
-
-    /// Their objective.
-    pub fn objective<'a>(&'a self, linearised: &Linearised) -> Objective<'a> {
-        Objective::new(&linearised.system, &self.prior, &self.hypotheses, self.ln_level)
-    }
-
-    /// Ids of members that are not among others.
-    fn ids_beyond(&self, members: &Members, others: &Members) -> Vec<String> {
-        let id = |h: usize| self.hypotheses[h].id.clone();
-        let others: Vec<String> = others.all().map(id).collect();
-        members.all().map(id).filter(|id| !others.contains(id)).collect()
-    }
-}
-
-/// What a change of members brings to first order.
-struct Expected {
-    /// Drop of `v'Pv`.
-    drop: f64,
-    /// Degrees of freedom that it adds.
-    dof: f64,
-}
-
-impl Expected {
-    fn of(objective: &Objective<'_>, before: &Members, after: &Members) -> Self {
-        let of_law = |law: &usize| objective.hypotheses[*law].columns.len() as f64;
-        let dof = |members: &Members| members.laws.iter().map(of_law).sum::<f64>() + members.random.len() as f64;
-        Self { drop: objective.chi_square(before) - objective.chi_square(after), dof: dof(after) - dof(before) }
-    }
-}
-
-/// What the objective asks for next, to first order.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Next {
-    /// Take an effect in.
-    Add(String),
-    /// Take an effect out.
-    Remove(String),
-}
-
-/// The first move towards the set that the search prefers to the model as it stands; `None`: it prefers none.
-pub fn next(linearised: &Linearised, settings: &Settings<'_>) -> Option<Next> {
-    let competition = Competition::new(linearised, settings);
-    let objective = competition.objective(linearised);
-    let current = &competition.current;
-    let best = search(&objective, current).into_iter().next()?;
-    if best.value > objective.value(current) - SAME {
-        return None;
-    }
-    let joins = competition.ids_beyond(&best.members, current).into_iter().next().map(Next::Add);
-    joins.or_else(|| competition.ids_beyond(current, &best.members).into_iter().next().map(Next::Remove))
-}
-
-/// Alternatives of each member, by id: hypotheses in whose place it is no better than chance would make it. What is left with such an alternative is as little
-/// as with the member itself.
-pub fn alternatives(linearised: &Linearised, settings: &Settings<'_>) -> BTreeMap<String, Vec<String>> {
-    let competition = Competition::new(linearised, settings);
-    let objective = competition.objective(linearised);
-    let (current, hypotheses) = (&competition.current, &competition.hypotheses);
-    let margin = objective.value(current) + chi_square_quantile(1.0 - competition.ln_level.exp(), 1.0);
-    let of = |own: usize| {
-        let less = current.without(own);
-        let open = |h: &usize| {
-            let id = &hypotheses[*h].id;
-            hypotheses[*h].physical && !current.all().any(|member| hypotheses[member].id == *id)
-        };
-        let value = |h: usize| match hypotheses[h].random {
-            true => objective.value(&objective.with_likeliest(&less, h)),
-            false => objective.value(&less.with_law(h)),
-        };
-        let mut near: Vec<(f64, String)> = (0..hypotheses.len())
-            .filter(open)
-            .map(|h| (value(h), hypotheses[h].id.clone()))
-            .filter(|(value, _)| *value < margin)
-            .collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut ids: Vec<String> = Vec::new();
-        for (_, id) in near {
-            if !ids.contains(&id) {
-                ids.push(id);
-            }
-        }
-        (hypotheses[own].id.clone(), ids)
-    };
-    let members = current.all().filter(|own| hypotheses[*own].physical);
-    members.map(of).collect()
 }
 
 impl Improvement {
@@ -203,8 +94,10 @@ impl Improvement {
         let current = &competition.current;
         let ranked = search(&objective, current);
         let first_order = objective.value(current);
-        let preferred: Vec<Ranked> =
-            ranked.into_iter().filter(|own| own.value < first_order - SAME).take(REFITS).collect();
+        let gain = |own: &Ranked| first_order - own.value;
+        let most = ranked.first().map_or(0.0, gain);
+        let near = |own: &Ranked| gain(own) > SAME && gain(own) > (1.0 - NEAR) * most;
+        let preferred: Vec<Ranked> = ranked.into_iter().filter(near).take(REFITS).collect();
         let (fit, added) = (&self.fit.clone(), &self.parts.clone());
         let refits = Refits { block, fit, added, linearised, objective: &objective, current, settings };
         let now = refits.value_of_current();
@@ -265,7 +158,11 @@ impl Improvement {
     ) -> Result<(), DiagnoseError> {
         let drop = self.fit.chi_square() - refitted.fit.chi_square();
         let predicted = refits.objective.chi_square(&competition.current) - refits.objective.chi_square(&own.members);
-        let after_px = held_out_px(&refitted.fit, settings.options.threads)?;
+        // The held-out error of a refit that is not kept is of no use.
+        let after_px = match reason.is_empty() {
+            true => held_out_px(&refitted.fit, settings.options.threads)?,
+            false => f64::NAN,
+        };
         for id in competition.ids_beyond(&own.members, &competition.current) {
             let (before_px, kept, reason) = (self.heldout_px, reason.is_empty(), reason.clone());
             self.confirmations.push(Confirmation { id, predicted, drop, before_px, after_px, kept, reason });

@@ -1,8 +1,9 @@
 //! One model looked at as it stands: its residual structure, and what may be missing beside it. Nothing is added, nothing taken out.
 
+use super::competition::{Next, next};
 use super::conclusion::diagnosis;
 use super::fit::DiagnoseError;
-use super::improvement::{Improvement, Next, next};
+use super::improvement::Improvement;
 use super::left::{self, Left};
 use super::linearised::{Linearised, linearise};
 use super::settings::Settings;

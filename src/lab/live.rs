@@ -2,8 +2,9 @@
 
 use super::predicted::Predicted;
 use crate::block::Block;
+use crate::diagnose::competition::Next;
 use crate::diagnose::fit::Fit;
-use crate::diagnose::improvement::{Improvement, Next};
+use crate::diagnose::improvement::Improvement;
 use crate::diagnose::linearised::Linearised;
 use crate::diagnose::look::Look;
 use crate::diagnose::verdict::LedgerRow;

@@ -7,7 +7,7 @@ use super::node::State;
 use super::state::Lab;
 use super::step::Step;
 use crate::adjust::Stop;
-use crate::diagnose::improvement::Next;
+use crate::diagnose::competition::Next;
 use crate::diagnose::weights;
 use anyhow::{Result, bail};
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -32,6 +32,8 @@ pub fn is_random(effect: &EffectRef) -> bool {
 pub struct Hypothesis {
     /// Id of the effect, `free:f` and so on.
     pub id: String,
+    /// Of those with the same key a set has one at most: of the variants of an effect, and of the fields of a stage, which are bases of the same unknown pattern.
+    pub key: String,
     /// Its set of the linearisation.
     pub set: usize,
     /// Its columns, those that the base leaves.
@@ -73,7 +75,8 @@ pub fn all(linearised: &Linearised, settings: &Settings<'_>) -> Vec<Hypothesis> 
             }
         };
         let (id, physical) = (own.id.clone(), own.physical);
-        let hypothesis = Hypothesis { id, set, columns, random, physical, price, design_effect: factors[set] };
+        let key = if physical { id.clone() } else { format!("field:{:?}", linearised.stage(set)) };
+        let hypothesis = Hypothesis { id, key, set, columns, random, physical, price, design_effect: factors[set] };
         (!hypothesis.columns.is_empty()).then_some(hypothesis)
     };
     sets.into_par_iter().filter_map(hypothesis).collect()

@@ -17,7 +17,7 @@ use super::select::{Known, Nature, Searched, Set, Situation, Taken};
 use super::settings::Settings;
 use crate::adjust::native::null_model::{Columns, NoColumns, NullModel, ScoreSystem};
 use crate::block::Block;
-use crate::effects::Role;
+use crate::effects::{Role, Stage};
 use crate::model::EffectTerm;
 use crate::problem::State;
 use crate::score::design_effect::Clusters;
@@ -216,7 +216,15 @@ impl Linearised {
         prior
     }
 
-    /// What the rules see.
+    /// Stage of a set's effect; `None` for parameters of the camera.
+    pub fn stage(&self, set: usize) -> Option<Stage> {
+        let problem = self.null.problem();
+        let unknown = self.null.unknown(*self.sets[set].columns.first()?);
+        let entry = &problem.theta[unknown.checked_sub(problem.layout().theta(0))?];
+        Some(problem.effects[entry.effect as usize].effect.descriptor().stage)
+    }
+
+    /// What the tests see.
     pub fn situation(&self, settings: &Settings<'_>) -> Situation<'_> {
         Situation {
             system: &self.system,

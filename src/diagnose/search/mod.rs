@@ -120,8 +120,8 @@ fn neighbours(objective: &Objective<'_>, members: &Members, pairs: bool) -> Vec<
 
 /// Is a hypothesis no variant of a member?
 fn is_open(objective: &Objective<'_>, members: &Members, hypothesis: usize) -> bool {
-    let id = &objective.hypotheses[hypothesis].id;
-    !members.all().any(|own| objective.hypotheses[own].id == *id)
+    let key = &objective.hypotheses[hypothesis].key;
+    !members.all().any(|own| objective.hypotheses[own].key == *key)
 }
 
 /// Laws that could join some members.

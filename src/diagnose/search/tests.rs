@@ -61,6 +61,7 @@ impl Regression {
         let level = if random { 2.0 * LEVEL } else { LEVEL };
         self.hypotheses.push(Hypothesis {
             id: id.into(),
+            key: id.into(),
             set: self.hypotheses.len(),
             columns: (first..first + columns.len()).collect(),
             random,
