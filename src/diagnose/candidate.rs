@@ -1,6 +1,5 @@
 //! What may be missing: every effect of the catalogue and of plug-ins, and every group of camera parameters that the model holds.
 
-use super::hypothesis::is_random;
 use crate::block::Block;
 use crate::camera;
 use crate::effects::{self, Kind, Role};
@@ -11,6 +10,13 @@ use std::collections::BTreeMap;
 /// Effects that go on a series of the camera, with the group of its lower terms: a term of a series is tested beside the terms below it, never in their place
 /// (principle of marginality, Nelder 1977).
 const SERIES: [(&str, &str); 2] = [("radial-high", "radial"), ("decentring-high", "decentring")];
+
+/// Are the values of an effect random, with a variance that is estimated? Those of random effects are, and the coefficients of a field.
+pub fn is_random(effect: &EffectRef) -> bool {
+    let descriptor = effect.descriptor();
+    let random = |parameter: &effects::Parameter| matches!(parameter.role, Role::Random(_));
+    descriptor.kind == Kind::Empirical || descriptor.parameters.iter().any(random)
+}
 
 /// How a candidate enters the model.
 #[derive(Debug, Clone)]

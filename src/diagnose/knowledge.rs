@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn a_map_has_a_known_scale_and_a_local_block_has_none() {
-        let scenario = Scenario::preset("mapping", &[("points".to_string(), 60.0)].into()).expect("a preset");
+        let scenario = Scenario::preset("mapping", &[("points".to_string(), 100.0)].into()).expect("a preset");
         let mut block = simulate(&scenario, 1).expect("a block").block;
         let model = Model { datum: Datum::All, ..Model::default() };
         assert!(with_known(&block, &model).1.is_empty());

@@ -10,7 +10,7 @@
 //! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
 
 pub mod added;
-pub mod camera_priors;
+
 pub mod candidate;
 mod catalogue;
 pub mod check_points;
@@ -36,6 +36,7 @@ pub mod objective;
 pub mod outliers;
 pub mod pictures;
 mod pinned;
+pub mod priors;
 mod probability;
 pub mod refit;
 pub mod run;

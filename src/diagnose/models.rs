@@ -1,10 +1,10 @@
 //! Models that the loop makes of others.
 
 use super::added::Added;
-use super::camera_priors::with_priors;
 use super::candidate::Addition;
 use super::fit::{DiagnoseError, Fit};
 use super::linearised::Linearised;
+use super::priors::{WEAK_PRIOR, with_priors};
 use super::select::{Nature, Searched, Situation, Taken};
 use crate::block::Block;
 use crate::camera;
@@ -12,9 +12,6 @@ use crate::effects::{Kind, Role};
 use crate::model::{EffectTerm, Model, PRIOR_KEY};
 use crate::problem::State;
 
-/// Standard deviation, in typical sizes, of the prior of an effect of several coefficients: no effect of this size is met, and what the
-/// measurements determine to a typical size moves by a thousandth.
-pub const WEAK_PRIOR: f64 = 30.0;
 /// Standard deviation (typical sizes) below which random values are none.
 pub const SMALLEST_DEVIATION: f64 = 1e-4;
 

@@ -1,8 +1,9 @@
 //! Refits: the model of a set of hypotheses fitted to the block, and its objective. What `(s, M)` promises counts only here.
 
 use super::added::Added;
+use super::candidate::is_random;
 use super::fit::{DiagnoseError, Fit, fit, solve};
-use super::linearised::{Linearised, without_candidates};
+use super::linearised::{Linearised, prior_information, without_candidates};
 use super::models::{SMALLEST_DEVIATION, at_approximations, at_solution, with_members};
 use super::objective::{Members, Objective, misfit};
 use super::select::{Nature, Taken};
@@ -10,7 +11,7 @@ use super::settings::Settings;
 use super::single;
 use crate::adjust::Options;
 use crate::block::Block;
-use crate::problem::Problem;
+use crate::problem::{Problem, ThetaEntry};
 
 /// Refits for the standard deviation of random values at most.
 const VARIANCE_REFITS: usize = 3;
@@ -149,9 +150,9 @@ fn implausibility(fit: &Fit, own: usize) -> f64 {
     let problem = &fit.problem;
     let layout = problem.layout();
     let of_theta = problem.theta.iter().enumerate().filter(|(_, entry)| entry.effect as usize >= own && entry.free);
-    let squared = |(t, entry): (usize, &crate::problem::ThetaEntry)| {
-        let random = super::hypothesis::is_random(&problem.effects[entry.effect as usize].effect);
-        let prior = super::linearised::prior_information(problem, layout.theta(t));
+    let squared = |(t, entry): (usize, &ThetaEntry)| {
+        let random = is_random(&problem.effects[entry.effect as usize].effect);
+        let prior = prior_information(problem, layout.theta(t));
         if random { 0.0 } else { prior * ((fit.solution.state.theta[t] - entry.prior_mean) / entry.scale).powi(2) }
     };
     of_theta.map(squared).sum()
@@ -200,7 +201,7 @@ pub fn settle(block: &Block, mut fit: Fit, added: &Added, settings: &Settings<'_
 }
 
 /// Is a parameter one of random values whose variance the diagnosis estimates?
-fn has_variance(problem: &Problem, entry: &crate::problem::ThetaEntry, own: usize) -> bool {
-    let random = super::hypothesis::is_random(&problem.effects[entry.effect as usize].effect);
+fn has_variance(problem: &Problem, entry: &ThetaEntry, own: usize) -> bool {
+    let random = is_random(&problem.effects[entry.effect as usize].effect);
     random && entry.effect as usize >= own && entry.prior_sigma.is_some()
 }

@@ -1,6 +1,5 @@
 //! A whole diagnosis: a base without outliers and with believable weights, the loop, what is left, the verdict.
 
-use super::camera_priors::with_priors;
 use super::check_points;
 use super::conclusion::diagnosis;
 use super::fit::{DiagnoseError, Fit, fit};
@@ -9,6 +8,7 @@ use super::knowledge::with_known;
 use super::left;
 use super::linearised::linearise;
 use super::outliers::{Outliers, Snooping, Strictness};
+use super::priors::with_priors;
 use super::search::SAME;
 use super::settings::Settings;
 use super::settle::{judge, settle};

@@ -14,18 +14,9 @@ mod price;
 use super::linearised::Linearised;
 use super::select::{Nature, Searched, Situation};
 use super::settings::Settings;
-use crate::effects::{Kind, Parameter, Role};
-use crate::model::EffectRef;
 use crate::score::System;
 use crate::score::separability::seen_by;
 use rayon::prelude::*;
-
-/// Are the values of an effect random, with a variance that is estimated? Those of random effects are, and the coefficients of a field.
-pub fn is_random(effect: &EffectRef) -> bool {
-    let descriptor = effect.descriptor();
-    let random = |parameter: &Parameter| matches!(parameter.role, Role::Random(_));
-    descriptor.kind == Kind::Empirical || descriptor.parameters.iter().any(random)
-}
 
 /// One hypothesis; variants of an effect are several that share an id.
 #[derive(Debug, Clone)]

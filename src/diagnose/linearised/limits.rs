@@ -1,6 +1,6 @@
 //! What is plausible of a column, and how little of it counts as known.
 
-use super::super::camera_priors::SHARES;
+use super::super::priors::SHARES;
 use crate::effects::Role;
 use crate::problem::Problem;
 

@@ -11,7 +11,7 @@ use super::added::Added;
 use super::candidate::Candidate;
 use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
-use super::models::WEAK_PRIOR;
+use super::priors::WEAK_PRIOR;
 use super::scan;
 use super::select::{Known, Nature, Searched, Set, Situation, Taken};
 use super::settings::Settings;

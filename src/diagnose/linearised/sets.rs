@@ -1,8 +1,7 @@
 //! Columns of a null model, laid out by the sets that they belong to: what is in, then what is asked.
 
 use super::super::added::Added;
-use super::super::candidate::{Addition, Candidate};
-use super::super::hypothesis::is_random;
+use super::super::candidate::{Addition, Candidate, is_random};
 use super::super::select::{Nature, Searched, Set, Taken};
 use crate::effects::{Kind, Role};
 use crate::model::{EffectTerm, Model};

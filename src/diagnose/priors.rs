@@ -1,4 +1,4 @@
-//! Priors on the cameras of a diagnosis: what lenses and sensors have. A block that determines its camera does not feel them. Where nothing determines a parameter,
+//! Priors of a diagnosis. On cameras: what lenses and sensors have. A block that determines its camera does not feel them. Where nothing determines a parameter,
 //! a distortion that the model lacks would drive it far away, and the linearisation there would say nothing.
 //!
 //! A plain adjustment stays least squares without them; the model that a diagnosis hands on states each one.
@@ -17,6 +17,10 @@ use crate::problem::{ProblemError, start_interiors};
 /// - `p1, p2`: a tenth of that (Brown 1971).
 /// - `b1, b2`: pixels are square to a part in a thousand.
 pub const SHARES: Interior = [0.05, 0.02, 0.02, 0.01, 0.01, 0.1, 0.1, 0.1, 0.01, 0.01, 1e-3, 1e-3];
+
+/// Standard deviation, in typical sizes, of the prior of an effect of several coefficients: no effect of this size is met, and what the
+/// measurements determine to a typical size moves by a thousandth.
+pub const WEAK_PRIOR: f64 = 30.0;
 
 /// `model` with a prior on every free camera parameter that has none of its own, at its start value.
 ///
@@ -46,7 +50,7 @@ mod tests {
 
     #[test]
     fn free_parameters_have_a_prior_and_held_or_stated_ones_none() {
-        let scenario = Scenario::preset("dike", &[("points".to_string(), 60.0)].into()).expect("a preset");
+        let scenario = Scenario::preset("dike", &[("points".to_string(), 100.0)].into()).expect("a preset");
         let block = simulate(&scenario, 1).expect("a block").block;
         let camera = &block.cameras[0];
         let own = Prior { camera: camera.id.clone(), parameter: "f".into(), value: 5000.0, sigma: 1.0 };
