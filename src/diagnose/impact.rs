@@ -100,7 +100,7 @@ impl<'a> Probe<'a> {
         for _ in 0..STEPS {
             let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
             let rows = &self.problem.observations[self.problem.point_start[j]..self.problem.point_start[j + 1]];
-            let sighted = rows.iter().map(|o| Sighted { image: o.image as usize, observed: [o.x, o.y], point: object });
+            let sighted = rows.iter().map(|o| Sighted { image: o.image as usize, point: object });
             for (row, predicted) in rows.iter().zip(predictor.image_points(sighted)) {
                 let (computed, by_point) = predicted?;
                 let v = nalgebra::Vector2::new(row.x - computed[0], row.y - computed[1]);

@@ -25,7 +25,7 @@ fn intersected(problem: &Problem, state: &State) -> Result<Vec<Vector3<f64>>, Me
     let step = |j: usize, point: &Vector3<f64>| -> Option<Vector3<f64>> {
         let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
         for row in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
-            let (computed, by_point) = predictor.image_point(row.image as usize, [row.x, row.y], point)?;
+            let (computed, by_point) = predictor.image_point(row.image as usize, point)?;
             let weight = row.inverse_sigma.powi(2);
             normal += weight * by_point.transpose() * by_point;
             right += weight * by_point.transpose() * Vector2::new(row.x - computed[0], row.y - computed[1]);

@@ -36,6 +36,7 @@ pub mod ffi {
         theta_prior_mean: &'a [f64],
         theta_prior_sigma: &'a [f64],
         effects: &'a [EffectHandle],
+        effect_reads_place: &'a [u8],
         slot_start: &'a [u32],
         slot_scope: &'a [u32],
         slot_base: &'a [u32],

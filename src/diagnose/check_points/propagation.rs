@@ -15,7 +15,6 @@ use super::alignment::{OfPoint, linear};
 use super::patterns::COEFFICIENTS;
 use crate::evaluate::{Comparison, Intersection};
 use crate::measure::{self, Frame, MeasureError, Prediction, Stages};
-use crate::problem::{ImageObservation, MeasurementKind};
 use nalgebra::{DMatrix, Matrix2x3, Matrix3, SMatrix, Vector3};
 
 /// Products of functions.
@@ -154,14 +153,12 @@ impl Chain<'_> {
             let sigma = mark.sigma.unwrap_or(block.sigma.mark_px);
             let flight = &block.flights[block.images[image].flight.index()];
             let of_flight = model.flight_factors.get(flight).map_or(1.0, |factors| factors.image);
-            let (kind, inverse_sigma) = (MeasurementKind::Mark, sigma.recip());
-            let observation = ImageObservation { image: mark.image.0, kind, x: mark.x, y: mark.y, inverse_sigma };
             if self.predictions.len() == rows.len() {
                 self.predictions.push(Prediction::default());
             }
             let prediction = &mut self.predictions[rows.len()];
             let frame = &self.frames[image];
-            measure::predict(problem, &self.stages, frame, &observation, &point.position, prediction)?;
+            measure::predict(problem, &self.stages, frame, image, &point.position, prediction)?;
             rows.push(MarkRow {
                 by_point: Matrix2x3::from_fn(|i, k| prediction.d_point[i][k]),
                 image,
