@@ -34,9 +34,9 @@ void Say(const char* text) {
   _exit(kFailure);
 }
 
-// An allocation that fails sets errno, a thread that gets no stack too, and what ends the program for it does nothing that would set it anew.
+// An allocation that fails sets errno, also that of a thread's stack, and what ends the program for it does nothing that would set it anew.
 void EndByMemory() {
-  if (errno != ENOMEM && errno != EAGAIN) return;
+  if (errno != ENOMEM) return;
   Say("error: there is too little memory for this; allow the program more, or use fewer threads (--threads) or a smaller block\n");
   _exit(kFailure);
 }

@@ -268,6 +268,18 @@ pub enum AdjustError {
         /// Largest difference.
         relative: f64,
     },
+    /// Threads that the system does not give.
+    #[error(
+        "{solver}: {threads} threads cannot be started ({reason}); there is too little memory for them: allow more, or --threads with fewer"
+    )]
+    NoThreads {
+        /// Which solver.
+        solver: &'static str,
+        /// How many were asked for.
+        threads: usize,
+        /// The system's reason.
+        reason: String,
+    },
     /// The C++ side reported an error.
     #[error("ceres: {0}")]
     Bridge(String),

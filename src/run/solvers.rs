@@ -33,7 +33,10 @@ pub fn solve(
     for solver in solvers {
         let outcome = attempt(problem, *solver, options, progress);
         if let Err(
-            error @ (AdjustError::Cancelled { .. } | AdjustError::BadStart { .. } | AdjustError::Unsupported { .. }),
+            error @ (AdjustError::Cancelled { .. }
+            | AdjustError::BadStart { .. }
+            | AdjustError::Unsupported { .. }
+            | AdjustError::NoThreads { .. }),
         ) = outcome
         {
             return Err(error);

@@ -30,6 +30,10 @@ pub struct Ceres;
 fn bridge_error(exception: cxx::Exception) -> AdjustError {
     match exception.what() {
         "std::bad_alloc" => AdjustError::Bridge("there is too little memory for this".into()),
+        // Of std::thread.
+        "Resource temporarily unavailable" => {
+            AdjustError::Bridge("its threads cannot be started: there is too little memory for them".into())
+        }
         what => AdjustError::Bridge(what.to_owned()),
     }
 }

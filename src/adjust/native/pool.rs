@@ -21,7 +21,10 @@ impl Pool {
         if in_pool_of(threads) {
             return Ok(Self { threads, own: None });
         }
-        let failed = |error| AdjustError::Unsupported { solver: NAME, option: format!("{threads} threads: {error}") };
+        let failed = |error: ThreadPoolBuildError| {
+            let reason = error.to_string();
+            AdjustError::NoThreads { solver: NAME, threads, reason }
+        };
         let own = pool_of(threads).map_err(failed)?;
         Ok(Self { threads, own: Some(own) })
     }
