@@ -1,6 +1,6 @@
 //! A linearisation with its hypotheses: what competes, what is in the model, and what the objective asks for next.
 
-use super::hypothesis::{self, Hypothesis};
+use super::hypothesis::{self, Hypothesis, Prices};
 use super::linearised::Linearised;
 use super::objective::{Members, Objective};
 use super::search::{SAME, search};
@@ -19,8 +19,8 @@ pub struct Competition {
 
 impl Competition {
     /// The hypotheses of a linearisation.
-    pub fn new(linearised: &Linearised, settings: &Settings<'_>) -> Self {
-        let hypotheses = hypothesis::all(linearised, settings);
+    pub fn new(linearised: &Linearised, known: &Prices, settings: &Settings<'_>) -> Self {
+        let hypotheses = hypothesis::all(linearised, known, settings);
         let mut current = Members::default();
         for taken in &linearised.taken {
             let Some(h) = hypotheses.iter().position(|hypothesis| hypothesis.set == taken.set) else { continue };
@@ -31,6 +31,14 @@ impl Competition {
         }
         let ln_level = linearised.ln_level(settings.significance);
         Self { hypotheses, prior: linearised.prior_of_columns(), current, ln_level }
+    }
+
+    /// Adds the prices here to those that are known.
+    pub(super) fn note_prices(&self, known: &mut Prices) {
+        for hypothesis in &self.hypotheses {
+            let lowest = known.entry(hypothesis.id.clone()).or_insert(hypothesis.price);
+            *lowest = lowest.min(hypothesis.price);
+        }
     }
 
     /// Their objective.
@@ -72,8 +80,8 @@ pub enum Next {
 }
 
 /// The first move towards the set that the search prefers to the model as it stands; `None`: it prefers none.
-pub fn next(linearised: &Linearised, settings: &Settings<'_>) -> Option<Next> {
-    let competition = Competition::new(linearised, settings);
+pub fn next(linearised: &Linearised, known: &Prices, settings: &Settings<'_>) -> Option<Next> {
+    let competition = Competition::new(linearised, known, settings);
     let objective = competition.objective(linearised);
     let current = &competition.current;
     let best = search(&objective, current).into_iter().next()?;
@@ -86,8 +94,8 @@ pub fn next(linearised: &Linearised, settings: &Settings<'_>) -> Option<Next> {
 
 /// Alternatives of each member, by id: hypotheses in whose place it is no better than chance would make it. What is left with such an alternative is as little
 /// as with the member itself.
-pub fn alternatives(linearised: &Linearised, settings: &Settings<'_>) -> BTreeMap<String, Vec<String>> {
-    let competition = Competition::new(linearised, settings);
+pub fn alternatives(linearised: &Linearised, known: &Prices, settings: &Settings<'_>) -> BTreeMap<String, Vec<String>> {
+    let competition = Competition::new(linearised, known, settings);
     let objective = competition.objective(linearised);
     let (current, hypotheses) = (&competition.current, &competition.hypotheses);
     let margin = objective.value(current) + chi_square_quantile(1.0 - competition.ln_level.exp(), 1.0);

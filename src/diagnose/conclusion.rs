@@ -44,7 +44,7 @@ pub fn diagnosis(
         description: test.description.clone(),
     });
     let mut candidates = entries::candidates(block, improvement, first, settings);
-    let found = entries::found(block, last, settings);
+    let found = entries::found(block, last, improvement, settings);
     for found in &found {
         if let Some(candidate) = candidates.iter_mut().find(|candidate| candidate.effect == found.effect) {
             candidate.inseparable_from.clone_from(&found.inseparable_from);

@@ -27,8 +27,13 @@ fn size_px(problem: &Problem, drop: f64) -> f64 {
 }
 
 /// The effects that the diagnosis took in, at the final model.
-pub(super) fn found(block: &Block, last: &Linearised, settings: &Settings<'_>) -> Vec<FoundEntry> {
-    let alternatives = alternatives(last, settings);
+pub(super) fn found(
+    block: &Block,
+    last: &Linearised,
+    improvement: &Improvement,
+    settings: &Settings<'_>,
+) -> Vec<FoundEntry> {
+    let alternatives = alternatives(last, &improvement.prices, settings);
     let situation = last.situation(settings);
     let impacts = impact::of_taken(block, last, &situation);
     let entry = |(id, impact): (String, Option<impact::Impact>)| {

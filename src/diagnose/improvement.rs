@@ -4,6 +4,7 @@ use super::added::Added;
 use super::competition::{Competition, Expected};
 use super::fit::{DiagnoseError, Fit, fit};
 use super::heldout::held_out_px;
+use super::hypothesis::Prices;
 use super::ledger::{Change, Confirmation, Step};
 use super::linearised::Linearised;
 use super::models::at_solution;
@@ -44,6 +45,8 @@ pub struct Improvement {
     pub parts: Added,
     /// The objective, zero at the base.
     pub objective: f64,
+    /// Lowest prices so far.
+    pub prices: Prices,
 }
 
 impl Improvement {
@@ -74,6 +77,7 @@ impl Improvement {
             added,
             parts,
             objective: 0.0,
+            prices: Prices::new(),
         };
         improvement.note(block, Change::Base, "")?;
         Ok(improvement)
@@ -89,7 +93,8 @@ impl Improvement {
         linearised: &Linearised,
         settings: &Settings<'_>,
     ) -> Result<bool, DiagnoseError> {
-        let competition = Competition::new(linearised, settings);
+        let competition = Competition::new(linearised, &self.prices, settings);
+        competition.note_prices(&mut self.prices);
         let objective = competition.objective(linearised);
         let current = &competition.current;
         let ranked = search(&objective, current);
@@ -207,7 +212,7 @@ impl Improvement {
         id: &str,
         settings: &Settings<'_>,
     ) -> Result<Result<(), String>, DiagnoseError> {
-        let competition = Competition::new(linearised, settings);
+        let competition = Competition::new(linearised, &self.prices, settings);
         let objective = competition.objective(linearised);
         let current = &competition.current;
         if current.all().any(|h| competition.hypotheses[h].id == id) {
@@ -240,7 +245,7 @@ impl Improvement {
         id: &str,
         settings: &Settings<'_>,
     ) -> Result<(), DiagnoseError> {
-        let competition = Competition::new(linearised, settings);
+        let competition = Competition::new(linearised, &self.prices, settings);
         let objective = competition.objective(linearised);
         let of_id = competition.current.all().find(|h| competition.hypotheses[*h].id == id);
         let members = of_id.map_or(competition.current.clone(), |h| competition.current.without(h));

@@ -39,7 +39,7 @@ pub fn look(
     let left = left::analyse(block, improvement, &linearised, settings)?;
     let mut found =
         diagnosis(block, improvement, &linearised, &linearised, &left, &left.structure, outliers, settings)?;
-    let next = next(&linearised, settings);
+    let next = next(&linearised, &improvement.prices, settings);
     match &next {
         Some(Next::Add(id)) => {
             found.verdict = Verdict::Missing;

@@ -58,7 +58,7 @@ fn predicted_and_refitted(block: &Block, base: &Fit, candidate: &Candidate) -> O
     let tested = vec![(candidate.clone(), Searched::None)];
     let linearised = with_candidates(block, base, added, Questions { tested, ..Questions::nothing() }, &settings)
         .expect("a null model");
-    let competition = Competition::new(&linearised, &settings);
+    let competition = Competition::new(&linearised, &Default::default(), &settings);
     let objective = &competition.objective(&linearised);
     if objective.hypotheses.is_empty() {
         return None;

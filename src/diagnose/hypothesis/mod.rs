@@ -17,6 +17,7 @@ use super::settings::Settings;
 use crate::score::System;
 use crate::score::separability::seen_by;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// One hypothesis; variants of an effect are several that share an id.
 #[derive(Debug, Clone)]
@@ -39,8 +40,12 @@ pub struct Hypothesis {
     pub design_effect: f64,
 }
 
-/// All hypotheses of a linearisation: those in the model, then its candidates.
-pub fn all(linearised: &Linearised, settings: &Settings<'_>) -> Vec<Hypothesis> {
+/// Lowest price of each effect so far, by id. A hypothesis costs as much to take in as its removal saves, although its variants are candidates where it is out and its range a
+/// parameter where it is in; and noise looks less correlated as the model gets better. Prices that only fall make a descent end.
+pub type Prices = BTreeMap<String, f64>;
+
+/// All hypotheses of a linearisation: those in the model, then its candidates. `known`: prices at linearisations before.
+pub fn all(linearised: &Linearised, known: &Prices, settings: &Settings<'_>) -> Vec<Hypothesis> {
     let situation = linearised.situation(settings);
     let base = Situation { taken: Vec::new(), ..situation.clone() };
     let factors = design_effects(&situation);
@@ -66,6 +71,7 @@ pub fn all(linearised: &Linearised, settings: &Settings<'_>) -> Vec<Hypothesis> 
             }
         };
         let (id, physical) = (own.id.clone(), own.physical);
+        let price = known.get(&id).map_or(price, |known| known.min(price));
         let key = if physical { id.clone() } else { format!("field:{:?}", linearised.stage(set)) };
         let hypothesis = Hypothesis { id, key, set, columns, random, physical, price, design_effect: factors[set] };
         (!hypothesis.columns.is_empty()).then_some(hypothesis)

@@ -6,7 +6,7 @@ use crate::adjust::ceres::Ceres;
 use crate::adjust::native::Native;
 use crate::block::Role;
 use crate::diagnose::imprecise;
-use crate::diagnose::run::base;
+use crate::diagnose::run::{base, diagnose};
 use crate::inject;
 use crate::model::{Datum, FlightFactors};
 use crate::run::adjust_from;
@@ -56,15 +56,26 @@ fn vertical(focal_px: f64, times_height: f64) -> Block {
 
 #[test]
 fn focal_lengths_that_vary_do_not_pass_for_imprecise_heights_nor_these_for_focal_lengths() {
-    let factors = |focal_px, times| based(&vertical(focal_px, times), false).model.sigma_factors;
-    let hunting = factors(5.0, 1.0);
-    assert_eq!((hunting.gnss, hunting.gnss_z), (1.0, 1.0), "{hunting:?}");
+    let settings = Settings {
+        plugins: &[],
+        options: Options { threads: 1, ..Options::default() },
+        significance: 0.001,
+        snoop: false,
+        tell: &|_| {},
+    };
+    let model = Model { datum: Datum::All, ..Model::default() };
+    let hunting = vertical(5.0, 1.0);
     // Nor where images are half as precise as stated.
-    let mut optimistic = vertical(5.0, 1.0);
+    let mut optimistic = hunting.clone();
     optimistic.sigma.tie_px = 0.5 * NOISE;
     optimistic.sigma.mark_px = 0.5 * NOISE;
-    let hunting = based(&optimistic, false).model.sigma_factors;
-    assert_eq!((hunting.gnss, hunting.gnss_z), (1.0, 1.0), "{hunting:?}");
+    for block in [hunting, optimistic] {
+        let diagnosed = diagnose(&block, &model, &settings).expect("a diagnosis");
+        assert_eq!(diagnosed.diagnosis.recommended, ["focal-image"]);
+        let factors = diagnosed.improvement.fit.model.sigma_factors;
+        assert_eq!((factors.gnss, factors.gnss_z), (1.0, 1.0), "{factors:?}");
+    }
+    let factors = |focal_px, times| based(&vertical(focal_px, times), false).model.sigma_factors;
     let imprecise = factors(0.0, 2.0);
     // The variance of some ninety heights is known to a sixth.
     assert!((imprecise.gnss_z / 2.0 - 1.0).abs() < 0.3, "{imprecise:?}");
