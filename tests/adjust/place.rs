@@ -77,8 +77,8 @@ impl Effect for Placed {
 /// A block with noise and without, under a rolling shutter of a camera that turns (ten times slower than any, so that the row follows visibly), under one
 /// that stands still, and under effects of every stage that has a place.
 fn problems() -> Vec<Problem> {
-    let (name, _, noise) = PRESETS[0];
-    let mut block = noisy(name, &[("points", 600.0), ("check", 2.0)], noise).block;
+    let (name, overrides, noise) = PRESETS[0];
+    let mut block = noisy(name, overrides, noise).block;
     let model = |effects: Vec<EffectTerm>| Model { datum: Datum::All, effects, ..Model::default() };
     let shutter = || EffectTerm { values: [("t".to_string(), 0.5)].into(), ..effect("rolling-shutter") };
     let image = EffectTerm { values: [("q1".to_string(), 2e-12)].into(), ..effect("decentring-high") };

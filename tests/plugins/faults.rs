@@ -99,7 +99,7 @@ fn what_is_no_library_is_refused() {
     let cut = folder.path().join("cut.so");
     for (path, expected) in [
         (folder.path().join("missing.so"), "cannot be read: No such file or directory"),
-        (folder.path().to_path_buf(), "cannot be read: Is a directory"),
+        (folder.path().to_path_buf(), "cannot be read: this is no regular file"),
         (text, "cannot be loaded: "),
     ] {
         let message = error(&path);
