@@ -5,8 +5,8 @@ use std::fs;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
-/// Kills of each command here; a thousand of `improve` were tried by hand.
-const KILLS: u32 = 25;
+/// Kills of each command here.
+const KILLS: u32 = 18;
 
 fn start(place: &Place, words: &[&str]) -> Child {
     place.command(words).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the program runs")

@@ -78,10 +78,10 @@ impl Place {
         self.command(arguments).output().expect("the program runs").into()
     }
 
-    /// Runs it behind `before`, words of a shell such as `ulimit -v 100000;`.
+    /// Runs it behind `before`, words of a shell such as `ulimit -v 100000;`. What waits for ever ends with code 124.
     pub fn run_under<S: AsRef<OsStr>>(&self, before: &str, arguments: impl IntoIterator<Item = S>) -> Ended {
         let mut command = Command::new("bash");
-        command.args(["-c", &format!("{before} exec \"$@\""), "bash", env!("CARGO_BIN_EXE_misclosure")]);
+        command.args(["-c", &format!("{before} exec timeout 300 \"$@\""), "bash", env!("CARGO_BIN_EXE_misclosure")]);
         command.args(arguments).current_dir(self.path()).stdin(Stdio::null()).env("RUST_BACKTRACE", "0");
         command.output().expect("a shell").into()
     }
