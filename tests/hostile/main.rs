@@ -3,7 +3,6 @@
 
 mod kills;
 mod matrix;
-mod memory;
 mod outputs;
 mod paths;
 mod place;

@@ -4,7 +4,6 @@ use super::place::{Place, is_whole};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Commands that write a folder, with arguments that fit [`Place`].
 pub const WRITERS: [&str; 10] = [
@@ -97,33 +96,6 @@ fn what_is_of_no_run_is_not_written_over() {
         assert_eq!(fs::read_to_string(place.at("mine/notes.txt")).unwrap(), "my own");
         is_whole(&place.at("mine")).unwrap();
     }
-}
-
-#[test]
-fn whoever_looks_finds_a_whole_run_at_every_moment() {
-    let place = Place::new();
-    let ends = AtomicBool::new(false);
-    std::thread::scope(|scope| {
-        let looks = scope.spawn(|| {
-            let mut looks = 0;
-            while !ends.load(Ordering::Relaxed) {
-                // Between two looks the run may change: what is opened through one handle is of one run.
-                let handle = fs::File::open(place.at("run")).expect("a run");
-                let through = format!("/proc/self/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&handle));
-                let found = is_whole(Path::new(&through));
-                // The older one is removed once nothing has its name any more.
-                let replaced = fs::canonicalize(&through).is_ok_and(|path| !path.ends_with("run"));
-                assert!(found.is_ok() || replaced || !Path::new(&through).exists(), "{found:?}");
-                looks += 1;
-            }
-            looks
-        });
-        for _ in 0..5 {
-            place.run(["adjust", "block", "-o", "run"]).expect(0, "");
-        }
-        ends.store(true, Ordering::Relaxed);
-        assert!(looks.join().expect("no look failed") > 10);
-    });
 }
 
 #[test]
