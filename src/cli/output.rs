@@ -17,7 +17,7 @@ use std::path::{Component, Path, PathBuf};
 
 /// A report with its pictures and tables of few rows, bytes.
 const PAGE_BYTES: u64 = 8 << 20;
-/// Tables and pictures of a run take so many times the bytes of the block's tables at most: 2.1 times on blocks of 0.1 to 2 million measurements.
+/// Tables and pictures of a run take so many times the bytes of the block's tables at most: a guess, not measured. Too large a guess refuses a disk with room.
 const RUN_PER_BLOCK: u64 = 3;
 
 /// A folder for results that was found to be a place for them.
