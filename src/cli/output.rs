@@ -17,7 +17,8 @@ use std::path::{Component, Path, PathBuf};
 
 /// A report with its pictures and tables of few rows, bytes.
 const PAGE_BYTES: u64 = 8 << 20;
-/// Tables and pictures of a run take so many times the bytes of the block's tables at most: a guess, not measured. Too large a guess refuses a disk with room.
+/// Bytes of a run per byte of the block's tables, at most: a guess, not measured.
+/// A guess that is too large refuses a disk that has room.
 const RUN_PER_BLOCK: u64 = 3;
 
 /// A folder for results that was found to be a place for them.
