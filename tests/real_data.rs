@@ -191,7 +191,10 @@ fn an_aerial_camera_has_a_lens_and_a_pattern_on_its_sensor_and_no_cause_beside()
     let ledger = &diagnosis.ledger;
     println!("{:?} {:?} {:?}", diagnosis.verdict, diagnosis.recommended, diagnosis.known);
     assert_eq!(diagnosis.verdict, Verdict::Unexplained, "the pattern has no name: {:?}", diagnosis.left);
-    assert_eq!(diagnosis.recommended, ["free:radial"]);
+    // Radial terms and the focal length that goes with them at one height: the lens, and nothing beside.
+    let of_camera = |id: &String| id.starts_with("free:");
+    assert!(diagnosis.recommended.iter().all(of_camera), "{:?}", diagnosis.recommended);
+    assert!(diagnosis.recommended.contains(&"free:radial".to_string()), "{:?}", diagnosis.recommended);
     assert!(!diagnosis.left_shapes.is_empty(), "the pattern of the sensor is a field");
     assert!(ledger.windows(2).all(|pair| pair[1].objective < pair[0].objective));
     assert!(ledger[ledger.len() - 1].heldout_rms_px < ledger[0].heldout_rms_px);

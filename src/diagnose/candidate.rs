@@ -9,7 +9,12 @@ use std::collections::BTreeMap;
 
 /// Effects that go on a series of the camera, with the group of its lower terms: a term of a series is tested beside the terms below it, never in their place
 /// (principle of marginality, Nelder 1977).
-const SERIES: [(&str, &str); 2] = [("radial-high", "radial"), ("decentring-high", "decentring")];
+const SERIES: [(&str, &str); 2] = [("radial-high", "free:radial"), ("decentring-high", "free:decentring")];
+
+/// Group of the lower terms of an effect's series.
+pub fn lower_terms(id: &str) -> Option<&'static str> {
+    SERIES.iter().find(|(higher, _)| *higher == id).map(|(_, group)| *group)
+}
 
 /// Are the values of an effect random, with a variance that is estimated? Those of random effects are, and the coefficients of a field.
 pub fn is_random(effect: &EffectRef) -> bool {
@@ -53,8 +58,8 @@ impl Candidate {
         if model.effects.iter().any(|term| term.effect.descriptor().id == descriptor.id) {
             needs.push("nothing: it is in the model".into());
         }
-        if let Some((_, group)) = SERIES.iter().find(|(higher, _)| *higher == id)
-            && camera::GROUPS.iter().any(|(name, own)| name == group && own.iter().any(|k| !model.free[*k]))
+        if let Some(group) = lower_terms(&id).and_then(|group| group.strip_prefix("free:"))
+            && camera::GROUPS.iter().any(|(name, own)| *name == group && own.iter().any(|k| !model.free[*k]))
         {
             needs.push(format!("the lower terms of its series in the model (--free {group})"));
         }

@@ -46,6 +46,34 @@ impl Competition {
         Objective::new(&linearised.system, &self.prior, &self.hypotheses, self.ln_level)
     }
 
+    /// Sets with each law of the lens in the place of those that join with some members, and with each alone. A distortion that the model lacks drives the camera far away from
+    /// where it belongs, and there the first order does not say which of them it is: refits do. None where no law of the lens joins.
+    pub(super) fn with_other_lens_laws(&self, members: &Members) -> Vec<Members> {
+        let current = &self.current;
+        let joins: Vec<usize> =
+            members.laws.iter().copied().filter(|h| self.hypotheses[*h].lens && !current.has(*h)).collect();
+        if joins.is_empty() {
+            return Vec::new();
+        }
+        let less = joins.iter().fold(members.clone(), |less, h| less.without(*h));
+        let lens_laws = || (0..self.hypotheses.len()).filter(|h| self.hypotheses[*h].lens);
+        let has_key = |set: &Members, h: usize| set.all().any(|own| self.hypotheses[own].key == self.hypotheses[h].key);
+        let mut sets: Vec<Members> = Vec::new();
+        for start in [&less, current] {
+            let open = lens_laws().filter(|h| !has_key(start, *h)).map(|h| start.with_law(h));
+            sets.extend(open.filter(|set| !set.same(members)));
+        }
+        if less.same(current) {
+            sets.truncate(sets.len() / 2);
+        }
+        sets
+    }
+
+    /// The model as it stands without each of its members.
+    pub(super) fn with_one_less(&self) -> Vec<Members> {
+        self.current.all().map(|h| self.current.without(h)).collect()
+    }
+
     /// Ids of members that are not among others.
     pub(super) fn ids_beyond(&self, members: &Members, others: &Members) -> Vec<String> {
         let id = |h: usize| self.hypotheses[h].id.clone();

@@ -10,7 +10,6 @@ use super::linearised::Linearised;
 use super::models::at_solution;
 use super::objective::{Members, Objective};
 use super::refit::{Refits, Refitted, settle};
-use super::search::{Ranked, SAME, search};
 use super::settings::Settings;
 use super::weights;
 use crate::adjust::native::Native;
@@ -20,11 +19,6 @@ use crate::block::Block;
 use crate::math::statistics::chi_square_ln_sf;
 use crate::run::distortion_centre;
 use std::ops::ControlFlow;
-
-/// Sets of the search that are refitted: to first order the best of them is not always the first.
-const REFITS: usize = 3;
-/// Share of the largest gain within which another set is refitted, too: what the first order commonly misses.
-const NEAR: f64 = 0.1;
 
 /// A model on its way.
 #[derive(Clone)]
@@ -83,100 +77,8 @@ impl Improvement {
         Ok(improvement)
     }
 
-    /// Goes on with the refit of the lowest objective among the sets that the search prefers. Did one lower it?
-    ///
-    /// # Errors
-    /// A wish to stop.
-    pub fn descend(
-        &mut self,
-        block: &Block,
-        linearised: &Linearised,
-        settings: &Settings<'_>,
-    ) -> Result<bool, DiagnoseError> {
-        let competition = Competition::new(linearised, &self.prices, settings);
-        competition.note_prices(&mut self.prices);
-        let objective = competition.objective(linearised);
-        let current = &competition.current;
-        let ranked = search(&objective, current);
-        let first_order = objective.value(current);
-        let gain = |own: &Ranked| first_order - own.value;
-        let most = ranked.first().map_or(0.0, gain);
-        let near = |own: &Ranked| gain(own) > SAME && gain(own) > (1.0 - NEAR) * most;
-        let preferred: Vec<Ranked> = ranked.into_iter().filter(near).take(REFITS).collect();
-        let (fit, added) = (&self.fit.clone(), &self.parts.clone());
-        let refits = Refits { block, fit, added, linearised, objective: &objective, current, settings };
-        let now = refits.value_of_current();
-        let mut best: Option<(Refitted, Ranked)> = None;
-        for own in preferred {
-            let name = self.words(&competition, &own.members);
-            (settings.tell)(&format!("adjusting: {name}"));
-            match refits.refit(&own.members) {
-                Ok(refitted) => {
-                    let kept = refitted.value < now - SAME;
-                    let reason = match (&refitted.carrier, kept) {
-                        (_, true) => String::new(),
-                        (Some(point), false) => {
-                            format!("it rests on point {point} alone, where a blunder explains as much")
-                        }
-                        (None, false) => "its refit does not lower the objective".to_string(),
-                    };
-                    self.confirm(&competition, &own, &refits, &refitted, reason, settings)?;
-                    if kept && best.as_ref().is_none_or(|(other, _)| refitted.value < other.value) {
-                        best = Some((refitted, own));
-                    }
-                }
-                Err(error) if settings.options.stop.is_raised() => return Err(error),
-                Err(error) => (settings.tell)(&format!("{name}: the refit failed: {error}")),
-            }
-        }
-        let Some((refitted, own)) = best else { return Ok(false) };
-        let added = competition.ids_beyond(&own.members, current);
-        let removed = competition.ids_beyond(current, &own.members);
-        let expected = Expected::of(&objective, current, &own.members);
-        let gain = refitted.value - now;
-        self.accept(block, refitted, Change::Exchanged { added, removed }, expected, gain, settings)?;
-        Ok(true)
-    }
-
-    /// What a set changes, in words.
-    fn words(&self, competition: &Competition, members: &Members) -> String {
-        let joins = competition.ids_beyond(members, &competition.current);
-        let leaves = competition.ids_beyond(&competition.current, members);
-        let words = |ids: Vec<String>, word: &str| {
-            let list = ids.join(" and ");
-            (!ids.is_empty()).then(|| format!("{word} {list}"))
-        };
-        let all = [words(joins, "with"), words(leaves, "without")];
-        let all: Vec<String> = all.into_iter().flatten().collect();
-        if all.is_empty() { "the same effects with other parameters".into() } else { all.join(", ") }
-    }
-
-    /// Notes what became of a refit.
-    fn confirm(
-        &mut self,
-        competition: &Competition,
-        own: &Ranked,
-        refits: &Refits<'_>,
-        refitted: &Refitted,
-        reason: String,
-        settings: &Settings<'_>,
-    ) -> Result<(), DiagnoseError> {
-        let drop = self.fit.chi_square() - refitted.fit.chi_square();
-        let predicted = refits.objective.chi_square(&competition.current) - refits.objective.chi_square(&own.members);
-        // The held-out error of a refit that is not kept is of no use.
-        let after_px = match reason.is_empty() {
-            true => held_out_px(&refitted.fit, settings.options.threads)?,
-            false => f64::NAN,
-        };
-        for id in competition.ids_beyond(&own.members, &competition.current) {
-            let (before_px, kept, reason) = (self.heldout_px, reason.is_empty(), reason.clone());
-            self.confirmations.push(Confirmation { id, predicted, drop, before_px, after_px, kept, reason });
-        }
-        Ok(())
-    }
-
     /// Goes on with a refit; `gain`: what the objective changes by.
-    fn accept(
+    pub(super) fn accept(
         &mut self,
         block: &Block,
         refitted: Refitted,

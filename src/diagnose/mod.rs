@@ -3,19 +3,19 @@
 //! - [`linearised`]: a fit as `(s, M)`, every candidate a set of columns; [`select`]: tests conditional on the model.
 //! - [`hypothesis`]: everything that may be true, with prior and price; [`objective`]: what a set of hypotheses leaves, and what it costs.
 //! - [`search`]: a beam over sets to first order; [`competition`]: a linearisation with its hypotheses;
-//!   [`refit`]: the objective of a fitted set, which counts; [`improvement`]: the descent and its ledger.
+//!   [`refit`]: the objective of a fitted set, which counts; `descent`: a step of it; [`improvement`]: the model on its way and its ledger.
 //! - [`settle`] fits without outliers; [`run`] is a whole diagnosis; [`look`]: one model as it stands, without the descent.
 //! - [`structure`]: structure of the residuals, whatever its cause; [`outliers`]: data snooping.
 //! - [`check_points`]: height errors of check points against what the block's own errors allow.
 //! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
 
 pub mod added;
-
 pub mod candidate;
 mod catalogue;
 pub mod check_points;
 pub mod competition;
 mod conclusion;
+mod descent;
 mod domain;
 mod entries;
 pub mod fit;

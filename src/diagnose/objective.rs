@@ -132,6 +132,13 @@ impl<'a> Objective<'a> {
         members.all().map(|h| self.hypotheses[h].price).sum()
     }
 
+    /// Are the lower terms in of every term of a series that is in? (Principle of marginality, Nelder 1977.) Terms that the base has are no hypotheses.
+    pub fn allows(&self, members: &Members) -> bool {
+        let is_in = |id: &str| members.all().any(|own| self.hypotheses[own].id == id);
+        let lower = members.all().filter_map(|own| self.hypotheses[own].above);
+        lower.into_iter().all(|lower| is_in(lower) || !self.hypotheses.iter().any(|other| other.id == lower))
+    }
+
     /// `J` of some hypotheses to first order.
     pub fn value(&self, members: &Members) -> f64 {
         self.value_within(&self.conditional(&members.random), &members.laws)

@@ -8,7 +8,7 @@ use crate::diagnose::fit::fit;
 use crate::diagnose::improvement::Improvement;
 use crate::diagnose::models::at_solution;
 use crate::diagnose::outliers::{Snooping, Strictness};
-use crate::diagnose::run::base;
+use crate::diagnose::run::{Base, base};
 use crate::diagnose::settings::Settings;
 use crate::diagnose::settle::settle;
 use crate::model::{EffectTerm, Model};
@@ -31,9 +31,9 @@ impl Step<'_> {
         let source = lab.source(id)?;
         let given = lab.setup.set_aside.clone();
         let whole = set_aside::without(&source.block, &given, Path::new("outliers.csv"))?;
-        let (search, fitted) = base(&whole, &lab.setup.model, settings)?;
+        let Base { search, fit, .. } = base(&whole, &lab.setup.model, settings)?;
         let block = search.block(&whole).into_owned();
-        let improvement = Improvement::new(&block, fitted, settings)?;
+        let improvement = Improvement::new(&block, fit, settings)?;
         let found = search.outliers(&whole).rows(&whole);
         Ok(Changed { block, set_aside: given.into_iter().chain(found).collect(), improvement })
     }

@@ -9,45 +9,45 @@ const LEAST_SHARE: f64 = 0.5;
 /// One null case in 700 gets a design effect that it does not have.
 const DESIGN_SIGMAS: f64 = 3.0;
 
-/// Parts of score and information by cluster of measurements (images: matching errs together within an image).
+/// Score and information over some columns.
+type Part = (DVector<f64>, DMatrix<f64>);
+
+/// Parts of score and information by cluster of measurements. Matching errs together within an image, and what nobody models of a sensor at one place of it.
 #[derive(Debug, Clone)]
 pub struct Clusters {
-    /// Per cluster, over the same columns.
-    pub parts: Vec<(DVector<f64>, DMatrix<f64>)>,
+    /// Per grouping and cluster, over the same columns.
+    pub groupings: Vec<Vec<Part>>,
 }
 
 impl Clusters {
-    /// The columns that some directions or a change touch, alone: the others only cost.
-    pub(super) fn touched(
-        &self,
-        directions: &DMatrix<f64>,
-        change: &DVector<f64>,
-    ) -> (Self, DMatrix<f64>, DVector<f64>) {
-        let is_touched = |row: &usize| change[*row] != 0.0 || directions.row(*row).iter().any(|value| *value != 0.0);
-        let rows: Vec<usize> = (0..change.len()).filter(is_touched).collect();
-        let part = |(score, information): &(DVector<f64>, DMatrix<f64>)| {
-            (score.select_rows(&rows), information.select_rows(&rows).select_columns(&rows))
-        };
-        let parts = self.parts.iter().map(part).collect();
-        (Self { parts }, directions.select_rows(&rows), change.select_rows(&rows))
+    /// Number of columns; `None` without a cluster.
+    pub fn columns(&self) -> Option<usize> {
+        self.groupings.iter().flatten().next().map(|(score, _)| score.len())
     }
 
     /// Factor by which the variance of a score exceeds what independent measurements would give: `directions` (columns x dof) whiten the set
-    /// that is tested, `change` is what the columns change by when the set is fitted. One unless it is above one by more than its own
-    /// uncertainty allows. Source: Liang and Zeger (1986), the cluster sandwich.
+    /// that is tested, `change` is what the columns change by when the set is fitted. Of all groupings the largest; one unless it is above one by more than its
+    /// own uncertainty allows. Source: Liang and Zeger (1986), the cluster sandwich.
     pub fn design_effect(&self, directions: &DMatrix<f64>, change: &DVector<f64>, variance: f64) -> f64 {
+        // Columns that neither touches only cost.
+        let is_touched = |row: &usize| change[*row] != 0.0 || directions.row(*row).iter().any(|value| *value != 0.0);
+        let rows: Vec<usize> = (0..change.len()).filter(is_touched).collect();
+        let (directions, change) = (&directions.select_rows(&rows), &change.select_rows(&rows));
         let dof = directions.ncols();
-        let (touched, directions, change) = &self.touched(directions, change);
-        let mut spread = Spread::default();
-        for (score, information) in &touched.parts {
-            let share = (directions.transpose() * information * directions).trace();
-            if share > 0.0 {
-                let size = (directions.transpose() * (score - information * change)).norm_squared();
-                spread.add(size / variance, share);
+        let of_grouping = |parts: &Vec<Part>| {
+            let mut spread = Spread::default();
+            for (score, information) in parts {
+                let information = information.select_rows(&rows).select_columns(&rows);
+                let share = (directions.transpose() * &information * directions).trace();
+                if share > 0.0 {
+                    let left = score.select_rows(&rows) - information * change;
+                    spread.add((directions.transpose() * left).norm_squared() / variance, share);
+                }
             }
-        }
-        // Surveyed coordinates are in no cluster: an effect that is known by them has no design effect.
-        if spread.expected < LEAST_SHARE * dof as f64 { 1.0 } else { spread.design_effect() }
+            // Surveyed coordinates are in no cluster: an effect that is known by them has no design effect.
+            if spread.expected < LEAST_SHARE * dof as f64 { 1.0 } else { spread.design_effect() }
+        };
+        self.groupings.iter().map(of_grouping).fold(1.0, f64::max)
     }
 }
 
@@ -142,7 +142,7 @@ mod tests {
             let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
             (DVector::from_element(1, sign * score), DMatrix::from_element(1, 1, 0.01))
         };
-        Clusters { parts: (0..100).map(part).collect() }
+        Clusters { groupings: vec![(0..100).map(part).collect()] }
     }
 
     #[test]
@@ -182,7 +182,7 @@ mod tests {
     #[test]
     fn an_effect_that_is_there_is_none() {
         let parts = (0..100).map(|_| (DVector::from_element(1, 0.5), DMatrix::from_element(1, 1, 0.01))).collect();
-        let clusters = Clusters { parts };
+        let clusters = Clusters { groupings: vec![parts] };
         assert_eq!(clusters.design_effect(&DMatrix::identity(1, 1), &DVector::from_element(1, 50.0), 1.0), 1.0);
     }
 }

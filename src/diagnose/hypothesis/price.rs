@@ -16,6 +16,8 @@ pub struct Law {
     pub dof: f64,
     /// Design effect: measurements that err together make every drop larger by this factor.
     pub design_effect: f64,
+    /// Drop of `v'Pv` that it brings, where it is a place that was searched.
+    pub drop: f64,
     /// How it was found.
     pub searched: Searched,
     /// Variants of it that compete, each as likely as the others.
@@ -27,23 +29,34 @@ pub struct Law {
 impl Law {
     /// Price at the level `exp(ln_level)`, `redundancy` without the law.
     pub fn price(&self, ln_level: f64, redundancy: f64) -> f64 {
-        let Self { dof, design_effect, searched, variants, angle } = *self;
+        let Self { dof, design_effect, drop: found, searched, variants, angle } = *self;
         let rest = (redundancy - dof).max(1.0);
         let f = |drop: f64, dof: f64| f_ln_sf(drop / dof, dof, rest).min(0.0);
         let ln_p = |drop: f64| match searched {
-            Searched::Places { count, .. } => best_of(f(drop - PLACE_PARAMETERS, 1.0), count),
+            Searched::Places { count, .. } => best_of(f(drop, 1.0), count),
             // The place is estimated with the size, so that its parameters take their share by chance.
             Searched::Placed { count } => best_of(f(drop - (dof - 1.0), 1.0), count),
             Searched::Range(_) if variants > 1.0 => best_over_range(f(drop, dof), drop, angle),
             Searched::Variant => best_of(f(drop, dof), variants),
             _ => f(drop, dof),
         };
-        let factor = match searched {
-            Searched::Places { elsewhere, .. } => design_effect.max(elsewhere),
-            _ => design_effect,
+        let drop = match searched {
+            // The grid alone is counted: what finer ones find beyond it, and the fit beyond those, is chance.
+            Searched::Places { drop: on_grid, elsewhere, .. } => {
+                design_effect.max(elsewhere) * quantile(ln_p, ln_level) + (found - on_grid).max(PLACE_PARAMETERS)
+            }
+            _ => design_effect * quantile(ln_p, ln_level),
         };
-        let drop = factor * quantile(ln_p, ln_level);
         redundancy * (drop / rest).ln_1p()
+    }
+}
+
+impl Law {
+    /// Price of a law that contains another one of `smaller` degrees of freedom: that of the other one, and that of what it adds to it. At its own price alone it would take
+    /// the place of a smaller one that is true for less than chance gives: of the two, most of the price is that of being asked at all.
+    pub fn price_beyond(&self, smaller: f64, ln_level: f64, redundancy: f64) -> f64 {
+        let of = |dof: f64| Law { dof, ..*self }.price(ln_level, redundancy);
+        of(smaller) + of(self.dof - smaller)
     }
 }
 
@@ -73,7 +86,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     fn law(dof: f64, searched: Searched) -> Law {
-        Law { dof, design_effect: 1.0, searched, variants: 1.0, angle: 0.0 }
+        Law { dof, design_effect: 1.0, drop: 0.0, searched, variants: 1.0, angle: 0.0 }
     }
 
     #[test]
@@ -95,6 +108,17 @@ mod tests {
         let placed = law(1.0, Searched::Places { count: 100.0, drop: 0.0, elsewhere: 1.0 }).price(level, 1e9);
         let strict = law(1.0, Searched::None).price(level - 100f64.ln(), 1e9);
         assert_relative_eq!(placed, strict + PLACE_PARAMETERS, max_relative = 1e-4);
+        // What finer grids found beyond the one that is counted tells nothing.
+        let refined = Law { drop: 50.0, ..law(1.0, Searched::Places { count: 100.0, drop: 30.0, elsewhere: 1.0 }) };
+        assert_relative_eq!(refined.price(level, 1e9), strict + 20.0, max_relative = 1e-4);
+    }
+
+    #[test]
+    fn a_law_pays_for_what_it_adds_to_one_that_it_contains() {
+        let level = 1e-4f64;
+        let price = law(24.0, Searched::None).price_beyond(3.0, level.ln(), 1e9);
+        let parts = chi_square_quantile(1.0 - level, 3.0) + chi_square_quantile(1.0 - level, 21.0);
+        assert_relative_eq!(price, parts, max_relative = 1e-6);
     }
 
     #[test]

@@ -29,6 +29,22 @@ pub fn prior_information(problem: &Problem, unknown: usize) -> f64 {
     plausible_values(problem, unknown).map_or(0.0, |[min, max]| (0.5 * (max - min)).powi(-2))
 }
 
+/// Information of the prior that a free parameter has in a fit, in scaled units.
+pub fn prior_in_fit(problem: &Problem, unknown: usize) -> f64 {
+    let layout = problem.layout();
+    let information = |scale: f64, sigma: f64| (scale / sigma).powi(2);
+    match layout.camera_parameter(unknown) {
+        Some((camera, k)) => {
+            let own = problem.camera_priors.iter().filter(|p| (p.camera as usize, p.parameter as usize) == (camera, k));
+            own.map(|prior| information(problem.camera_scales[camera][k], prior.sigma)).sum()
+        }
+        None => {
+            let entry = &problem.theta[unknown - layout.theta(0)];
+            entry.prior_sigma.map_or(0.0, |sigma| information(entry.scale, sigma))
+        }
+    }
+}
+
 /// What is plausible of a parameter, scaled units.
 pub fn plausible_values(problem: &Problem, unknown: usize) -> Option<[f64; 2]> {
     let entry = &problem.theta[unknown.checked_sub(problem.layout().theta(0))?];

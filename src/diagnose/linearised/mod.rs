@@ -23,11 +23,12 @@ use crate::problem::State;
 use crate::score::design_effect::Clusters;
 use crate::score::{System, random};
 pub use limits::prior_information;
-use limits::{least_information, plausible_values};
+use limits::{least_information, plausible_values, prior_in_fit};
 use nalgebra::{DMatrix, DVector};
 use sets::Laid;
 use std::collections::BTreeSet;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A fit with everything that is asked of it.
 pub struct Linearised {
@@ -37,6 +38,7 @@ pub struct Linearised {
     pub scores: ScoreSystem,
     /// The same at zero.
     pub system: System,
+    zero: Zero,
     known: Known,
     /// Sets of columns.
     pub sets: Vec<Set>,
@@ -122,6 +124,10 @@ pub fn with_candidates(
     let taken = laid.taken();
     laid.ask(&problem, tested, model.effects.len());
     let Laid { sets, candidates, columns, mut values, .. } = laid;
+    let count = columns.len() + extra.dense() + extra.local();
+    let laws_in = sets[..taken.len()].iter().filter(|set| set.nature == Nature::Law);
+    let columns_in = laws_in.flat_map(|set| &set.columns);
+    let in_fit = columns_in.map(|column| (*column, prior_in_fit(&problem, columns[*column]))).collect::<Vec<_>>();
     for unknown in columns.iter().filter(|unknown| **unknown < layout.theta(0)) {
         problem.camera_free[unknown / 12][unknown % 12] = false;
     }
@@ -133,26 +139,28 @@ pub fn with_candidates(
         entry.prior_sigma = None;
     }
     let mut least: Vec<f64> = columns.iter().map(|unknown| least_information(&problem, *unknown)).collect();
-    let count = columns.len() + extra.dense() + extra.local();
     let mut plausible: Vec<Option<[f64; 2]>> =
         columns.iter().map(|unknown| plausible_values(&problem, *unknown)).collect();
     plausible.resize(count, None);
     least.resize(count, 0.0);
+    in_fit.iter().for_each(|(column, _)| least[*column] = 0.0);
     values.resize(count, 0.0);
     let redundancy = problem.redundancy().2 as f64;
     let null = NullModel::sharing(null_base, problem, state, columns, threads)?;
     let apart = if extra.families().is_empty() { Vec::new() } else { apart(&sets[taken.len()..]) };
     let scores = null.test_apart(extra, &apart)?;
-    let system = at_zero(&scores, &values, &least, null.chi_square(), redundancy);
+    let zero = Zero { least, in_fit, chi_square: null.chi_square(), redundancy };
+    let system = zero.of(&scores, &values);
     let extra_columns = count - (extra.dense() + extra.local())..count;
     let mut linearised = Linearised {
-        clusters: Clusters { parts: Vec::new() },
+        clusters: Clusters { groupings: Vec::new() },
         clustered: vec![None; values.len()],
         design_effects: vec![1.0; sets.len()],
         in_effects: added.own..model.effects.len(),
         null,
         scores,
         system,
+        zero,
         known: Known::default(),
         sets,
         candidates,
@@ -176,17 +184,39 @@ fn apart(asked: &[Set]) -> Vec<Range<usize>> {
     asked.chunk_by(|a, b| a.id == b.id).filter_map(columns).collect()
 }
 
-/// Score, information and `v'Pv` where all columns are zero.
-fn at_zero(scores: &ScoreSystem, values: &[f64], least: &[f64], chi_square: f64, redundancy: f64) -> System {
-    let moved = times(&scores.information, values);
-    let values = DVector::from_column_slice(values);
-    System {
-        chi_square: chi_square + 2.0 * scores.score.dot(&values) + values.dot(&moved),
-        score: &scores.score + moved,
-        information: scores.information.clone(),
-        length: scores.length.clone(),
-        least: least.to_vec(),
-        redundancy,
+/// What the system at zero is made of beside the scores.
+struct Zero {
+    /// See [`System::least`].
+    least: Vec<f64>,
+    /// Columns of the laws that are in, and the information that their priors have in the fit.
+    in_fit: Vec<(usize, f64)>,
+    /// `v'Pv` of the fit.
+    chi_square: f64,
+    /// See [`System::redundancy`].
+    redundancy: f64,
+}
+
+impl Zero {
+    /// Score, information and `v'Pv` where all columns are zero. What is in the fit is in, however little is known of it: with its prior, and without a limit below which
+    /// it would be left out. Left out, its value would be left over.
+    fn of(&self, scores: &ScoreSystem, values: &[f64]) -> System {
+        let moved = times(&scores.information, values);
+        let (mut information, mut length) = (scores.information.clone(), scores.length.clone());
+        let by_values = DVector::from_column_slice(values);
+        let score = &scores.score + &moved;
+        for (column, prior) in &self.in_fit {
+            let own = Arc::make_mut(&mut information);
+            own[(*column, *column)] += prior;
+            length[*column] = own[(*column, *column)];
+        }
+        System {
+            chi_square: self.chi_square + 2.0 * scores.score.dot(&by_values) + by_values.dot(&moved),
+            score,
+            information,
+            length,
+            least: self.least.clone(),
+            redundancy: self.redundancy,
+        }
     }
 }
 
@@ -200,7 +230,7 @@ fn times(information: &DMatrix<f64>, values: &[f64]) -> DVector<f64> {
 }
 
 impl Linearised {
-    /// Information that the prior of each column adds; zero where nothing is known of it.
+    /// Information that the prior of each column adds beside what the fit has of it already; zero where nothing is known of it.
     pub fn prior_of_columns(&self) -> Vec<f64> {
         let mut prior = vec![0.0; self.values.len()];
         let first_effect = self.null.problem().layout().theta(0);
@@ -212,6 +242,9 @@ impl Linearised {
                     prior[*column] += WEAK_PRIOR.powi(-2);
                 }
             }
+        }
+        for (column, own) in &self.zero.in_fit {
+            prior[*column] = (prior[*column] - own).max(0.0);
         }
         prior
     }

@@ -115,6 +115,7 @@ fn neighbours(objective: &Objective<'_>, members: &Members, pairs: bool) -> Vec<
         sets.extend(with_two_laws(objective, &conditional, members));
     }
     sets.extend(with_one_random(objective, members));
+    sets.retain(|set| objective.allows(&set.members));
     sets
 }
 

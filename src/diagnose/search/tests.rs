@@ -66,6 +66,8 @@ impl Regression {
             columns: (first..first + columns.len()).collect(),
             random,
             physical: true,
+            lens: false,
+            above: None,
             price: chi_square_quantile(1.0 - level, dof),
             design_effect: 1.0,
         });
@@ -218,4 +220,16 @@ fn an_implausible_size_is_dear() {
     let free = Objective::new(&shrunk, &[0.0], &strong.hypotheses, LEVEL.ln());
     let members = Members { laws: vec![0], random: vec![] };
     assert!(objective.value(&members) > free.value(&members) + 100.0, "2500 v'Pv of a size 25 times its prior");
+}
+
+#[test]
+fn lower_terms_of_a_series_stay_while_a_higher_one_is_in() {
+    let mut regression = Regression::new(5).law("free:radial", vec![normal(IMAGES * EACH, 6)]);
+    regression = regression.law("radial-high", vec![normal(IMAGES * EACH, 7)]);
+    regression.hypotheses[1].above = Some("free:radial");
+    let (system, both) = (regression.system(), Members { laws: vec![0, 1], random: vec![] });
+    let objective = Objective::new(&system, &regression.prior, &regression.hypotheses, LEVEL.ln());
+    let reached: Vec<Members> = search(&objective, &both).into_iter().map(|ranked| ranked.members).collect();
+    assert!(reached.iter().any(|members| members.laws.is_empty()), "without either");
+    assert!(!reached.iter().any(|members| members.laws == [1]), "the higher one alone");
 }

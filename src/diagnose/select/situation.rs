@@ -96,7 +96,7 @@ pub struct Situation<'a> {
     pub values: &'a [f64],
     /// Values (scaled) that physics allows each column; `None` where it says nothing.
     pub plausible: &'a [Option<[f64; 2]>],
-    /// Parts by image of the columns `clustered`, at that fit.
+    /// Parts by image and by cell of the sensor of the columns `clustered`, at that fit.
     pub clusters: &'a Clusters,
     /// Position of each column in the parts.
     pub clustered: &'a [Option<usize>],
@@ -232,7 +232,7 @@ impl Situation<'_> {
     /// Over the clustered columns: directions that whiten a set beside the laws that are in, and what all columns change by when it is fitted.
     /// `None` where a column of the set has no parts.
     fn directions(&self, set: &Pivoted, beside: &Beside) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        let count = self.clusters.parts.first()?.0.len();
+        let count = self.clusters.columns()?;
         let (fixed, _) = self.parts_in();
         let whitening = set.whitening();
         let dof = set.kept.len();

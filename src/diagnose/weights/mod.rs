@@ -141,6 +141,26 @@ pub fn reweighted(
     Ok((!same(&next.model, &fit.model)).then_some(next))
 }
 
+/// `model` with the precision of the survey that another model states; `None` where it is the same.
+pub fn with_survey_of(model: &Model, stated: &Model) -> Option<Model> {
+    let mut other = model.clone();
+    other.sigma_factors = SigmaFactors { image: model.sigma_factors.image, ..stated.sigma_factors };
+    for (flight, own) in &mut other.flight_factors {
+        if let Some(stated) = stated.flight_factors.get(flight) {
+            (own.gnss, own.gnss_z) = (stated.gnss, stated.gnss_z);
+        }
+    }
+    (!same(&other, model)).then_some(other)
+}
+
+/// What the groups of the survey cost, whose precision in `model` is not the stated one, when they compete with causes: each explains something that was not expected, as a cause does, and pays what
+/// one pays. (Weights are estimated at the lower price of [`BELIEVED`], for wrong ones make every test wrong.)
+pub fn dearer_as_causes(model: &Model, stated: &Model, ln_level: f64) -> f64 {
+    let price = |level: f64| chi_square_quantile(1.0 - level, 1.0);
+    let differ = of_coordinates(model).into_iter().zip(of_coordinates(stated)).filter(|(own, stated)| own != stated);
+    differ.count() as f64 * (price(ln_level.exp()) - price(BELIEVED))
+}
+
 /// The model with the weights that a linearisation of its fit asks for.
 fn weighed(
     block: &Block,

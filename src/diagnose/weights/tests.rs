@@ -87,7 +87,7 @@ fn based(block: &Block, by_flight: bool) -> Fit {
     let model = Model { datum: Datum::All, flight_factors, ..Model::default() };
     let options = Options { threads: 1, ..Options::default() };
     let settings = Settings { plugins: &[], options, significance: 0.001, snoop: false, tell: &|_| {} };
-    let (_, fit) = base(block, &model, &settings).expect("a base");
+    let fit = base(block, &model, &settings).expect("a base").fit;
     let near = Some((&fit.problem, &fit.solution.state));
     let solvers: [&dyn crate::adjust::Solver; 2] = [&Native, &Ceres];
     let run = adjust_from(block, &fit.model, near, &solvers, &settings.options, &mut |_, _| ControlFlow::Continue(()));
