@@ -9,8 +9,9 @@ use super::select::Judged;
 use super::settings::Settings;
 use super::verdict::{CandidateEntry, ConfirmedEntry, DetectableEntry, EstimateEntry, FoundEntry, LeftEntry};
 use crate::block::Block;
-use crate::effects::Role;
+use crate::effects::{Need, Role};
 use crate::problem::Problem;
+use crate::problem::velocities::derived;
 use crate::score::power::noncentrality;
 use crate::score::separability::{self, INSEPARABLE};
 use std::collections::BTreeMap;
@@ -50,11 +51,28 @@ pub(super) fn found(
             impact,
             inseparable_from,
             plausible: !judged.implausible,
+            inputs: inputs(block, &improvement.fit.problem, &id),
             effect: id,
         })
     };
     let physical = |id: &String| last.sets.iter().any(|set| set.id == *id && set.physical);
     impacts.into_iter().filter(|(id, _)| physical(id)).filter_map(entry).collect()
+}
+
+/// Where the velocities come from that an effect needs.
+fn inputs(block: &Block, problem: &Problem, id: &str) -> Option<String> {
+    let term = problem.effects.iter().find(|term| term.effect.descriptor().id == id)?;
+    if !term.effect.descriptor().needs.contains(&Need::Velocity) {
+        return None;
+    }
+    let mut sigmas: Vec<f64> = derived(block).into_iter().flatten().map(|own| own.sigma).collect();
+    if sigmas.is_empty() {
+        return Some("velocities: measured".into());
+    }
+    sigmas.sort_by(f64::total_cmp);
+    let median = sigmas[sigmas.len() / 2];
+    let by = if median.is_finite() { format!(", +- {median:.2} m/s") } else { String::new() };
+    Some(format!("velocities: derived from positions and times{by}"))
 }
 
 /// The empirical fields in the model: the shape of the unexplained pattern, its size, and what it does to the points.

@@ -194,6 +194,9 @@ pub struct FoundEntry {
     pub inseparable_from: Vec<String>,
     /// Is the estimate within what physics allows?
     pub plausible: bool,
+    /// Where the velocities come from that it multiplies, in words; `None`: it needs none.
+    #[serde(default)]
+    pub inputs: Option<String>,
 }
 
 /// A shape that is left, described by an empirical field.

@@ -20,6 +20,7 @@ mod descriptor;
 pub mod formula;
 pub mod laws;
 mod numeric;
+mod picture;
 pub mod plugin;
 mod registry;
 mod spline;
@@ -54,6 +55,7 @@ pub mod unflatness;
 
 pub use context::{BlockContext, Context, ImageContext, SurveyedKind};
 pub use descriptor::{Descriptor, Domain, HALF_DIAGONAL_PX, Kind, Need, Parameter, Plausible, Role, Scope};
+pub use picture::{By, Picture, Words};
 pub use registry::{catalogue, find};
 pub use stage::{IMAGE_INTERIOR, Stage, fill_identity};
 

@@ -21,7 +21,7 @@
 use super::answer::{Answer, Inputs, Thetas, one_by_one};
 use super::common::{add_block, add_column, estimated, known, known_vector, vector};
 use super::formula::{Formula, Given, OBSERVED, Sum, of_eight, of_one};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage};
+use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words};
 use crate::math::Several;
 use crate::math::lane::{LANES, Lane};
 use crate::math::rotation::{exp, left_jacobian, left_jacobian_inverse, log};
@@ -31,7 +31,8 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct RollingShutter;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "rolling-shutter".into(),
     stage: Stage::Exposure,
     kind: Kind::Physical,
@@ -49,6 +50,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     one direction"
             .into(),
     source: "Vautherin et al. 2016".into(),
+    picture: Picture::Row,
+    words: Some(Words {
+        what: "The sensor is read out row by row, and the aircraft flies on meanwhile. Points low in the image are seen from a place some centimetres further on than points high in it.".into(),
+        remedy: "Model it, fly slower, or use a camera with a mechanical or global shutter.".into(),
+        tell: "flight lines at another speed, or flown in the opposite direction".into(),
+    }),
+}
 });
 
 impl Effect for RollingShutter {

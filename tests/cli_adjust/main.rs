@@ -98,7 +98,8 @@ fn a_run_folder_has_what_scripts_read() {
             "effects",
             "similarity",
             "control",
-            "check"
+            "check",
+            "rows"
         ]
     );
     let (residual_header, residuals) = table(&run, "residuals.csv");
@@ -280,14 +281,11 @@ fn a_run_that_fails_leaves_the_older_one_as_it_was() {
     let scene = Scene::new();
     let run = scene.adjust("run", &["--solver", "native"]);
     let read = |name: &str| fs::read(run.join(name)).expect("a file of the run");
-    // A folder that nothing can be renamed into.
+    // A folder in the place of one of its files goes with the older run: the new one takes the place of the whole.
     fs::remove_file(run.join("points.csv")).expect("a file of the run");
     fs::create_dir(run.join("points.csv")).expect("a folder in its place");
-    let (code, stderr) = scene.run(&["adjust", &scene.path("block"), "-o", &scene.path("run"), "--fix", "all"]);
-    assert_eq!(code, 1, "{stderr}");
-    assert!(!run.join("summary.json").exists(), "a run that is not complete does not say that it is");
-    fs::remove_dir(run.join("points.csv")).expect("a folder");
     scene.adjust("run", &["--solver", "native"]);
+    assert!(run.join("points.csv").is_file() && run.join("summary.json").is_file());
     let before = ["summary.json", "residuals.csv", "report.html"].map(read);
     let (code, stderr) =
         scene.run(&["adjust", &scene.path("block"), "-o", &scene.path("run"), "--datum", "gnss", "--add", "nothing"]);
