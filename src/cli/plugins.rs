@@ -28,7 +28,7 @@ fn fault(effect: &EffectRef, block: &Block) -> Option<String> {
     if let Some(of) = block.images.get(image as usize) {
         text += &format!(", in image `{}`", of.name);
         let distance = |m: &Measurement| (m.x - x).hypot(m.y - y);
-        let of_image = |m: &&Measurement| m.image.index() == image as usize && distance(*m).is_finite();
+        let of_image = |m: &&Measurement| m.image.index() == image as usize && distance(m).is_finite();
         let ties = block.ties.iter().filter(of_image).map(|m| (m, &block.tie_points[m.point.index()].name));
         let marks = block.marks.iter().filter(of_image).map(|m| (m, &block.surveyed[m.point.index()].name));
         if let Some((_, point)) = ties.chain(marks).min_by(|a, b| distance(a.0).total_cmp(&distance(b.0))) {

@@ -116,8 +116,14 @@ pub fn next(linearised: &Linearised, known: &Prices, settings: &Settings<'_>) ->
     if best.value > objective.value(current) - SAME {
         return None;
     }
-    let joins = competition.ids_beyond(&best.members, current).into_iter().next().map(Next::Add);
-    joins.or_else(|| competition.ids_beyond(current, &best.members).into_iter().next().map(Next::Remove))
+    // Of several that join the one that is worth most alone.
+    let alone = |h: usize| match competition.hypotheses[h].random {
+        true => objective.value(&objective.with_likeliest(current, h)),
+        false => objective.value(&current.with_law(h)),
+    };
+    let joins = best.members.all().filter(|h| !current.has(*h)).map(|h| (alone(h), h));
+    let first = joins.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, h)| Next::Add(competition.hypotheses[h].id.clone()));
+    first.or_else(|| competition.ids_beyond(current, &best.members).into_iter().next().map(Next::Remove))
 }
 
 /// Alternatives of each member, by id: hypotheses in whose place it is no better than chance would make it. What is left with such an alternative is as little

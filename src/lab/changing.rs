@@ -31,7 +31,9 @@ impl Step<'_> {
         let source = lab.source(id)?;
         let given = lab.setup.set_aside.clone();
         let whole = set_aside::without(&source.block, &given, Path::new("outliers.csv"))?;
-        let Base { search, fit, .. } = base(&whole, &lab.setup.model, settings)?;
+        let found = base(&whole, &lab.setup.model, settings)?;
+        // What is missing can make a survey look imprecise: the weights are a step of their own.
+        let Base { search, fit, .. } = found.as_stated(&whole, &lab.setup.model, settings)?.unwrap_or(found);
         let block = search.block(&whole).into_owned();
         let improvement = Improvement::new(&block, fit, settings)?;
         let found = search.outliers(&whole).rows(&whole);

@@ -32,7 +32,7 @@ struct Exception {
     reason: &'static str,
 }
 
-const EXCEPTIONS: [Exception; 2] = [
+const EXCEPTIONS: [Exception; 3] = [
     Exception {
         block: None,
         id: "decentring-high",
@@ -44,6 +44,12 @@ const EXCEPTIONS: [Exception; 2] = [
         id: "unflatness",
         miss: -0.1..0.1,
         reason: "few points: noise drives directions of which the base leaves little out of the linear range (without noise: 25.0776, 25.0784)",
+    },
+    Exception {
+        block: Some("small"),
+        id: "gravity-sag",
+        miss: 0.0..0.25,
+        reason: "ten sigma are a hundred typical sizes here: the refit feels the weak prior of its size, the score does not",
     },
 ];
 

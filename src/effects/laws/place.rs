@@ -70,7 +70,7 @@ pub fn place(effect: &dyn Effect, seed: u64) -> Result<(), Violation> {
                 && numeric::by_place(descriptor, &at, sample.place, axis, &mut by_differences).is_ok();
             let largest = told.iter().chain(&by_differences).fold(0.0_f64, |most, value| most.max(value.abs()));
             // Turns and shifts have units of their own, and the rounding of a centre hides a small turn beside it.
-            let differs = |(a, b): (&f64, &f64)| !((a - b).abs() <= DERIVATIVE_TOLERANCE * largest);
+            let differs = |(a, b): (&f64, &f64)| (a - b).is_nan() || (a - b).abs() > DERIVATIVE_TOLERANCE * largest;
             if !answers || told.iter().zip(&by_differences).any(differs) {
                 let axis = ["column", "row"][axis];
                 return fail(format!("by {axis}: {told:?}, {by_differences:?} by differences, at {sample}"));
