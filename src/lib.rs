@@ -121,6 +121,10 @@ pub mod lab;
 
 mod cli;
 
+mod memory;
+
 /// The program: reads the command line, runs a command, gives its exit code.
 #[doc(hidden)]
 pub use cli::main as program;
+#[doc(hidden)]
+pub use memory::Allocator;

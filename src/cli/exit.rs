@@ -93,7 +93,10 @@ fn adjustment(error: &AdjustError) -> Exit {
         AdjustError::BadStart { .. } | AdjustError::Unsupported { .. } | AdjustError::WrongDerivative { .. } => {
             Exit::BadInput
         }
-        AdjustError::Cancelled { .. } | AdjustError::NoThreads { .. } | AdjustError::Bridge(_) => Exit::Other,
+        AdjustError::Cancelled { .. }
+        | AdjustError::NoThreads { .. }
+        | AdjustError::NoMemory { .. }
+        | AdjustError::Bridge(_) => Exit::Other,
     }
 }
 

@@ -31,6 +31,8 @@ pub use console::Console;
 pub use exit::{Exit, Usage};
 
 use crate::adjust::ceres;
+use crate::memory;
+use anyhow::Context;
 use clap::{Args, Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
@@ -97,6 +99,7 @@ pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     // Behind the parser, which ends the program itself.
     ceres::watch_faults();
+    memory::watch_panics();
     // A panic is a bug; it must still end with a code that scripts know, after the default hook's message.
     let exit = std::panic::catch_unwind(|| execute(arguments)).unwrap_or_else(|_| {
         console::write_error(
@@ -123,7 +126,7 @@ fn execute(arguments: Arguments) -> Exit {
     let outcome = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build_global()
-        .map_err(anyhow::Error::from)
+        .with_context(|| format!("{threads} threads cannot be started; allow more memory, or --threads with fewer"))
         .and_then(|()| command.run(&console, threads, global.json));
     let failure = match outcome {
         Err(error) => Some(error),

@@ -172,6 +172,10 @@ pub mod ffi {
 
         /// A lack of memory that nobody can return as an error, and a library that ends the program, are said, with code 1.
         fn watch_faults();
+        /// An allocation was refused: what ends the program next has this reason.
+        fn memory_was_refused();
+        /// Ends the program with the message about memory where memory is short.
+        fn end_if_memory_is_short();
         /// Libraries that a crash is blamed on from now on.
         fn suspect(libraries: &str);
         /// The program ends by itself from now on.
