@@ -62,8 +62,9 @@
 //! | [`mod@inject`] | errors by their cause | files, math, camera, block, scenario |
 //! | [`kit`] | an effect of one's own: template, build, check, as an error | files, math, camera, block, effects, model, problem, measure, inject |
 //! | [`evaluate`] | surveyed points against any block | math, camera, block |
+//! | [`mistakes`] | surveyed groups against the shape that images give | math, evaluate |
 //! | [`run`] | one adjustment from end to end, and its folder | all of the above but scenario, inject and kit |
-//! | [`diagnose`] | which effect is missing | math, score, geodesy, camera, block, effects, model, problem, measure, adjust, evaluate, run |
+//! | [`diagnose`] | which effect is missing | math, score, geodesy, camera, block, effects, model, problem, measure, adjust, evaluate, mistakes, run |
 //! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, kit, study, validate, lab |
 //! | [`study`] | the repetition of the study that this began with | all but diagnose, validate, lab |
 //! | [`validate`] | problems with certified answers | all but diagnose, kit, report, study, lab |
@@ -103,6 +104,8 @@ pub mod inject;
 pub mod kit;
 
 pub mod evaluate;
+
+pub mod mistakes;
 
 pub mod run;
 

@@ -5,14 +5,15 @@ use super::model_options::ModelOptions;
 use super::output::Output;
 use super::plugins::with_faults;
 use super::summary_text::{failure, text};
-use super::{Answer, Console};
+use super::{Answer, Console, diagnose::SIGNIFICANCE};
 use crate::adjust::Options;
+use crate::diagnose::screening;
 use crate::io::block::read_block;
 use crate::model::Datum;
 use crate::report::numbers::significant;
 use crate::report::run::write_page_of;
 use crate::run::summary::Summary;
-use crate::run::{self, TieResiduals, folder, gnss_residuals, residual_rows};
+use crate::run::{self, Run, TieResiduals, folder, gnss_residuals, residual_rows};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -46,6 +47,8 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     arguments.model.judge_start(&whole, &model, console)?;
     let progress = console.progress("adjust");
     let (whole, model) = arguments.model.started(whole, model, &options, &|what| progress.step(what))?;
+    progress.step("holding the survey against the shape that the images give");
+    let mistakes = screening::mistakes(&whole, &model, SIGNIFICANCE, &options);
     let search = blunders::search(&whole, &model, &options, arguments.model.outliers, &|what| progress.step(what))?;
     let block = &*search.block(&whole);
     let set_aside = search.outliers(&whole).rows(&whole);
@@ -57,8 +60,10 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     });
     drop(progress);
     let run = match run {
-        Ok(run) => run,
+        Ok(run) => Run { mistakes, ..run },
         Err(error) => {
+            // An adjustment that failed says nothing of its reason; a mistake may be it.
+            mistakes.iter().for_each(|mistake| console.message(&format!("{} {}", mistake.sentence, mistake.remedy)));
             let error = blunders::explain(error, block, &model, &options, &output);
             return Err(with_faults(error, model.effects.iter().map(|term| &term.effect), &whole));
         }

@@ -1,11 +1,16 @@
 //! `misclosure check BLOCK`: validates a block and prints what is in it.
 
-use super::Answer;
+use super::diagnose::SIGNIFICANCE;
+use super::diagnosis_text::mistakes_text;
 use super::text::multiplicity;
+use super::{Answer, Console};
+use crate::adjust::Options;
 use crate::block::Block;
 use crate::block::inventory::{Inventory, PointInventory};
 use crate::camera::F;
+use crate::diagnose::screening;
 use crate::io::block::{SetAside, read_block};
+use crate::model::Model;
 use crate::report::numbers::{fixed, significant};
 use crate::report::tables::Table;
 use serde_json::{Value, json};
@@ -22,11 +27,21 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::Result<Answer> {
     let loaded = read_block(&arguments.block)?;
     let inventory = Inventory::of(&loaded.block);
-    let text = text(&loaded.block, &inventory, &loaded.set_aside);
-    Ok(Answer { text, json: as_json(&loaded.block, &inventory, &loaded.set_aside), failure: None })
+    let mut text = text(&loaded.block, &inventory, &loaded.set_aside);
+    let mut json = as_json(&loaded.block, &inventory, &loaded.set_aside);
+    let progress = console.progress("check");
+    progress.step("holding the survey against the shape that the images give");
+    let options = Options { threads, ..Options::default() };
+    let mistakes = screening::mistakes(&loaded.block.about_its_centre(), &Model::default(), SIGNIFICANCE, &options);
+    drop(progress);
+    json["mistakes"] = serde_json::to_value(&mistakes)?;
+    if !mistakes.is_empty() {
+        text = format!("MISTAKES\n{}\n{text}", mistakes_text(&mistakes));
+    }
+    Ok(Answer { text, json, failure: None })
 }
 
 fn text(block: &Block, inventory: &Inventory, set_aside: &SetAside) -> String {

@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 /// Probability with which an adequate block is told that something is missing.
-const SIGNIFICANCE: f64 = 0.001;
+pub const SIGNIFICANCE: f64 = 0.001;
 
 /// Adjusts a block and says which physical effect is missing
 #[derive(Debug, clap::Args)]
@@ -128,7 +128,7 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     tell("adjusting the final model with both solvers");
     let solvers = arguments.model.solvers();
     // The models on the way decide nothing any more: the ledger keeps what the native solver found.
-    let HandedOn { model: final_model, run, held } =
+    let HandedOn { model: final_model, mut run, held } =
         adjust_handed_on(block, ended, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))
             .map_err(|error| with_faults(error.into(), effects(), block))?;
     if let Some(held) = held {
@@ -144,6 +144,7 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
         row.one_derivation =
             run.agreement.as_ref().map(|agreement| agreement.one_derivation.clone()).unwrap_or_default();
     }
+    run.mistakes.clone_from(&diagnosed.diagnosis.mistakes);
     drop(progress);
     arguments.model.doubts(block, &run, console);
     if let Some(why) = run.why_not_compared(block) {

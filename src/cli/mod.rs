@@ -147,7 +147,7 @@ impl Command {
         match self {
             Command::Simulate(arguments) => simulate::run(&arguments, console),
             Command::Inject(arguments) => inject::run(&arguments),
-            Command::Check(arguments) => check::run(&arguments),
+            Command::Check(arguments) => check::run(&arguments, console, threads),
             Command::Adjust(arguments) => adjust::run(&arguments, console, threads),
             Command::Diagnose(arguments) => diagnose::run_diagnose(&arguments, console, threads),
             Command::Improve(arguments) => diagnose::run_improve(&arguments, console, threads),

@@ -70,6 +70,7 @@ pub fn diagnosis(
         flight_factors: improvement.fit.model.flight_factors.clone(),
         imprecise: imprecise::beyond(block, &improvement.fit)?,
         outliers,
+        mistakes: Vec::new(),
         known: Vec::new(),
     })
 }

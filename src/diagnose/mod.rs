@@ -6,6 +6,7 @@
 //!   [`refit`]: the objective of a fitted set, which counts; `descent`: a step of it; [`improvement`]: the model on its way and its ledger.
 //! - [`settle`] fits without outliers; [`run`] is a whole diagnosis; [`look`]: one model as it stands, without the descent.
 //! - [`structure`]: structure of the residuals, whatever its cause; [`outliers`]: data snooping.
+//! - [`screening`]: mistakes that people made, before anything else; they are left out.
 //! - [`check_points`]: height errors of check points against what the block's own errors allow.
 //! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
 
@@ -41,6 +42,7 @@ mod probability;
 pub mod refit;
 pub mod run;
 pub mod scan;
+pub mod screening;
 pub mod search;
 pub mod select;
 pub mod settings;

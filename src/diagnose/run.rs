@@ -10,16 +10,18 @@ use super::left;
 use super::linearised::{Linearised, linearise};
 use super::outliers::{Outliers, Snooping, Strictness};
 use super::priors::with_priors;
+use super::screening;
 use super::search::SAME;
 use super::settings::Settings;
 use super::settle::{judge, settle};
 use super::structure::{self, Structure};
-use super::verdict::Diagnosis;
+use super::verdict::{Diagnosis, Verdict};
 use super::weights;
 use crate::adjust::AdjustError;
 use crate::adjust::native::pool::Pool;
 use crate::block::Block;
 use crate::math::statistics::chi_square_quantile;
+use crate::mistakes::Mistake;
 use crate::model::Model;
 use crate::run::RunError;
 
@@ -57,12 +59,30 @@ pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result
 }
 
 fn diagnose_in_pool(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
-    match diagnose_as_it_is(whole, model, settings) {
+    (settings.tell)("holding the survey against the shape that the images give");
+    let mistakes = screening::mistakes(whole, model, settings.significance, &settings.options);
+    mistakes.iter().for_each(|mistake| (settings.tell)(&mistake.sentence));
+    // With what is known to be wrong in the sums the loop would look for a cause of the mistake, or find no end.
+    let rest = screening::without(whole, model, &mistakes);
+    let (block, model) = rest.as_ref().map_or((whole, model), |(block, model)| (block, model));
+    let mut diagnosed = match diagnose_as_it_is(block, model, settings) {
         Err(error) if undetermined_centre(&error, model) => {
             (settings.tell)(CENTRE_TIED);
-            diagnose_as_it_is(whole, &tied(model), settings)
+            diagnose_as_it_is(block, &tied(model), settings)
         }
         diagnosed => diagnosed,
+    }?;
+    let aside = screening::of_outliers(block, &diagnosed.outliers, &mistakes, settings.significance);
+    judge_mistakes(&mut diagnosed.diagnosis, mistakes, aside);
+    Ok(diagnosed)
+}
+
+/// A mistake is the verdict, whatever effects stand beside it: sizes and coordinates may be wrong with it.
+fn judge_mistakes(diagnosis: &mut Diagnosis, mistakes: Vec<Mistake>, aside: Vec<Mistake>) {
+    diagnosis.mistakes = mistakes;
+    diagnosis.mistakes.extend(aside);
+    if !diagnosis.mistakes.is_empty() {
+        diagnosis.verdict = Verdict::Mistake;
     }
 }
 

@@ -4,6 +4,7 @@ use super::impact::Impact;
 use super::imprecise::Imprecise;
 use super::knowledge::Known;
 use crate::math::null_is_nan;
+use crate::mistakes::Mistake;
 use crate::model::{FlightFactors, SigmaFactors};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -18,6 +19,8 @@ pub enum Verdict {
     Missing,
     /// Significant structure is left that no effect of the catalogue explains.
     Unexplained,
+    /// Somebody made a mistake: the survey contradicts the images or itself, or much was set aside.
+    Mistake,
 }
 
 /// `diagnosis.json`.
@@ -32,6 +35,9 @@ pub struct Diagnosis {
     pub significance: f64,
     /// Every effect, by rank at the base model.
     pub candidates: Vec<CandidateEntry>,
+    /// What people got wrong; empty where nothing was found. The diagnosis went on without it.
+    #[serde(default)]
+    pub mistakes: Vec<Mistake>,
     /// The effects that the diagnosis took in, at the final model.
     #[serde(default)]
     pub found: Vec<FoundEntry>,

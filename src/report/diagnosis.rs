@@ -1,6 +1,8 @@
 //! What a diagnosis adds to the page of a run.
 
-use super::diagnosis_tables::{candidates_table, ledger_table, structure_table, untested_table, verdict_sentence};
+use super::diagnosis_tables::{
+    candidates_table, ledger_table, mistake_lines, structure_table, untested_table, verdict_sentence,
+};
 use super::figures::{Axis, BinnedProfile, ImageBar, ImageBars, Ledger, LedgerStep, image_bars, ledger, profile};
 use super::html::Page;
 use super::letter;
@@ -9,6 +11,7 @@ use super::pictures::RunFolder;
 use super::sensor_section::sensor_figures;
 use crate::diagnose::fit::FEW_ITERATIONS;
 use crate::diagnose::verdict::Diagnosis;
+use crate::mistakes::Mistake;
 use crate::run::folder::ProfileRow;
 
 /// An effect whole, as it stands in the catalogue: what one writes oneself looks the same.
@@ -17,6 +20,7 @@ const EXAMPLE: &str = include_str!("../../cpp/effects/focal-time.h");
 /// The verdict, and what is left in words.
 pub(super) fn verdict(page: &mut Page, diagnosis: &Diagnosis) {
     page.verdict(diagnosis.verdict, &verdict_sentence(diagnosis));
+    mistakes(page, &diagnosis.mistakes);
     letter::weight(page, diagnosis);
     if let Some(sentence) = &diagnosis.check_points {
         page.paragraph(sentence);
@@ -62,6 +66,13 @@ pub(super) fn verdict(page: &mut Page, diagnosis: &Diagnosis) {
             fixed(of.gnss, 3),
             fixed(of.gnss_z, 3)
         ));
+    }
+}
+
+/// Mistakes, before everything else.
+pub(super) fn mistakes(page: &mut Page, mistakes: &[Mistake]) {
+    for mistake in mistakes {
+        page.warning(&mistake_lines(mistake).join(" "));
     }
 }
 

@@ -144,10 +144,14 @@ fn judge_pictures(diagnosed: &Diagnosed) -> Vec<String> {
 /// Is the verdict right, and are the effects those that are hidden, or such as the diagnosis says the block cannot tell from them?
 fn judge_names(truth: &Truth, diagnosed: &Diagnosed) -> Vec<String> {
     let mut failures = Vec::new();
+    let mistakes = &diagnosed.diagnosis.mistakes;
+    if !mistakes.is_empty() {
+        return vec![format!("mistakes that nobody made: {mistakes:?}")];
+    }
     let verdict = match diagnosed.diagnosis.verdict {
         verdict::Verdict::Adequate => ExpectedVerdict::Adequate,
         verdict::Verdict::Missing => ExpectedVerdict::Missing,
-        verdict::Verdict::Unexplained => ExpectedVerdict::Unexplained,
+        verdict::Verdict::Unexplained | verdict::Verdict::Mistake => ExpectedVerdict::Unexplained,
     };
     if verdict != truth.verdict {
         let left = diagnosed.diagnosis.left.join("; ");

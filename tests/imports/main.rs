@@ -18,7 +18,7 @@ enum May {
 }
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
-const TABLE: [(&str, May); 25] = [
+const TABLE: [(&str, May); 26] = [
     ("files", May::Only(&[])),
     ("math", May::Only(&[])),
     ("score", May::Only(&["math"])),
@@ -36,15 +36,18 @@ const TABLE: [(&str, May); 25] = [
     ("inject", May::Only(&["files", "math", "camera", "block", "scenario"])),
     ("kit", May::Only(&["files", "math", "camera", "block", "effects", "model", "problem", "measure", "inject"])),
     ("evaluate", May::Only(&["math", "camera", "block"])),
+    ("mistakes", May::Only(&["math", "evaluate"])),
     (
         "run",
-        May::Only(&["math", "camera", "block", "io", "effects", "model", "problem", "measure", "adjust", "evaluate"]),
+        May::Only(&[
+            "math", "camera", "block", "io", "effects", "model", "problem", "measure", "adjust", "evaluate", "mistakes",
+        ]),
     ),
     (
         "diagnose",
         May::Only(&[
             "math", "score", "geodesy", "camera", "block", "effects", "model", "problem", "measure", "adjust",
-            "evaluate", "run",
+            "evaluate", "mistakes", "run",
         ]),
     ),
     ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "validate", "lab", "cli"])),

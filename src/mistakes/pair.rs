@@ -1,0 +1,229 @@
+//! Two groups of the right shape against each other: both must give the free network the same place.
+
+use super::align::{of_majority, usual_square};
+use super::group::Judged;
+use super::shape::FOOT;
+use super::survey::{Subject, Survey};
+use super::words::{self, Difference};
+use super::{BEYOND, Mistake, ln_p, price};
+use crate::evaluate::similarity::Similarity;
+use crate::math::statistics::{chi_square_quantile, median};
+use nalgebra::Vector3;
+
+/// Heights of the geoid above or below the ellipsoid, m: what two height systems differ by.
+pub const GEOID_M: [f64; 2] = [10.0, 110.0];
+/// Differences between datums and antenna heights are smaller: what `gnss-shift` may explain, m.
+const DATUMS_M: f64 = 110.0;
+/// Times its own standard deviation that a start value of a focal length may be wrong by: beyond, it is no start value of this lens.
+const FOCAL_SIGMAS: f64 = 3.0;
+/// Scales of maps differ from one by less (`map-scale`).
+const MAP_SCALE: f64 = 3e-3;
+
+/// What the tested group differs by from the place that the other group gives it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Relation {
+    /// Nothing.
+    Same,
+    /// It is in another unit: metres of one.
+    Unit(f64),
+    /// Its heights are in another unit.
+    HeightUnit(f64),
+    /// Two of its axes are exchanged.
+    Exchanged(usize, usize),
+    /// One of its axes is reversed.
+    Reversed(usize),
+    /// Its heights are off.
+    Height,
+    /// It is off horizontally.
+    Plan,
+    /// It is off.
+    Shift,
+}
+
+/// In the order in which they are preferred: what is known exactly before what is estimated, little before much.
+fn relations() -> Vec<Relation> {
+    let units = [FOOT, 1e-3, 1e-2, 1.0 / FOOT, 1e3, 1e2];
+    let mut all = vec![Relation::Same];
+    all.extend(units.map(Relation::Unit));
+    all.extend(units.map(Relation::HeightUnit));
+    all.extend([Relation::Exchanged(0, 1), Relation::Exchanged(0, 2), Relation::Exchanged(1, 2)]);
+    all.extend([0, 1, 2].map(Relation::Reversed));
+    all.extend([Relation::Height, Relation::Plan, Relation::Shift]);
+    all
+}
+
+impl Relation {
+    /// Alternatives of the same kind, and numbers that it estimates.
+    fn freedom(self) -> (usize, usize) {
+        match self {
+            Self::Same => (1, 0),
+            Self::Unit(_) | Self::HeightUnit(_) => (6, 0),
+            Self::Exchanged(..) | Self::Reversed(_) => (3, 0),
+            Self::Height => (1, 1),
+            Self::Plan => (1, 2),
+            Self::Shift => (1, 3),
+        }
+    }
+
+    /// Misfits (m) of `recorded` against `expected` once it is undone.
+    fn misfits(self, recorded: &[Vector3<f64>], expected: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        let undo = |p: &Vector3<f64>| {
+            let mut p = *p;
+            match self {
+                Self::Unit(metres) => p *= metres,
+                Self::HeightUnit(metres) => p.z *= metres,
+                Self::Exchanged(a, b) => p.swap_rows(a, b),
+                Self::Reversed(axis) => p[axis] = -p[axis],
+                _ => {}
+            }
+            p
+        };
+        let mut misfits: Vec<Vector3<f64>> = recorded.iter().zip(expected).map(|(r, e)| undo(r) - e).collect();
+        let axes: &[usize] = match self {
+            Self::Height => &[2],
+            Self::Plan => &[0, 1],
+            Self::Shift => &[0, 1, 2],
+            _ => &[],
+        };
+        for &axis in axes {
+            let middle = median(&misfits.iter().map(|misfit| misfit[axis]).collect::<Vec<_>>());
+            misfits.iter_mut().for_each(|misfit| misfit[axis] -= middle);
+        }
+        misfits
+    }
+}
+
+/// Differences between the groups that were judged.
+pub fn judge_all(judged: &[Judged], survey: &Survey, alpha: f64) -> Vec<Mistake> {
+    let find = |subject: Subject| judged.iter().find(|one| one.group.subject == subject);
+    let [control, check, gnss] = [Subject::Control, Subject::Check, Subject::Gnss].map(find);
+    let mut found = Vec::new();
+    // Positions of images against points; then points against points, which no antenna and no focal length stand between.
+    if let (Some(points), Some(gnss)) = (control.or(check), gnss) {
+        found.extend(judge(gnss, points, survey, alpha));
+    }
+    if let (Some(control), Some(check)) = (control, check) {
+        found.extend(judge(control, check, survey, alpha));
+    }
+    found
+}
+
+/// Holds `tested` against the place that `reference` gives it.
+fn judge(reference: &Judged, tested: &Judged, survey: &Survey, alpha: f64) -> Option<Mistake> {
+    let right: Vec<usize> = (0..tested.targets.len()).filter(|k| !tested.wrong.contains(k)).collect();
+    let recorded: Vec<Vector3<f64>> = right.iter().map(|k| tested.targets[*k]).collect();
+    let expected: Vec<Vector3<f64>> =
+        right.iter().map(|k| reference.aligned.similarity.apply(&tested.computed[*k])).collect();
+    let deviation = deviation(reference, tested, &right);
+    let usual = usual_square(right.len());
+    let variance = |misfits: &[Vector3<f64>]| {
+        let squares = misfits.iter().map(|misfit| square(misfit, &deviation)).collect();
+        (of_majority(squares) / usual).max(1.0)
+    };
+    let before = Relation::Same.misfits(&recorded, &expected);
+    if variance(&before) < BEYOND * BEYOND {
+        return None;
+    }
+    let all = relations().into_iter().map(|relation| (relation, relation.misfits(&recorded, &expected)));
+    let all: Vec<(Relation, Vec<Vector3<f64>>)> = all.collect();
+    let least = all.iter().map(|(_, misfits)| variance(misfits)).fold(f64::INFINITY, f64::min);
+    let cap = chi_square_quantile(1.0 - alpha / right.len().max(1) as f64, 3.0);
+    let objective = |misfits: &[Vector3<f64>]| {
+        misfits.iter().map(|misfit| (square(misfit, &deviation) / least).min(cap)).sum::<f64>()
+    };
+    let cost = |relation: &Relation| match relation.freedom() {
+        (_, 0) => 0.0,
+        (_, numbers) => chi_square_quantile(1.0 - alpha, numbers as f64),
+    };
+    let total = |(relation, misfits): &(Relation, Vec<Vector3<f64>>)| objective(misfits) + cost(relation);
+    let (relation, after) = all[1..].iter().min_by(|a, b| total(a).total_cmp(&total(b)))?;
+    let shift = middle(&before);
+    let drop = objective(&before) - objective(after);
+    let (alternatives, _) = relation.freedom();
+    let pays = drop > price(alpha, alternatives) + cost(relation);
+    // What is left beside it is less than what would be a mistake by itself, and an order of magnitude less than it.
+    let left = variance(after);
+    if pays && left < BEYOND * BEYOND && variance(&before) >= BEYOND * BEYOND * left {
+        let sigma = Vector3::from_fn(|axis, _| sigma_of_shift(reference, tested, &right, axis));
+        let ln_p = ln_p(drop - cost(relation), alternatives);
+        return named(reference, tested, survey, &Difference { relation: *relation, shift, sigma, drop, ln_p });
+    }
+    let drop = before.iter().map(|misfit| square(misfit, &deviation).min(cap)).sum();
+    other_frame(reference, tested, shift, drop)
+}
+
+/// Median of misfits, by axis.
+fn middle(misfits: &[Vector3<f64>]) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| median(&misfits.iter().map(|misfit| misfit[axis]).collect::<Vec<_>>()))
+}
+
+/// A difference with its name; `None` where physics explains it.
+fn named(reference: &Judged, tested: &Judged, survey: &Survey, difference: &Difference) -> Option<Mistake> {
+    let [one, other] = [reference.group.subject, tested.group.subject];
+    let antennas = one == Subject::Gnss;
+    let Difference { relation, shift, .. } = difference;
+    match relation {
+        // A wrong focal length moves all images up or down, too.
+        Relation::Height if antennas => {
+            let distance = survey.distance * reference.aligned.similarity.scale;
+            let focal = FOCAL_SIGMAS * survey.focal_share * distance;
+            (shift.z.abs() >= GEOID_M[0].max(focal)).then(|| words::height_offset(one, other, difference))
+        }
+        Relation::Plan | Relation::Shift if antennas => {
+            (shift.norm() > DATUMS_M).then(|| words::other_frame(one, other, shift.norm(), difference))
+        }
+        Relation::Height => Some(words::height_offset(one, other, difference)),
+        Relation::Plan | Relation::Shift => Some(words::plan_offset(one, other, difference)),
+        _ => Some(words::recorded_otherwise(one, other, difference)),
+    }
+}
+
+/// What no simple relation explains: turned, of another scale, or of another system.
+fn other_frame(reference: &Judged, tested: &Judged, shift: Vector3<f64>, drop: f64) -> Option<Mistake> {
+    let [one, other] = [reference.group.subject, tested.group.subject];
+    let between: Similarity = tested.aligned.similarity.after(&reference.aligned.similarity.inverse());
+    let difference =
+        Difference { relation: Relation::Shift, shift, sigma: Vector3::zeros(), drop, ln_p: ln_p(drop, 1) };
+    let vertical = (between.rotation * Vector3::z()).angle(&Vector3::z());
+    let angle = between.rotation.angle();
+    let scaled = between.scale.ln().abs() > MAP_SCALE;
+    match (scaled, angle > vertical + MAP_SCALE) {
+        _ if one == Subject::Gnss && difference.shift.norm() > DATUMS_M => {
+            Some(words::other_frame(one, other, difference.shift.norm(), &difference))
+        }
+        (true, _) if !turned_much(angle) => Some(words::scale(one, other, between.scale, &difference)),
+        (_, true) => {
+            let heading = between.rotation * Vector3::x();
+            Some(words::rotation(one, other, heading.y.atan2(heading.x).to_degrees(), &difference))
+        }
+        _ if one == Subject::Gnss => None,
+        _ => Some(words::other_frame(one, other, difference.shift.norm(), &difference)),
+    }
+}
+
+/// A scale beside a turn by more than this is another system.
+fn turned_much(angle: f64) -> bool {
+    const DEGREE: f64 = std::f64::consts::PI / 180.0;
+    angle > DEGREE
+}
+
+/// Standard deviations of a misfit between two groups: of both, and of the similarity that takes the one to the other.
+fn deviation(reference: &Judged, tested: &Judged, right: &[usize]) -> Vector3<f64> {
+    let own = |judged: &Judged, axis: usize| judged.aligned.deviation()[usize::from(axis == 2)].powi(2);
+    Vector3::from_fn(|axis, _| {
+        let carried = |k: &usize| reference.aligned.covariance(&tested.computed[*k])[(axis, axis)];
+        let carried = median(&right.iter().map(carried).collect::<Vec<_>>());
+        (own(reference, axis) + own(tested, axis) + carried).sqrt()
+    })
+}
+
+/// Standard deviation of the median of the misfits along an axis.
+fn sigma_of_shift(reference: &Judged, tested: &Judged, right: &[usize], axis: usize) -> f64 {
+    let all = deviation(reference, tested, right)[axis];
+    // The similarities of both groups stand behind all misfits alike.
+    all * (1.0 / right.len() as f64 + 1.0 / reference.targets.len() as f64).sqrt().max(0.5)
+}
+
+fn square(misfit: &Vector3<f64>, deviation: &Vector3<f64>) -> f64 {
+    misfit.component_div(deviation).norm_squared()
+}

@@ -1,0 +1,81 @@
+//! What the screening is given: recorded positions beside those that the images give.
+
+use nalgebra::Vector3;
+
+/// Which group.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Subject {
+    /// Control points.
+    Control,
+    /// Check points.
+    Check,
+    /// GNSS positions.
+    Gnss,
+}
+
+impl Subject {
+    /// Key.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Control => "control",
+            Self::Check => "check",
+            Self::Gnss => "gnss",
+        }
+    }
+
+    /// For a person, at the begin of a sentence.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Control => "Control points",
+            Self::Check => "Check points",
+            Self::Gnss => "GNSS positions",
+        }
+    }
+
+    /// The file, and columns, that hold it.
+    pub fn place(self) -> &'static str {
+        match self {
+            Self::Control | Self::Check => "x, y, z of control.csv",
+            Self::Gnss => "gnss_x, gnss_y, gnss_z of images.csv",
+        }
+    }
+}
+
+/// One position.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Member {
+    /// Name of the point or image.
+    pub name: String,
+    /// As recorded, in the coordinate system of the block's files, m.
+    pub recorded: Vector3<f64>,
+    /// In the free network; `None` where the images do not give it.
+    pub computed: Option<Vector3<f64>>,
+    /// Flight of an image; 0 for points.
+    pub flight: usize,
+}
+
+/// Positions that were recorded together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// Which.
+    pub subject: Subject,
+    /// Standard deviations as stated: horizontal, height, m.
+    pub sigma: [f64; 2],
+    /// In the order of the file.
+    pub members: Vec<Member>,
+    /// Names of the flights; none for points.
+    pub flights: Vec<String>,
+}
+
+/// The groups of a block.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Survey {
+    /// Those that have members.
+    pub groups: Vec<Group>,
+    /// Upwards in the free network, as far as the approximate orientation knows it.
+    pub up: Vector3<f64>,
+    /// Mean distance from the images to the points that they see, in the free network.
+    pub distance: f64,
+    /// Standard deviation of a focal length as a share of it: what a lens may differ from its start value.
+    pub focal_share: f64,
+}
