@@ -42,6 +42,11 @@ impl Aligned {
         (0..self.misfits.len()).map(|k| (self.square(k) / variance).min(cap)).sum()
     }
 
+    /// Standard deviations of a coordinate as stated, m.
+    pub fn stated(&self) -> [f64; 3] {
+        [self.sigma[0], self.sigma[0], self.sigma[1]]
+    }
+
     /// Standard deviations (horizontal, height) of a misfit, m.
     pub fn deviation(&self) -> [f64; 2] {
         self.sigma.map(|sigma| sigma * self.variance.sqrt())

@@ -1,9 +1,9 @@
 //! The shape of one group against the free network.
 
-use super::align::{Aligned, align};
+use super::align::{Aligned, FEWEST, align};
 use super::members;
 use super::shape::Change;
-use super::survey::{Group, Survey};
+use super::survey::{Group, Subject, Survey};
 use super::words;
 use super::{BEYOND, Mistake, ln_p, price};
 use crate::math::statistics::chi_square_quantile;
@@ -27,6 +27,29 @@ pub struct Judged {
     pub wrong: Vec<usize>,
     /// What was found.
     pub mistakes: Vec<Mistake>,
+}
+
+/// A group of too few members to be judged by itself.
+#[derive(Debug, Clone)]
+pub struct Few {
+    /// Which.
+    pub subject: Subject,
+    /// Standard deviations as stated, m.
+    pub sigma: [f64; 2],
+    /// Positions in the free network.
+    pub computed: Vec<Vector3<f64>>,
+    /// As recorded.
+    pub targets: Vec<Vector3<f64>>,
+}
+
+impl Few {
+    /// `None` of a group that has enough members, or less than two: one position has no shape and no neighbour.
+    pub fn of(group: &Group) -> Option<Self> {
+        let seen = group.members.iter().filter_map(|member| Some((member.computed?, member.recorded)));
+        let (computed, targets): (Vec<_>, Vec<_>) = seen.unzip();
+        let few = (2..FEWEST).contains(&targets.len());
+        few.then_some(Self { subject: group.subject, sigma: group.sigma, computed, targets })
+    }
 }
 
 /// A group under one alternative.

@@ -1,5 +1,6 @@
 //! Members of a group that do not fit, one by one.
 
+use super::bend::Bend;
 use super::group::Judged;
 use super::survey::Subject;
 use super::words;
@@ -9,21 +10,24 @@ use nalgebra::Vector3;
 
 /// Shifts of a flight that are physics: what the catalogue allows a drifting receiver (`gnss-drift`), m.
 const PLAUSIBLE_SHIFT_M: f64 = 10.0;
+/// Positions before and after one in its flight that it is held against.
+const NEIGHBOURS: usize = 3;
 /// Images of a flight that must agree on its shift.
 const FEWEST_OF_FLIGHT: usize = 5;
 
 /// Names the members that do not fit.
 pub fn judge(judged: &mut Judged, alpha: f64) {
     let fits = Fits::new(judged, alpha);
-    judged.wrong = (0..judged.targets.len()).filter(|k| fits.is_wrong(&judged.aligned.misfits[*k])).collect();
+    judged.wrong = (0..judged.targets.len()).filter(|k| fits.is_wrong(*k, &Vector3::zeros())).collect();
     let mut left = judged.wrong.clone();
     let mut found = Vec::new();
     if judged.group.subject == Subject::Gnss {
         found.extend(flights(judged, &fits, &mut left));
+        left.retain(|k| fits.stands_alone(*k, judged));
         if !left.is_empty() {
             let names = left.iter().map(|k| judged.group.members[*k].name.clone()).collect();
-            let worst = left.iter().map(|k| judged.aligned.misfits[*k].norm()).fold(0.0, f64::max);
-            let (drop, ln_p) = fits.improbable(left.iter().map(|k| judged.aligned.misfits[*k]));
+            let worst = left.iter().map(|k| fits.misfits[*k].norm()).fold(0.0, f64::max);
+            let (drop, ln_p) = fits.improbable(&left);
             found.push(words::wrong_positions(names, worst, drop, ln_p));
         }
     } else {
@@ -35,44 +39,61 @@ pub fn judge(judged: &mut Judged, alpha: f64) {
 
 /// What fits beside a group.
 struct Fits {
-    deviation: [f64; 3],
-    dof: f64,
+    bend: Bend,
+    places: Vec<Vector3<f64>>,
+    /// Recorded less computed, the bend taken away.
+    misfits: Vec<Vector3<f64>>,
     level: f64,
-    members: f64,
 }
 
 impl Fits {
     fn new(judged: &Judged, alpha: f64) -> Self {
-        let [xy, z] = judged.aligned.deviation();
-        let members = judged.targets.len() as f64;
-        Self { deviation: [xy, xy, z], dof: judged.aligned.dof, level: alpha / members, members }
+        let aligned = &judged.aligned;
+        let places: Vec<_> = judged.computed.iter().map(|p| aligned.similarity.apply(p)).collect();
+        let bend = Bend::of(aligned, &places);
+        let misfits = aligned.misfits.iter().zip(&places).map(|(misfit, place)| misfit - bend.at(place)).collect();
+        let level = alpha / places.len() as f64;
+        Self { bend, places, misfits, level }
     }
 
-    fn in_deviations(&self, misfit: &Vector3<f64>) -> [f64; 3] {
-        [0, 1, 2].map(|axis| misfit[axis] / self.deviation[axis])
+    fn in_deviations(&self, misfit: &Vector3<f64>, place: &Vector3<f64>) -> [f64; 3] {
+        let factor = self.bend.outside(place);
+        [0, 1, 2].map(|axis| misfit[axis] / (factor * self.bend.deviation[axis]))
     }
 
     /// Sum of squares of a misfit.
-    fn square(&self, misfit: &Vector3<f64>) -> f64 {
-        self.in_deviations(misfit).iter().map(|x| x * x).sum()
+    fn square(&self, misfit: &Vector3<f64>, place: &Vector3<f64>) -> f64 {
+        self.in_deviations(misfit, place).iter().map(|x| x * x).sum()
     }
 
-    /// Significant among all members, and an order of magnitude beyond them.
-    fn is_wrong(&self, misfit: &Vector3<f64>) -> bool {
-        let beyond = self.in_deviations(misfit).iter().any(|x| x.abs() >= BEYOND);
-        beyond && f_ln_sf(self.square(misfit) / 3.0, 3.0, self.dof) < self.level.ln()
+    /// Is a member, moved by `less`, significant among all, and an order of magnitude beyond them?
+    fn is_wrong(&self, k: usize, less: &Vector3<f64>) -> bool {
+        let misfit = self.misfits[k] - less;
+        let beyond = self.in_deviations(&misfit, &self.places[k]).iter().any(|x| x.abs() >= BEYOND);
+        beyond && f_ln_sf(self.square(&misfit, &self.places[k]) / 3.0, 3.0, self.bend.dof) < self.level.ln()
     }
 
-    fn fits(&self, misfit: &Vector3<f64>) -> bool {
-        self.square(misfit) <= 3.0 * f_quantile(1.0 - self.level, 3.0, self.dof)
+    /// Does a position stand out from those before and after it in its flight? A receiver that drifts moves neighbours together.
+    fn stands_alone(&self, k: usize, judged: &Judged) -> bool {
+        let flight = judged.group.members[k].flight;
+        let from = k.saturating_sub(NEIGHBOURS);
+        let near = (from..=k + NEIGHBOURS)
+            .filter(|n| *n != k && judged.group.members.get(*n).is_some_and(|m| m.flight == flight));
+        let near: Vec<usize> = near.collect();
+        let usual = |axis: usize| median(&near.iter().map(|n| self.misfits[*n][axis]).collect::<Vec<_>>());
+        near.is_empty() || self.is_wrong(k, &Vector3::from_fn(|axis, _| usual(axis)))
     }
 
-    /// Fall of the sum of squares without these misfits, and `ln p` of the largest.
-    fn improbable(&self, misfits: impl Iterator<Item = Vector3<f64>>) -> (f64, f64) {
-        let (sum, largest) = misfits
-            .map(|misfit| self.square(&misfit))
-            .fold((0.0, 0.0_f64), |(sum, most), square| (sum + square, most.max(square)));
-        (sum, (f_ln_sf(largest / 3.0, 3.0, self.dof) + self.members.ln()).min(0.0))
+    fn fits(&self, misfit: &Vector3<f64>, place: &Vector3<f64>) -> bool {
+        self.square(misfit, place) <= 3.0 * f_quantile(1.0 - self.level, 3.0, self.bend.dof)
+    }
+
+    /// Fall of the sum of squares without these members, and `ln p` of the largest.
+    fn improbable(&self, members: &[usize]) -> (f64, f64) {
+        let squares = members.iter().map(|k| self.square(&self.misfits[*k], &self.places[*k]));
+        let (sum, largest) = squares.fold((0.0, 0.0_f64), |(sum, most), square| (sum + square, most.max(square)));
+        let members = self.places.len() as f64;
+        (sum, (f_ln_sf(largest / 3.0, 3.0, self.bend.dof) + members.ln()).min(0.0))
     }
 }
 
@@ -86,39 +107,42 @@ fn flights(judged: &Judged, fits: &Fits, left: &mut Vec<usize>) -> Vec<Mistake> 
         if wrong.len() < FEWEST_OF_FLIGHT || 2 * wrong.len() <= all.len() {
             continue;
         }
-        let along = |axis: usize| all.iter().map(|k| judged.aligned.misfits[*k][axis]).collect::<Vec<_>>();
+        let along = |axis: usize| all.iter().map(|k| fits.misfits[*k][axis]).collect::<Vec<_>>();
         let shift = Vector3::from_fn(|axis, _| median(&along(axis)));
-        let fitting = all.iter().filter(|k| !fits.is_wrong(&(judged.aligned.misfits[**k] - shift)));
-        let fitting: Vec<usize> = fitting.copied().collect();
+        let fitting: Vec<usize> = all.iter().copied().filter(|k| !fits.is_wrong(*k, &shift)).collect();
         if 2 * fitting.len() <= all.len() || shift.norm() <= PLAUSIBLE_SHIFT_M {
             continue;
         }
         let images: Vec<String> = all.iter().map(|k| judged.group.members[*k].name.clone()).collect();
-        let (drop, ln_p) = fits.improbable(fitting.iter().map(|k| judged.aligned.misfits[*k]));
-        let sigma = shift_sigma(fits, &shift, fitting.len());
+        let (drop, ln_p) = fits.improbable(&fitting);
+        let sigma = shift_sigma(fits, &shift, &fitting);
         found.push(words::flight_offset(name, images, &shift, sigma, drop, ln_p));
         left.retain(|k| !fitting.contains(k));
     }
     found
 }
 
-fn shift_sigma(fits: &Fits, shift: &Vector3<f64>, n: usize) -> f64 {
-    let variance: f64 = (0..3).map(|k| (shift[k] * fits.deviation[k]).powi(2)).sum::<f64>() / shift.norm_squared();
+/// Of the length of a shift: its own, and that of the network where the flight is.
+fn shift_sigma(fits: &Fits, shift: &Vector3<f64>, fitting: &[usize]) -> f64 {
+    let deviation = Vector3::from(fits.bend.deviation);
+    let along = shift.component_mul(&deviation).norm() / shift.norm();
+    let factor = median(&fitting.iter().map(|k| fits.bend.outside(&fits.places[*k])).collect::<Vec<_>>());
     // A median has pi / 2 times the variance of a mean.
-    (variance * std::f64::consts::FRAC_PI_2 / n as f64).sqrt()
+    along * (std::f64::consts::FRAC_PI_2 / fitting.len() as f64 + factor * factor - 1.0).sqrt()
 }
 
 /// A point by itself: wrong in one coordinate, or as a whole.
 fn single(judged: &Judged, fits: &Fits, k: usize) -> Mistake {
-    let misfit = judged.aligned.misfits[k];
+    let (misfit, place) = (fits.misfits[k], fits.places[k]);
     let (subject, name) = (judged.group.subject, &judged.group.members[k].name);
-    let (drop, ln_p) = fits.improbable(std::iter::once(misfit));
-    let in_deviations = fits.in_deviations(&misfit);
+    let (drop, ln_p) = fits.improbable(&[k]);
+    let in_deviations = fits.in_deviations(&misfit, &place);
     let axis = (0..3).max_by(|a, b| in_deviations[*a].abs().total_cmp(&in_deviations[*b].abs())).unwrap_or(2);
     let mut others = misfit;
     others[axis] = 0.0;
-    match fits.fits(&others) {
-        true => words::wrong_coordinate(subject, name, axis, misfit[axis], fits.deviation[axis], drop, ln_p),
+    let sigma = fits.bend.deviation[axis] * fits.bend.outside(&place);
+    match fits.fits(&others, &place) {
+        true => words::wrong_coordinate(subject, name, axis, misfit[axis], sigma, drop, ln_p),
         false => words::wrong_position(subject, name, &misfit, drop, ln_p),
     }
 }
@@ -130,10 +154,10 @@ fn exchanged(one: &Judged, other: &Judged, fits: &Fits) -> Vec<Mistake> {
     for &i in &one.wrong {
         for &j in other.wrong.iter().filter(|j| !same || i < **j) {
             // In the frame of the first group.
-            let at = |judged: &Judged, k: usize| one.aligned.similarity.apply(&judged.computed[k]);
-            let crossed = [other.targets[j] - at(one, i), one.targets[i] - at(other, j)];
-            if crossed.iter().all(|misfit| fits.fits(misfit)) {
-                let (drop, ln_p) = fits.improbable([one.aligned.misfits[i], other.aligned.misfits[j]].into_iter());
+            let [here, there] = [&one.computed[i], &other.computed[j]].map(|p| one.aligned.similarity.apply(p));
+            let crossed = [(other.targets[j], here), (one.targets[i], there)];
+            if crossed.iter().all(|(target, place)| fits.fits(&(target - place - fits.bend.at(place)), place)) {
+                let (drop, ln_p) = fits.improbable(&[i]);
                 let names = [&one.group.members[i].name, &other.group.members[j].name];
                 found.push(words::exchanged(one.group.subject, names, drop, ln_p));
             }

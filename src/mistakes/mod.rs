@@ -18,6 +18,7 @@
 //! Everything here works on small plain data and knows neither files nor solvers. `diagnose::screening` orients the block.
 
 mod align;
+mod bend;
 mod collapsed;
 mod group;
 mod members;
@@ -79,17 +80,21 @@ pub fn ln_p(drop: f64, alternatives: usize) -> f64 {
 /// Mistakes of the surveyed groups; none where the survey agrees with the images.
 pub fn screen(survey: &Survey, alpha: f64) -> Vec<Mistake> {
     let mut found = Vec::new();
-    let mut judged = Vec::new();
+    let (mut judged, mut few) = (Vec::new(), Vec::new());
     for group in &survey.groups {
         let (rest, collapsed) = collapsed::without(group, survey);
         found.extend(collapsed);
+        few.extend(group::Few::of(&rest));
         if let Some(one) = group::judge(&rest, survey, alpha) {
             found.extend(one.mistakes.iter().cloned());
             judged.push(one);
         }
     }
     found.extend(members::exchanged_between(&judged, alpha));
-    found.extend(pair::judge_all(&judged, survey, alpha));
+    found.extend(pair::judge_all(&judged, &few, survey, alpha));
     // An exchange between two groups takes the place of what each of the two points was called alone.
     members::without_repetition(found)
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,7 @@
 //! Two groups of the right shape against each other: both must give the free network the same place.
 
 use super::align::{of_majority, usual_square};
-use super::group::Judged;
+use super::group::{Few, Judged};
 use super::shape::FOOT;
 use super::survey::{Subject, Survey};
 use super::words::{self, Difference};
@@ -93,23 +93,58 @@ impl Relation {
     }
 }
 
-/// Differences between the groups that were judged.
-pub fn judge_all(judged: &[Judged], survey: &Survey, alpha: f64) -> Vec<Mistake> {
+/// A group that is held against another one.
+struct Tested<'a> {
+    subject: Subject,
+    computed: &'a [Vector3<f64>],
+    targets: &'a [Vector3<f64>],
+    /// Members that are left out.
+    wrong: &'a [usize],
+    /// Standard deviations of its misfits, m: stated ones of a group that is too small to judge by itself.
+    deviation: [f64; 2],
+    /// `None` of a group that is too small.
+    similarity: Option<&'a Similarity>,
+}
+
+impl<'a> Tested<'a> {
+    fn judged(judged: &'a Judged) -> Self {
+        Self {
+            subject: judged.group.subject,
+            computed: &judged.computed,
+            targets: &judged.targets,
+            wrong: &judged.wrong,
+            deviation: judged.aligned.deviation(),
+            similarity: Some(&judged.aligned.similarity),
+        }
+    }
+
+    fn few(few: &'a Few) -> Self {
+        let Few { subject, sigma, computed, targets } = few;
+        Self { subject: *subject, computed, targets, wrong: &[], deviation: *sigma, similarity: None }
+    }
+}
+
+/// Differences between the groups that were judged, and of those that are too small for that from the others.
+pub fn judge_all(judged: &[Judged], few: &[Few], survey: &Survey, alpha: f64) -> Vec<Mistake> {
     let find = |subject: Subject| judged.iter().find(|one| one.group.subject == subject);
-    let [control, check, gnss] = [Subject::Control, Subject::Check, Subject::Gnss].map(find);
+    let tested = |subject: Subject| {
+        let small = || few.iter().find(|one| one.subject == subject).map(Tested::few);
+        find(subject).map(Tested::judged).or_else(small)
+    };
     let mut found = Vec::new();
     // Positions of images against points; then points against points, which no antenna and no focal length stand between.
-    if let (Some(points), Some(gnss)) = (control.or(check), gnss) {
-        found.extend(judge(gnss, points, survey, alpha));
+    let points = tested(Subject::Control).or_else(|| tested(Subject::Check));
+    if let (Some(gnss), Some(points)) = (find(Subject::Gnss), points) {
+        found.extend(judge(gnss, &points, survey, alpha));
     }
-    if let (Some(control), Some(check)) = (control, check) {
-        found.extend(judge(control, check, survey, alpha));
+    if let (Some(control), Some(check)) = (find(Subject::Control), tested(Subject::Check)) {
+        found.extend(judge(control, &check, survey, alpha));
     }
     found
 }
 
 /// Holds `tested` against the place that `reference` gives it.
-fn judge(reference: &Judged, tested: &Judged, survey: &Survey, alpha: f64) -> Option<Mistake> {
+fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64) -> Option<Mistake> {
     let right: Vec<usize> = (0..tested.targets.len()).filter(|k| !tested.wrong.contains(k)).collect();
     let recorded: Vec<Vector3<f64>> = right.iter().map(|k| tested.targets[*k]).collect();
     let expected: Vec<Vector3<f64>> =
@@ -158,8 +193,8 @@ fn middle(misfits: &[Vector3<f64>]) -> Vector3<f64> {
 }
 
 /// A difference with its name; `None` where physics explains it.
-fn named(reference: &Judged, tested: &Judged, survey: &Survey, difference: &Difference) -> Option<Mistake> {
-    let [one, other] = [reference.group.subject, tested.group.subject];
+fn named(reference: &Judged, tested: &Tested<'_>, survey: &Survey, difference: &Difference) -> Option<Mistake> {
+    let [one, other] = [reference.group.subject, tested.subject];
     let antennas = one == Subject::Gnss;
     let Difference { relation, shift, .. } = difference;
     match relation {
@@ -179,9 +214,9 @@ fn named(reference: &Judged, tested: &Judged, survey: &Survey, difference: &Diff
 }
 
 /// What no simple relation explains: turned, of another scale, or of another system.
-fn other_frame(reference: &Judged, tested: &Judged, shift: Vector3<f64>, drop: f64) -> Option<Mistake> {
-    let [one, other] = [reference.group.subject, tested.group.subject];
-    let between: Similarity = tested.aligned.similarity.after(&reference.aligned.similarity.inverse());
+fn other_frame(reference: &Judged, tested: &Tested<'_>, shift: Vector3<f64>, drop: f64) -> Option<Mistake> {
+    let [one, other] = [reference.group.subject, tested.subject];
+    let between: Similarity = tested.similarity?.after(&reference.aligned.similarity.inverse());
     let difference =
         Difference { relation: Relation::Shift, shift, sigma: Vector3::zeros(), drop, ln_p: ln_p(drop, 1) };
     let vertical = (between.rotation * Vector3::z()).angle(&Vector3::z());
@@ -208,17 +243,17 @@ fn turned_much(angle: f64) -> bool {
 }
 
 /// Standard deviations of a misfit between two groups: of both, and of the similarity that takes the one to the other.
-fn deviation(reference: &Judged, tested: &Judged, right: &[usize]) -> Vector3<f64> {
-    let own = |judged: &Judged, axis: usize| judged.aligned.deviation()[usize::from(axis == 2)].powi(2);
+fn deviation(reference: &Judged, tested: &Tested<'_>, right: &[usize]) -> Vector3<f64> {
+    let own = |deviation: [f64; 2], axis: usize| deviation[usize::from(axis == 2)].powi(2);
     Vector3::from_fn(|axis, _| {
         let carried = |k: &usize| reference.aligned.covariance(&tested.computed[*k])[(axis, axis)];
         let carried = median(&right.iter().map(carried).collect::<Vec<_>>());
-        (own(reference, axis) + own(tested, axis) + carried).sqrt()
+        (own(reference.aligned.deviation(), axis) + own(tested.deviation, axis) + carried).sqrt()
     })
 }
 
 /// Standard deviation of the median of the misfits along an axis.
-fn sigma_of_shift(reference: &Judged, tested: &Judged, right: &[usize], axis: usize) -> f64 {
+fn sigma_of_shift(reference: &Judged, tested: &Tested<'_>, right: &[usize], axis: usize) -> f64 {
     let all = deviation(reference, tested, right)[axis];
     // The similarities of both groups stand behind all misfits alike.
     all * (1.0 / right.len() as f64 + 1.0 / reference.targets.len() as f64).sqrt().max(0.5)
