@@ -29,6 +29,12 @@ fn main() {
         .std("c++17")
         .opt_level(2)
         .compile("misclosure_bridge");
+    if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|system| system == "linux") {
+        // Libraries that the program loads find ours (cpp/faults.cc), not the C library's.
+        for symbol in ["_exit", "_Exit"] {
+            println!("cargo::rustc-link-arg-bins=-Wl,--export-dynamic-symbol={symbol}");
+        }
+    }
     println!("cargo::rustc-link-search=native={}", solver.join("build").display());
     println!("cargo::rustc-link-lib=static=misclosure_solver");
     for library in ["ceres", "glog", "cholmod"] {

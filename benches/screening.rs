@@ -9,7 +9,6 @@ use misclosure::diagnose::added::Added;
 use misclosure::diagnose::fit::fit;
 use misclosure::diagnose::linearised::linearise;
 use misclosure::diagnose::run::diagnose;
-use misclosure::diagnose::scan::Places;
 use misclosure::diagnose::settings::Settings;
 use misclosure::inject;
 use misclosure::io::block::read_block;
@@ -18,7 +17,7 @@ use misclosure::report::numbers::fixed;
 use misclosure::report::tables::Table;
 use misclosure::run::default_diagnosis_datum;
 use misclosure::scenario::{Scenario, SurveyNoise, add_survey_noise, simulate};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 
@@ -94,8 +93,8 @@ fn row(table: &mut Table, name: &str, block: &Block, model: &Model, threads: usi
     let (base, of_fit) = timed(|| fit(block, &model, None, &options));
     let base = base?;
     let (columns, of_screening) = timed(|| -> Result<usize> {
-        let linearised = linearise(block, &base, &Added::default(), false, &Places::new(), &settings)?;
-        let situation = linearised.situation(&settings, &BTreeSet::new());
+        let linearised = linearise(block, &base, &Added::default(), &settings)?;
+        let situation = linearised.situation(&settings);
         situation.judge_all(&situation.beside());
         Ok(linearised.scores.score.len())
     });

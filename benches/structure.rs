@@ -3,7 +3,9 @@
 
 use anyhow::{Context, Result};
 use misclosure::adjust::native::Native;
+use misclosure::adjust::native::null_model::SharedBase;
 use misclosure::adjust::{CovarianceOf, Options};
+use misclosure::diagnose::check_points::{Adjusted, heights};
 use misclosure::diagnose::structure::analyse;
 use misclosure::model::Model;
 use misclosure::run::{adjust, default_diagnosis_datum};
@@ -32,10 +34,16 @@ fn main() -> Result<()> {
     let run = adjust(&block, &model, &[&Native], &options, &mut |_, _| ControlFlow::Continue(()))?;
     let adjusted = started.elapsed().as_secs_f64();
     let started = Instant::now();
-    let structure = analyse(&run.problem, &run.solution().state, run.comparison.as_ref(), SIGNIFICANCE, 2)?;
+    let (problem, state, comparison) = (&run.problem, &run.solution().state, run.comparison.as_ref());
+    let null_base = &SharedBase::default();
+    let adjusted_block = Adjusted { block: &block, model: &model, problem, state, comparison, null_base };
+    let heights = heights(&adjusted_block, SIGNIFICANCE, threads)?;
+    let propagated = started.elapsed().as_secs_f64();
+    let structure = analyse(problem, state, &heights, SIGNIFICANCE, threads)?;
     let analysed = started.elapsed().as_secs_f64();
     println!(
-        "{BLOCK}, {} measurements, {threads} threads: {} tests {analysed:.2} s; adjusting {adjusted:.2} s; ratio {:.2}",
+        "{BLOCK}, {} measurements, {threads} threads: {} tests {analysed:.2} s, {propagated:.2} s of it for check points; \
+         adjusting {adjusted:.2} s; ratio {:.2}",
         run.problem.observations.len(),
         structure.tests.len(),
         analysed / adjusted

@@ -33,6 +33,7 @@ Chain Adjustment::MakeChain(const misclosure_context& context, std::initializer_
     if (std::find(stages.begin(), stages.end(), static_cast<Stage>(effect->stage)) == stages.end()) continue;
     int value = static_cast<int>(chain.values.size());
     chain.Add(effect);
+    for (int axis = 0; axis < 2; ++axis) chain.reads_place[axis] |= view_.effect_reads_place[2 * e + axis] != 0;
     for (std::size_t s = view_.slot_start[e]; s < view_.slot_start[e + 1]; ++s, ++value) {
       const std::size_t t = ThetaIndex(s, context);
       chain.values[value] = view_.theta[t];

@@ -43,6 +43,7 @@ ProblemView Translate(const View& view) {
   out.theta_prior_mean = Borrow(view.theta_prior_mean);
   out.theta_prior_sigma = Borrow(view.theta_prior_sigma);
   out.effects = {reinterpret_cast<const misclosure_effect* const*>(view.effects.data()), view.effects.size()};
+  out.effect_reads_place = Borrow(view.effect_reads_place);
   out.slot_start = Borrow(view.slot_start);
   out.slot_scope = Borrow(view.slot_scope);
   out.slot_base = Borrow(view.slot_base);

@@ -4,6 +4,7 @@
 //   (interior, r) --interior--> interior';  (x, y) = Fraser(interior', v) --image--> (x', y')
 //   antenna: (r, C) --position--> A --frame--> A';  surveyed: P --control--> S --frame--> S'
 //
+// Column and row of the context are those of (x', y'), which the chain itself decides: see ImageCost::FindPlace.
 // Ray effects get what the exposure stage made of the pose. Interior effects get the image's own r, not the row's r': an image has one
 // interior orientation.
 
@@ -43,9 +44,12 @@ struct Chain {
   std::vector<double*> blocks;
   std::vector<int> block_sizes;
   int derivatives = 0;  // doubles that the links' derivatives take
+  bool reads_place[2] = {false, false};  // whether any effect reads column, row of the context
   std::uint64_t id = 0;  // of this chain and no other in the program's life
 
   const std::vector<Link>& stage(Stage stage) const { return stages[static_cast<int>(stage)]; }
+
+  bool ReadsPlace() const { return reads_place[0] || reads_place[1]; }
 
   void Add(const misclosure_effect* effect) {
     const Stage stage = static_cast<Stage>(effect->stage);

@@ -62,6 +62,7 @@ void Ascending(const char* name, const uint64_t* start, std::size_t groups, std:
 
 void CheckEffects(const ProblemView& view) {
   Length("slot_start", view.slot_start, view.effects.size + 1);
+  Length("effect_reads_place", view.effect_reads_place, 2 * view.effects.size);
   Length("slot_base", view.slot_base, view.slot_scope.size);
   const std::vector<uint64_t> start(view.slot_start.begin(), view.slot_start.end());
   Ascending("slot_start", start.data(), view.effects.size, view.slot_scope.size);

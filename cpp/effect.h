@@ -58,7 +58,8 @@ typedef struct misclosure_context {
   uint32_t image, flight, camera;                    // positions in their lists
   uint32_t image_count, flight_count, camera_count;  // of the block
   double width_px, height_px;                        // sensor
-  double column_px, row_px;                          // observed image point; NaN where the stage has none
+  double column_px, row_px;                          // predicted image point at the end of the chain; NaN where
+                                                     // the stage has none, or no effect reads it
   double time_s;                                     // exposure
   double tau;                                        // (t - mean t) / (max t - min t) over the block's images
   double tau_order;                                  // the same from the place in the table

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <new>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -46,6 +47,14 @@ class Normal {
   using Sparse = Eigen::SparseMatrix<double>;
   struct Factor : Eigen::CholmodSupernodalLLT<Sparse> {
     double ReciprocalCondition() { return cholmod_rcond(m_cholmodFactor, &cholmod()); }
+    // In place of Eigen's: that reads the factor also where there was no memory to make one.
+    void compute(const Sparse& matrix) {
+      analyzePattern(matrix);
+      if (m_cholmodFactor == nullptr) throw std::bad_alloc();
+      factorize(matrix);
+      // Eigen takes it for a matrix that is not positive definite, which would be told as a null space.
+      if (cholmod().status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
+    }
   };
   // One point's part: N over (point; images that see it; shared).
   struct PointPart {

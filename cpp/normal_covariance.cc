@@ -1,6 +1,7 @@
 // Covariances of shared unknowns, poses and points, and what a full step would gain: solutions with the factors.
 
 #include <algorithm>
+#include <new>
 
 #include "normal.h"
 
@@ -16,6 +17,8 @@ Eigen::MatrixXd Normal::SolveSide(const Eigen::MatrixXd& b) const {
   if (b.rows() == 0 || b.cols() == 0) return Eigen::MatrixXd::Zero(b.rows(), b.cols());
   const Eigen::MatrixXd scaled = side_scale_.asDiagonal() * b;
   const Eigen::MatrixXd solution = factor_.solve(scaled);
+  // Eigen leaves the solution as it was.
+  if (factor_.cholmod().status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
   return side_scale_.asDiagonal() * solution;
 }
 

@@ -47,7 +47,8 @@ struct ProblemView {
   Span<double> theta_prior_sigma;
   // Effects in order of action; parameter k of effect e has its values in theta from slot_base[slot_start[e] + k] on.
   Span<const misclosure_effect*> effects;
-  Span<uint32_t> slot_start;  // effects + 1
+  Span<uint8_t> effect_reads_place;  // 2 each: whether it reads column, row of the context
+  Span<uint32_t> slot_start;         // effects + 1
   Span<uint32_t> slot_scope;
   Span<uint32_t> slot_base;
   // Images.

@@ -7,7 +7,9 @@
 #include <ceres/cost_function.h>
 
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "chain.h"
@@ -85,19 +87,40 @@ class ImageCost final : public ceres::CostFunction {
 
   // The same; says why it failed.
   bool Compute(double const* const* x, double* residuals, double** jacobians, std::string* reason) const {
+    misclosure_context context;
+    if (!image_.chain.values.empty() || image_.chain.derivatives > 0) context = image_.chain.context;
+    // Of the end of the chain by the place that effects are told.
+    RowMajor<2, 2> by_place = RowMajor<2, 2>::Zero();
     const bool derive = jacobians != nullptr;
+    if (image_.chain.ReadsPlace() && !FindPlace(x, derive, context, by_place, reason)) return false;
+    ChainRun run(image_.chain, x + 3, 2, derive);
+    Predicted at;
+    if (!Predict(run, context, x, derive, at, reason)) return false;
+    residuals[0] = weight_ * (xy_[0] - at.xy[0]);
+    residuals[1] = weight_ * (xy_[1] - at.xy[1]);
+    // The place follows what the end follows: p = h(p, u), so dp/du = (I - dh/dp)^-1 dh/du.
+    if (derive) Derive(run, at, -weight_ * (RowMajor<2, 2>::Identity() - by_place).inverse(), jacobians);
+    return true;
+  }
+
+ private:
+  // What the chain made of a point, stage by stage, with derivatives where they are asked for.
+  struct Predicted {
+    double xy[2];
+    RowMajor<3, 4> r_q;
+    RowMajor<4, 3> q_r;
+    RowMajor<3, 4> v_q;
+    RowMajor<3, 3> v_p;
+    RowMajor<2, 12> xy_interior;
+    RowMajor<2, 3> xy_v;
+  };
+
+  // Into the camera and onto the sensor, at the place of the context.
+  bool Predict(ChainRun& run, const misclosure_context& context, double const* const* x, bool derive, Predicted& at,
+               std::string* reason) const {
     const auto& exposure = image_.chain.stage(Stage::kExposure);
     const auto& ray = image_.chain.stage(Stage::kRay);
     const auto& interior_effects = image_.chain.stage(Stage::kInterior);
-    const auto& image = image_.chain.stage(Stage::kImage);
-    const bool any = !image_.chain.values.empty() || image_.chain.derivatives > 0;
-    misclosure_context context;
-    if (any) {
-      context = image_.chain.context;
-      context.column_px = xy_[0];
-      context.row_px = xy_[1];
-    }
-    ChainRun run(image_.chain, x + 3, 2, derive);
     const auto outside = [&] {
       if (reason != nullptr) *reason = std::string("outside the domain of effect ") + run.LastEffect();
       return false;
@@ -108,10 +131,8 @@ class ImageCost final : public ceres::CostFunction {
     std::copy_n(x[1], 4, q);
     std::copy_n(x[1] + 4, 3, c);
     std::copy_n(x[2], 3, p);
-    RowMajor<3, 4> r_q;
-    RowMajor<4, 3> q_r;
     if (!exposure.empty() || !ray.empty() || !interior_effects.empty()) {
-      RotationVector(q, derive, image_r, &r_q);
+      RotationVector(q, derive, image_r, &at.r_q);
       std::copy_n(image_r, 3, r);
     }
     if (!exposure.empty()) {
@@ -123,7 +144,7 @@ class ImageCost final : public ceres::CostFunction {
         std::copy_n(out, 3, r);
         std::copy_n(out + 3, 3, c);
       }
-      Quaternion(r, derive, q, &q_r);
+      Quaternion(r, derive, q, &at.q_r);
     }
     for (const Link& link : ray) {
       std::copy_n(r, 3, in);
@@ -134,36 +155,73 @@ class ImageCost final : public ceres::CostFunction {
     image_.camera.Unpack(x[0], interior);
     if (!run.ForwardInterior(image_r, interior)) return outside();
 
-    // Into the camera and onto the sensor.
     const double arm[3] = {p[0] - c[0], p[1] - c[1], p[2] - c[2]};
-    double v[3], xy[2];
-    RowMajor<3, 4> v_q;
-    RowMajor<3, 3> v_p;
-    RowMajor<2, 12> xy_interior;
-    RowMajor<2, 3> xy_v;
+    double v[3];
     bool front;
     if (derive) {
-      Rotated(q, arm, v, &v_q, &v_p);
-      front = Projected(interior, v, xy, &xy_interior, &xy_v);
+      Rotated(q, arm, v, &at.v_q, &at.v_p);
+      front = Projected(interior, v, at.xy, &at.xy_interior, &at.xy_v);
     } else {
       RotateByQuaternion(q, arm, v);
-      front = Project(interior, v, xy);
+      front = Project(interior, v, at.xy);
     }
     if (!front) {
       if (reason != nullptr) *reason = "it lies behind the camera (Z = " + std::to_string(v[2]) + " m)";
       return false;
     }
-    for (const Link& link : image) {
-      std::copy_n(xy, 2, in);
+    for (const Link& link : image_.chain.stage(Stage::kImage)) {
+      std::copy_n(at.xy, 2, in);
       std::copy_n(interior, 12, in + 2);
-      if (!run.Forward(link, context, in, xy)) return outside();
+      if (!run.Forward(link, context, in, at.xy)) return outside();
     }
-    residuals[0] = weight_ * (xy_[0] - xy[0]);
-    residuals[1] = weight_ * (xy_[1] - xy[1]);
-    if (!derive) return true;
+    return true;
+  }
 
-    // Back: derivative of the residuals by what each stage was given.
-    RowMajor<2, 2> by_xy = -weight_ * RowMajor<2, 2>::Identity();
+  // Tells the context the place at which the chain ends when it is told that place, and gives, where it is asked for, the derivative of the end by the
+  // place. The measurement is only where the search begins: a place that kept its noise would make that noise look like the effect.
+  bool FindPlace(double const* const* x, bool derive, misclosure_context& context, RowMajor<2, 2>& by_place,
+                 std::string* reason) const {
+    // Each gains the change of the effect from pixel to pixel, a hundredth or less for anything that a sensor does.
+    constexpr int kMoves = 60;
+    constexpr double kSamePx = 1e-9;
+    ChainRun run(image_.chain, x + 3, 2, false);
+    Predicted at;
+    const auto end = [&](double column, double row) {
+      context.column_px = column;
+      context.row_px = row;
+      return Predict(run, context, x, false, at, reason);
+    };
+    double place[2] = {xy_[0], xy_[1]};
+    for (int move = 0; move < kMoves; ++move) {
+      if (!end(place[0], place[1])) return false;
+      const double moved = std::max(image_.chain.reads_place[0] ? std::abs(at.xy[0] - place[0]) : 0.0,
+                                    image_.chain.reads_place[1] ? std::abs(at.xy[1] - place[1]) : 0.0);
+      std::copy_n(at.xy, 2, place);
+      if (moved > kSamePx) continue;
+      for (int axis = 0; derive && axis < 2; ++axis) {
+        if (!image_.chain.reads_place[axis]) continue;
+        // Five points: what an effect does bends over hundreds of pixels.
+        constexpr double kStepPx = 2.0, kOffsets[] = {-2, -1, 1, 2}, kWeights[] = {1, -8, 8, -1};
+        for (int k = 0; k < 4; ++k) {
+          const double shift = kOffsets[k] * kStepPx;
+          if (!end(place[0] + (axis == 0 ? shift : 0.0), place[1] + (axis == 1 ? shift : 0.0))) return false;
+          for (int i = 0; i < 2; ++i) by_place(i, axis) += kWeights[k] * at.xy[i] / (12.0 * kStepPx);
+        }
+      }
+      context.column_px = place[0];
+      context.row_px = place[1];
+      return true;
+    }
+    if (reason != nullptr) *reason = "no row, or more than one, is exposed where it would see the point";
+    return false;
+  }
+
+  // Back: derivative of the residuals by what each stage was given, from that by the image point.
+  void Derive(ChainRun& run, const Predicted& at, RowMajor<2, 2> by_xy, double** jacobians) const {
+    const auto& exposure = image_.chain.stage(Stage::kExposure);
+    const auto& ray = image_.chain.stage(Stage::kRay);
+    const auto& interior_effects = image_.chain.stage(Stage::kInterior);
+    const auto& image = image_.chain.stage(Stage::kImage);
     RowMajor<2, 12> by_interior = RowMajor<2, 12>::Zero();
     RowMajor<2, 3> by_r = RowMajor<2, 3>::Zero();
     RowMajor<2, 3> by_image_r = RowMajor<2, 3>::Zero();
@@ -173,16 +231,16 @@ class ImageCost final : public ceres::CostFunction {
       by_interior += by_xy * d_in.rightCols<12>();
       by_xy = (by_xy * d_in.leftCols<2>()).eval();
     }
-    by_interior += by_xy * xy_interior;
-    const RowMajor<2, 3> by_v = by_xy * xy_v;
+    by_interior += by_xy * at.xy_interior;
+    const RowMajor<2, 3> by_v = by_xy * at.xy_v;
     for (auto link = interior_effects.rbegin(); link != interior_effects.rend(); ++link) {
       const ConstMap<12, 15> d_in(run.DIn(*link));
       run.Backward(*link, by_interior.data());
       by_image_r += by_interior * d_in.rightCols<3>();
       by_interior = (by_interior * d_in.leftCols<12>()).eval();
     }
-    RowMajor<2, 4> by_q = by_v * v_q;
-    RowMajor<2, 3> by_p = by_v * v_p;
+    RowMajor<2, 4> by_q = by_v * at.v_q;
+    RowMajor<2, 3> by_p = by_v * at.v_p;
     RowMajor<2, 3> by_c = -by_p;
     for (auto link = ray.rbegin(); link != ray.rend(); ++link) {
       const ConstMap<3, 9> d_in(run.DIn(*link));
@@ -193,25 +251,23 @@ class ImageCost final : public ceres::CostFunction {
     }
     if (!exposure.empty()) {
       RowMajor<2, 6> by_rc;
-      by_rc << by_r + by_q * q_r, by_c;
+      by_rc << by_r + by_q * at.q_r, by_c;
       for (auto link = exposure.rbegin(); link != exposure.rend(); ++link) {
         run.Backward(*link, by_rc.data());
         by_rc = (by_rc * ConstMap<6, 6>(run.DIn(*link))).eval();
       }
-      by_q = (by_rc.leftCols<3>() + by_image_r) * r_q;
+      by_q = (by_rc.leftCols<3>() + by_image_r) * at.r_q;
       by_c = by_rc.rightCols<3>();
     } else if (!ray.empty() || !interior_effects.empty()) {
-      by_q += (by_r + by_image_r) * r_q;
+      by_q += (by_r + by_image_r) * at.r_q;
     }
 
     if (jacobians[0] != nullptr) image_.camera.Pack(by_interior, jacobians[0]);
     if (jacobians[1] != nullptr) PackPose<2>(by_q, by_c, jacobians[1]);
     if (jacobians[2] != nullptr) Into<2, 3>(jacobians[2]) = by_p;
     run.Scatter(jacobians + 3);
-    return true;
   }
 
- private:
   const ImageChain& image_;
   const double* xy_;
   double weight_;

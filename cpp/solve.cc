@@ -1,10 +1,12 @@
 #include "solve.h"
 
+#include <dlfcn.h>
 #include <glog/logging.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <new>
 #include <optional>
 #include <sstream>
 
@@ -122,8 +124,18 @@ int Polish(const ProblemView& view, Adjustment& adjustment, double asked, std::o
   return kMostPolishing;
 }
 
-// Ceres writes warnings of its own to standard error; what matters comes back as an outcome.
-void Quiet() { FLAGS_minloglevel = google::GLOG_FATAL; }
+// Ceres writes warnings of its own to standard error; what matters comes back as an outcome. CHOLMOD's OpenMP, of which it has one short
+// loop, prints a message of its own and ends the program where no thread can be started: no region has more than the calling thread.
+void Quiet() {
+  FLAGS_minloglevel = google::GLOG_FATAL;
+  using SetLevels = void (*)(int);
+  static const auto set_levels = reinterpret_cast<SetLevels>(dlsym(RTLD_DEFAULT, "omp_set_max_active_levels"));
+  // A setting of the calling thread.
+  if (set_levels != nullptr) set_levels(0);
+}
+
+// What Ceres says of a factorisation that CHOLMOD could not make for want of memory.
+constexpr char kNoFactor[] = "unrecoverable non-numeric causes";
 
 }  // namespace
 
@@ -146,6 +158,7 @@ Solution Solve(const ProblemView& view, const SolveOptions& options, const Progr
       solution.outcome = Outcome::kCancelled;
       return solution;
     }
+    if (summary.termination_type == ceres::FAILURE && summary.message.find(kNoFactor) != std::string::npos) throw std::bad_alloc();
     const bool stopped = summary.termination_type == ceres::CONVERGENCE || summary.termination_type == ceres::USER_SUCCESS;
     if (summary.termination_type == ceres::FAILURE && watch.number() == 0) adjustment.FindCulprit();
     solution.seconds = watch.seconds();

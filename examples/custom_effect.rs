@@ -26,7 +26,20 @@ pub(crate) fn main() -> anyhow::Result<()> {
     let parameters = vec![Parameter { name, unit, scope, nominal: 0.0, typical: 0.2, role, plausible: None }];
     let [id, summary, formula, confused_with, source] = ["wave", "a wave", "x += a sin", "", "me"].map(Into::into);
     let (stage, kind, needs) = (Stage::Image, Kind::Physical, Vec::new());
-    let wave = Wave(Descriptor { id, stage, kind, summary, formula, parameters, needs, confused_with, source });
+    let (picture, words) = (Picture::Sensor, None);
+    let wave = Wave(Descriptor {
+        id,
+        stage,
+        kind,
+        summary,
+        formula,
+        parameters,
+        needs,
+        confused_with,
+        source,
+        picture,
+        words,
+    });
     assert_eq!(laws::check(&wave, 1), []);
     let truth = scenario::simulate(&scenario::Scenario::preset("closerange", &Default::default())?, 1)?.block;
     let errors = ["sensor-stitch:amplitude=0.15,wavelength=250,axis=x", "noise:px=0.2"].map(inject::parse);

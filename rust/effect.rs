@@ -144,9 +144,9 @@ pub struct Context {
     pub width_px: f64,
     /// Sensor, px.
     pub height_px: f64,
-    /// Observed image point, px.
+    /// Predicted image point at the end of the chain, px; NaN where no effect reads it.
     pub column_px: f64,
-    /// Observed image point, px.
+    /// Predicted image point at the end of the chain, px; NaN where no effect reads it.
     pub row_px: f64,
     /// Exposure, s.
     pub time_s: f64,

@@ -5,7 +5,9 @@
 //! 3. [`crate::effects`]: the catalogue, one module for each effect with its formula and where that comes from.
 //! 4. [`effects_of_your_own`]: one that the catalogue has not, in C++ or Rust; [`effect_header`] is its reference, and
 //!    [`what_an_effect_is_not`] says where the rest would go.
-//! 5. [`crate::adjust`] and [`crate::diagnose`]: the solvers, and how a cause is told from another.
+//! 5. [`crate::adjust`] and [`crate::diagnose`]: the solvers, and how a cause is told from another; [`how_it_decides`] explains the method.
+//!    [`mistakes`] has what people get wrong, which is looked for first.
+//!    [`check_points`] says what a sentence on check points beside a verdict means.
 //! 6. [`your_own_block`]: a block from another program, diagnosed and taken back; [`your_odm_project`]: one of OpenDroneMap; [`formats`] has
 //!    what each format can hold.
 //! 7. [`laboratory`]: the page in which all that is done with the mouse.
@@ -27,8 +29,17 @@ pub mod effects_of_your_own {}
 #[doc = include_str!("../docs/effect-header.md")]
 pub mod effect_header {}
 
+#[doc = include_str!("../docs/how-it-decides.md")]
+pub mod how_it_decides {}
+
+#[doc = include_str!("../docs/mistakes.md")]
+pub mod mistakes {}
+
 #[doc = include_str!("../docs/what-an-effect-is-not.md")]
 pub mod what_an_effect_is_not {}
+
+#[doc = include_str!("../docs/check-points.md")]
+pub mod check_points {}
 
 #[doc = "[formats.md]: crate::book::formats"]
 #[doc = ""]

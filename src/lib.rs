@@ -48,9 +48,11 @@
 //! |---|---|---|
 //! | `files` | regular files, read | nothing of ours |
 //! | [`math`] | rotations, statistics, intersection, variance components | nothing of ours |
+//! | [`score`] | statistics of small systems of score and information | math |
+//! | [`geodesy`] | coordinate systems: maps, local ones | nothing of ours |
 //! | [`camera`] | the twelve numbers, projection, distortion taken out | math |
 //! | [`block`] | what was measured | math, camera |
-//! | [`io`] | blocks and models as files | files, math, camera, block, model |
+//! | [`io`] | blocks and models as files | files, math, geodesy, camera, block, model |
 //! | [`effects`] | physical effects, one file each, and plug-ins | files, math, camera |
 //! | [`model`] | what is believed: free parameters, effects, weights, datum | camera, block, effects |
 //! | [`problem`] | block and model as flat arrays; the datum | math, camera, block, effects, model |
@@ -60,8 +62,9 @@
 //! | [`mod@inject`] | errors by their cause | files, math, camera, block, scenario |
 //! | [`kit`] | an effect of one's own: template, build, check, as an error | files, math, camera, block, effects, model, problem, measure, inject |
 //! | [`evaluate`] | surveyed points against any block | math, camera, block |
+//! | [`mistakes`] | surveyed groups against the shape that images give | math, evaluate |
 //! | [`run`] | one adjustment from end to end, and its folder | all of the above but scenario, inject and kit |
-//! | [`diagnose`] | which effect is missing | block, effects, model, problem, measure, adjust, evaluate, run |
+//! | [`diagnose`] | which effect is missing | math, score, geodesy, camera, block, effects, model, problem, measure, adjust, evaluate, mistakes, run |
 //! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, kit, study, validate, lab |
 //! | [`study`] | the repetition of the study that this began with | all but diagnose, validate, lab |
 //! | [`validate`] | problems with certified answers | all but diagnose, kit, report, study, lab |
@@ -73,6 +76,10 @@
 mod files;
 
 pub mod math;
+
+pub mod score;
+
+pub mod geodesy;
 
 pub mod camera;
 
@@ -98,6 +105,8 @@ pub mod kit;
 
 pub mod evaluate;
 
+pub mod mistakes;
+
 pub mod run;
 
 pub mod diagnose;
@@ -115,6 +124,10 @@ pub mod lab;
 
 mod cli;
 
+mod memory;
+
 /// The program: reads the command line, runs a command, gives its exit code.
 #[doc(hidden)]
 pub use cli::main as program;
+#[doc(hidden)]
+pub use memory::Allocator;

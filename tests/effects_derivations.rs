@@ -82,8 +82,7 @@ fn values_and_derivatives_agree() {
 
 /// What solvers, tests and scans rely on; the texts of the two may differ, and only Rust knows what is plausible.
 fn contract(descriptor: &Descriptor) -> String {
-    let Descriptor { id, stage, kind, parameters, needs, summary: _, formula: _, confused_with: _, source: _ } =
-        descriptor;
+    let Descriptor { id, stage, kind, parameters, needs, .. } = descriptor;
     let parameters: Vec<Parameter> = parameters.iter().map(|p| Parameter { plausible: None, ..p.clone() }).collect();
     format!("{id}: {stage:?}, {kind:?}, needs {needs:?}, {parameters:?}")
 }

@@ -18,6 +18,10 @@ impl Effect for Faulty {
         &self.descriptor
     }
 
+    fn reads_place(&self) -> [bool; 2] {
+        self.sound.reads_place()
+    }
+
     fn eval(
         &self,
         context: &Context<'_>,

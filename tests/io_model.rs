@@ -1,6 +1,6 @@
 //! `model.toml`: what is written comes back, and what is wrong is named.
 
-use misclosure::effects::{Context, Descriptor, Effect, Kind, OutsideDomain, Parameter, Role, Scope, Stage};
+use misclosure::effects::{Context, Descriptor, Effect, Kind, OutsideDomain, Parameter, Picture, Role, Scope, Stage};
 use misclosure::io::model::{read_model, write_model};
 use misclosure::model::{Datum, EffectRef, EffectTerm, FlightFactors, Loss, Model, Prior, SigmaFactors, TieWeights};
 use proptest::prelude::*;
@@ -55,6 +55,8 @@ fn effect(id: &str) -> Option<EffectRef> {
         needs: Vec::new(),
         confused_with: "".into(),
         source: "".into(),
+        picture: Picture::Sensor,
+        words: None,
     }))))
 }
 

@@ -6,7 +6,11 @@ mod beside;
 mod common;
 
 use common::{solve_both, tie_rms_px};
+use misclosure::adjust::Options;
 use misclosure::block::Block;
+use misclosure::diagnose::run::diagnose;
+use misclosure::diagnose::settings::Settings;
+use misclosure::diagnose::verdict::Verdict;
 use misclosure::io::block::read_block;
 use misclosure::model::{Datum, Model};
 use misclosure::run::Run;
@@ -165,4 +169,38 @@ fn caliterra_with_everything_free() {
     let tied = reproduce("uav-caliterra", "dc = pp", &block, &model(Datum::Free, &["all"], true), &nothing);
     let free = reproduce("uav-caliterra", "all free", &block, &model(Datum::Free, &["all"], false), &nothing);
     assert!(free.chi_square() < tied.chi_square(), "a model that contains the other fits no worse");
+}
+
+/// The aerial block of `data/ign-borea` with its control in the height system of the rest.
+fn in_one_height_system() -> Block {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/ign-borea");
+    let mut block = read_block(&folder).unwrap_or_else(|error| panic!("{error}")).block;
+    // Its ellipsoidal height less the geoid's undulation there (reference.json): the height of the intersected rays.
+    const UNDULATION_M: f64 = 49.349;
+    block.surveyed.iter_mut().for_each(|point| point.position.z -= UNDULATION_M);
+    block.about_its_centre()
+}
+
+#[test]
+fn an_aerial_camera_has_a_lens_and_a_pattern_on_its_sensor_and_no_cause_beside() {
+    let block = in_one_height_system();
+    let settings =
+        Settings { plugins: &[], options: Options::default(), significance: 1e-3, snoop: true, tell: &|_| {} };
+    let diagnosed = diagnose(&block, &model(Datum::All, &[], false), &settings).expect("a diagnosis");
+    let diagnosis = &diagnosed.diagnosis;
+    let ledger = &diagnosis.ledger;
+    println!("{:?} {:?} {:?}", diagnosis.verdict, diagnosis.recommended, diagnosis.known);
+    assert_eq!(diagnosis.verdict, Verdict::Unexplained, "the pattern has no name: {:?}", diagnosis.left);
+    // Radial terms and the focal length that goes with them at one height: the lens, and nothing beside.
+    let of_camera = |id: &String| id.starts_with("free:");
+    assert!(diagnosis.recommended.iter().all(of_camera), "{:?}", diagnosis.recommended);
+    assert!(diagnosis.recommended.contains(&"free:radial".to_string()), "{:?}", diagnosis.recommended);
+    assert!(!diagnosis.left_shapes.is_empty(), "the pattern of the sensor is a field");
+    assert!(ledger.windows(2).all(|pair| pair[1].objective < pair[0].objective));
+    assert!(ledger[ledger.len() - 1].heldout_rms_px < ledger[0].heldout_rms_px);
+    // The curvature of the Earth and the scale of Lambert-93 are known from its code.
+    let known: Vec<&str> = diagnosis.known.iter().map(|known| known.effect.as_str()).collect();
+    assert_eq!(known, ["earth-curvature", "map-scale"]);
+    let run = solve_both(&diagnosed.block, &diagnosed.improvement.fit.model);
+    assert!(run.agreement.is_some_and(|agreement| agreement.agree));
 }

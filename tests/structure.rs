@@ -3,8 +3,10 @@
 
 mod common;
 
+use misclosure::adjust::native::null_model::SharedBase;
 use misclosure::adjust::{CovarianceOf, Options};
 use misclosure::block::Block;
+use misclosure::diagnose::check_points::{Adjusted, Heights, heights};
 use misclosure::diagnose::structure::{Structure, analyse};
 use misclosure::math::statistics::normal_quantile;
 use misclosure::model::{Datum, Model};
@@ -34,7 +36,11 @@ fn options() -> Options {
 }
 
 fn structure_of(run: &Run) -> Structure {
-    analyse(&run.problem, &run.solution().state, run.comparison.as_ref(), SIGNIFICANCE, 1).unwrap()
+    with_heights(run, &Err("not asked for"))
+}
+
+fn with_heights(run: &Run, heights: &Result<Heights, &'static str>) -> Structure {
+    analyse(&run.problem, &run.solution().state, heights, SIGNIFICANCE, 1).unwrap()
 }
 
 fn structure(block: &Block) -> Structure {
@@ -276,7 +282,14 @@ fn a_late_antenna_shows_along_the_track_alone() {
 
 #[test]
 fn check_points_describe_and_decide_nothing() {
-    let structure = structure(&block("mapping", 1200.0, 8));
+    let block = block("mapping", 1200.0, 8);
+    let model = Model { datum: default_diagnosis_datum(&block), ..Model::default() };
+    let run = common::solve_both_with(&block, &model, &options());
+    let (problem, state, comparison) = (&run.problem, &run.solution().state, run.comparison.as_ref());
+    let null_base = &SharedBase::default();
+    let adjusted = Adjusted { block: &block, model: &model, problem, state, comparison, null_base };
+    let structure = with_heights(&run, &heights(&adjusted, SIGNIFICANCE, 1).unwrap());
+    assert!(structure.check_points.as_ref().is_some_and(|sentence| sentence.starts_with("Check points show a ")));
     for name in ["check-plane", "check-dome"] {
         assert!(!structure.test(name).unwrap().decides);
     }

@@ -131,7 +131,7 @@ function card(c, most) {
     h("div.scale", { title: impactTitle(c) }, bar),
     c.sentences?.length > 0 && h("div.what", { title: c.sentences[0] }, c.sentences[0]),
     h("div.size", {}, sizes(c.estimate)),
-    h("div.sure", {}, ...sure(c), c.effect === answer.recommended[0] && h("span.flag.first", { title: "The rules of the diagnosis would add this one next; the list is ordered by what it does to the points" }, "shows most"), c.plausible === false && h("span.flag", { title: "The estimate is beyond what physics allows of this effect: a shape that looks like it" }, "beyond what is possible")),
+    h("div.sure", {}, ...sure(c), c.effect === answer.recommended[0] && h("span.flag.first", { title: "The diagnosis would add this one next; the list is ordered by what it does to the points" }, "shows most"), c.plausible === false && h("span.flag", { title: "The estimate is beyond what physics allows of this effect: a shape that looks like it" }, "beyond what is possible")),
     c.inseparable_from?.length > 0 && h("div.partners", { title: "This block cannot tell them apart" }, "or ", c.inseparable_from.map((name) => h("span.chip", {}, name))),
     details);
   return box;

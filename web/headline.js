@@ -20,6 +20,7 @@ const NOTABLE = 0.01;
 const VERDICTS = {
   missing: ["something is missing", "A candidate on the right is significant"],
   unexplained: ["something is left without a name", "Structure is left that no effect of the catalogue explains"],
+  mistake: ["something is recorded wrongly", "The survey contradicts the images or itself"],
   adequate: ["nothing is left that this block shows", "No candidate is significant and no structure is left"],
 };
 

@@ -45,6 +45,7 @@ struct Survey {
   std::vector<const misclosure_effect*> effects = {&EffectOf<EarthCurvature>(), &EffectOf<MapScale>(),
                                                    &EffectOf<Shift<Stage::kControl>>(), &EffectOf<Shift<Stage::kPosition>>(),
                                                    &EffectOf<GnssLeverArm>()};
+  std::vector<uint8_t> effect_reads_place = std::vector<uint8_t>(10, 0);
   std::vector<uint32_t> slot_start = {0, 2, 4, 5, 6, 9};
   std::vector<uint32_t> slot_scope = std::vector<uint32_t>(9, 0), slot_base = {0, 1, 2, 3, 4, 5, 6, 7, 8};
   // An earth of 1000 m radius: q / Re = 1e-3.
@@ -81,6 +82,7 @@ struct Survey {
     view.theta_scales = Of(theta_scales);
     view.theta_free = Of(theta_free);
     view.effects = Of(effects);
+    view.effect_reads_place = Of(effect_reads_place);
     view.slot_start = Of(slot_start);
     view.slot_scope = Of(slot_scope);
     view.slot_base = Of(slot_base);
@@ -134,6 +136,7 @@ void Order() {
 void Unturned() {
   Survey survey;
   survey.effects.resize(2);
+  survey.effect_reads_place.resize(4);
   survey.slot_start.resize(3);
   for (auto* slots : {&survey.slot_scope, &survey.slot_base}) slots->resize(4);
   for (auto* values : {&survey.theta, &survey.theta_scales}) values->resize(4);

@@ -35,7 +35,7 @@ struct MountVibrationEffect {
     using std::cos;
     using std::sin;
     constexpr double kTurn = 6.283185307179586;
-    // Observed row, observed time: no unknown, but for the two that are given.
+    // The row is the one in which the point is predicted: whoever predicts finds it, and derives by it.
     const T instant = theta[5] * (context.row_px / context.height_px - 0.5) + context.time_s;
     const T phase = kTurn * theta[4] * instant;
     const T s = sin(phase), c = cos(phase);

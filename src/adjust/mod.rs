@@ -280,6 +280,14 @@ pub enum AdjustError {
         /// The system's reason.
         reason: String,
     },
+    /// The system gives too little memory.
+    #[error("{solver}: {what}")]
+    NoMemory {
+        /// Which solver.
+        solver: &'static str,
+        /// For what, in words.
+        what: &'static str,
+    },
     /// The C++ side reported an error.
     #[error("ceres: {0}")]
     Bridge(String),

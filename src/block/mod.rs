@@ -4,6 +4,8 @@
 //! down), angles radians, times seconds, temperatures degrees Celsius.
 
 mod by_point;
+pub mod edit;
+pub mod edited;
 pub mod inventory;
 
 pub use by_point::ByPoint;

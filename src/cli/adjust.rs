@@ -1,18 +1,21 @@
 //! `misclosure adjust`: one adjustment, with both solvers unless one is asked for.
 
 use super::blunders;
+use super::exit::Bent;
+use super::mistakes::SIGNIFICANCE;
 use super::model_options::ModelOptions;
 use super::output::Output;
 use super::plugins::with_faults;
 use super::summary_text::{failure, text};
 use super::{Answer, Console};
 use crate::adjust::Options;
+use crate::diagnose::screening;
 use crate::io::block::read_block;
 use crate::model::Datum;
 use crate::report::numbers::significant;
 use crate::report::run::write_page_of;
 use crate::run::summary::Summary;
-use crate::run::{self, TieResiduals, folder, gnss_residuals, residual_rows};
+use crate::run::{self, Run, TieResiduals, folder, gnss_residuals, residual_rows};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -46,6 +49,8 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     arguments.model.judge_start(&whole, &model, console)?;
     let progress = console.progress("adjust");
     let (whole, model) = arguments.model.started(whole, model, &options, &|what| progress.step(what))?;
+    progress.step("holding the survey against the shape that the images give");
+    let mistakes = screening::mistakes(&whole, &model, SIGNIFICANCE, &options);
     let search = blunders::search(&whole, &model, &options, arguments.model.outliers, &|what| progress.step(what))?;
     let block = &*search.block(&whole);
     let set_aside = search.outliers(&whole).rows(&whole);
@@ -57,8 +62,10 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     });
     drop(progress);
     let run = match run {
-        Ok(run) => run,
+        Ok(run) => Run { mistakes, ..run },
         Err(error) => {
+            // An adjustment that failed says nothing of its reason; a mistake may be it.
+            mistakes.iter().for_each(|mistake| console.message(&format!("{} {}", mistake.sentence, mistake.remedy)));
             let error = blunders::explain(error, block, &model, &options, &output);
             return Err(with_faults(error, model.effects.iter().map(|term| &term.effect), &whole));
         }
@@ -67,8 +74,14 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
         console.message(&format!("{} measurements are set aside (outliers.csv)", set_aside.len()));
     }
     outliers.extend(set_aside);
-    if let Some(text) = blunders::named(block, &model, &options, &run) {
-        console.message(&text);
+    let named = blunders::named(block, &model, &options, &run);
+    let failure = failure(&run).map(|error| match &named {
+        // Solvers that disagree in a bent adjustment say nothing of solvers.
+        Some(named) if named.bent => Bent(named.text.clone()).into(),
+        _ => error,
+    });
+    if let (Some(named), None) = (&named, &failure) {
+        console.message(&named.text);
     }
     arguments.model.doubts(block, &run, console);
     if let Some(why) = run.why_not_compared(block) {
@@ -92,5 +105,5 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
         write_page_of(dir, ties)
     })?;
     let text = text(&summary) + &format!("\nRun: {}\n", arguments.output.display());
-    Ok(Answer { text, json: serde_json::to_value(&summary)?, failure: failure(&run) })
+    Ok(Answer { text, json: serde_json::to_value(&summary)?, failure })
 }

@@ -12,6 +12,7 @@ use crate::model::Model;
 use crate::run::folder::{self, FILES, SUMMARY};
 use crate::run::{Run, RunError, residual_rows};
 
+const ADVICE: &str = "--outliers snoop sets them aside";
 /// Measurements that a message names.
 const NAMED: usize = 5;
 /// The search judges by thresholds of its own; no candidate is tested here.
@@ -36,22 +37,37 @@ pub fn search(
     Ok(search)
 }
 
-/// Names the measurements that stand alone in an adjustment, in a robust one where they may have bent it; `None` where none does.
-pub fn named(block: &Block, model: &Model, options: &Options, run: &Run) -> Option<String> {
+/// What stands alone in an adjustment.
+pub struct Named {
+    /// In words.
+    pub text: String,
+    /// Does it bend the adjustment? Named is then what stands alone in a robust one.
+    pub bent: bool,
+}
+
+/// Names the measurements that stand alone in an adjustment, in a robust one where they may have bent it; `None` where none does. Solvers that fail or
+/// disagree are a sign of that, too: what is bent far enough has no minimum that is known to all digits.
+pub fn named(block: &Block, model: &Model, options: &Options, run: &Run) -> Option<Named> {
     let solved = Solved { problem: &run.problem, state: &run.solution().state };
-    let outliers = stand_alone(block, solved).ok().filter(|outliers| !outliers.rejected.is_empty())?;
-    let advice = "--outliers snoop sets them aside";
-    if outliers.rounds.iter().any(|round| round.bent)
+    let outliers = stand_alone(block, solved).ok();
+    let in_doubt = !run.failures.is_empty() || run.agreement.as_ref().is_some_and(|agreement| !agreement.agree);
+    let may_bend = |outliers: &Outliers| outliers.rounds.iter().any(|round| round.bent);
+    let is_bent = outliers.as_ref().is_none_or(may_bend);
+    if (in_doubt || is_bent)
         && let Ok(fit) = robust_fit(block, model, None, options)
         && let Ok(robust) = stand_alone(block, solved_by(&fit))
         && !robust.rejected.is_empty()
+        && (is_bent || may_bend(&robust))
     {
-        return Some(format!(
-            "in a robust adjustment {}; this one is bent by what is wrong; {advice}",
-            list(block, &robust)
-        ));
+        return Some(Named { text: in_robust(block, &robust), bent: true });
     }
-    Some(format!("{}; {advice}", list(block, &outliers)))
+    let outliers = outliers.filter(|outliers| !outliers.rejected.is_empty())?;
+    Some(Named { text: format!("{}; {ADVICE}", list(block, &outliers)), bent: false })
+}
+
+/// What stands alone in a robust adjustment, in the same words whatever became of the one without a loss.
+fn in_robust(block: &Block, outliers: &Outliers) -> String {
+    format!("in a robust adjustment {}; one without a loss is bent by what is wrong; {ADVICE}", list(block, outliers))
 }
 
 fn solved_by(fit: &Fit) -> Solved<'_> {
@@ -77,7 +93,7 @@ pub fn explain(error: RunError, block: &Block, model: &Model, options: &Options,
     }
     let mut text = match outliers.rejected.is_empty() {
         true => "no measurement stands alone in a robust adjustment: blunders are not the reason".to_string(),
-        false => format!("in a robust adjustment {}; --outliers snoop sets them aside", list(block, &outliers)),
+        false => in_robust(block, &outliers),
     };
     let rows = residual_rows(block, solved.problem, solved.state, None);
     if let (Ok(rows), false) = (rows, output.folder().join(SUMMARY).exists()) {

@@ -1,7 +1,9 @@
 //! `misclosure check BLOCK`: validates a block and prints what is in it.
 
-use super::Answer;
+use super::diagnosis_text::mistakes_text;
+use super::mistakes::of_block;
 use super::text::multiplicity;
+use super::{Answer, Console};
 use crate::block::Block;
 use crate::block::inventory::{Inventory, PointInventory};
 use crate::camera::F;
@@ -22,11 +24,20 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::Result<Answer> {
     let loaded = read_block(&arguments.block)?;
     let inventory = Inventory::of(&loaded.block);
-    let text = text(&loaded.block, &inventory, &loaded.set_aside);
-    Ok(Answer { text, json: as_json(&loaded.block, &inventory, &loaded.set_aside), failure: None })
+    let mut text = text(&loaded.block, &inventory, &loaded.set_aside);
+    let mut json = as_json(&loaded.block, &inventory, &loaded.set_aside);
+    let progress = console.progress("check");
+    progress.step("holding the survey against the shape that the images give");
+    let mistakes = of_block(loaded.block, threads);
+    drop(progress);
+    json["mistakes"] = serde_json::to_value(&mistakes)?;
+    if !mistakes.is_empty() {
+        text = format!("MISTAKES\n{}\n{text}", mistakes_text(&mistakes));
+    }
+    Ok(Answer { text, json, failure: None })
 }
 
 fn text(block: &Block, inventory: &Inventory, set_aside: &SetAside) -> String {

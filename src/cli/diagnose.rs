@@ -1,6 +1,8 @@
 //! `misclosure diagnose` and `misclosure improve`: what is missing in the model, and the loop that adds it.
 
 use super::diagnosis_text::text;
+use super::mend::{Mended, mend, undone};
+use super::mistakes::SIGNIFICANCE;
 use super::model_options::{ModelOptions, Treatment};
 use super::output::Output;
 use super::plugins::with_faults;
@@ -15,11 +17,9 @@ use crate::io::block::read_block;
 use crate::report;
 use crate::run::summary::Summary;
 use crate::run::{self, folder, residual_rows};
+use anyhow::Context;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
-
-/// Probability with which an adequate block is told that something is missing.
-const SIGNIFICANCE: f64 = 0.001;
+use std::path::{Path, PathBuf};
 
 /// Adjusts a block and says which physical effect is missing
 #[derive(Debug, clap::Args)]
@@ -37,10 +37,14 @@ pub struct DiagnoseArguments {
 #[command(after_help = "Examples:
   misclosure improve block -o run                        the whole loop; open run/report.html
   misclosure improve block -o run --json | jq .ledger    the steps and their figures
+  misclosure improve block -o run --mend                 undo the mistakes that can be undone first (as mend)
   misclosure adjust block -o again --model run/model.toml   the improved model once more")]
 pub struct ImproveArguments {
     #[command(flatten)]
     common: Common,
+    /// Undo mistakes that can be undone (as `mend`) in a copy of the block, and go on with that; RUN/mended.toml says what was changed
+    #[arg(long)]
+    mend: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -65,12 +69,20 @@ struct Common {
 
 /// Runs `misclosure diagnose`.
 pub fn run_diagnose(arguments: &DiagnoseArguments, console: &Console, threads: usize) -> anyhow::Result<Answer> {
-    execute(&arguments.common, console, threads, Keep::Base)
+    execute(&arguments.common, console, threads, Keep::Base, None)
 }
 
 /// Runs `misclosure improve`.
 pub fn run_improve(arguments: &ImproveArguments, console: &Console, threads: usize) -> anyhow::Result<Answer> {
-    execute(&arguments.common, console, threads, Keep::Improved)
+    if !arguments.mend {
+        return execute(&arguments.common, console, threads, Keep::Improved, None);
+    }
+    let copy = tempfile::tempdir().context("no temporary folder for the mended copy of the block")?;
+    let progress = console.progress("improve");
+    let mended = mend(&arguments.common.block, copy.path(), &[], threads, &|what| progress.step(what))?;
+    drop(progress);
+    let mended = (!mended.mended.is_empty()).then_some((copy.path(), &mended));
+    execute(&arguments.common, console, threads, Keep::Improved, mended)
 }
 
 /// The model that a run hands on. What is missing is found in the same way for both: whether what is left has a name shows only when it is tried.
@@ -80,7 +92,13 @@ enum Keep {
     Improved,
 }
 
-fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) -> anyhow::Result<Answer> {
+fn execute(
+    arguments: &Common,
+    console: &Console,
+    threads: usize,
+    keep: Keep,
+    mended: Option<(&Path, &Mended)>,
+) -> anyhow::Result<Answer> {
     if !(arguments.significance > 0.0 && arguments.significance < 0.5) {
         let text = format!("--significance {}: expected a probability above 0 and below 0.5", arguments.significance);
         return Err(super::Usage(text).into());
@@ -89,7 +107,7 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
         return Err(super::Usage(format!("--tolerance-mm {tolerance}: expected a length above 0")).into());
     }
     let output = Output::of_run(&arguments.output, &arguments.block)?;
-    let loaded = read_block(&arguments.block)?;
+    let loaded = read_block(mended.map_or(arguments.block.as_path(), |(copy, _)| copy))?;
     if !loaded.set_aside.is_empty() {
         console.message(&format!("{}: set aside: {}", arguments.block.display(), loaded.set_aside));
     }
@@ -128,7 +146,7 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
     tell("adjusting the final model with both solvers");
     let solvers = arguments.model.solvers();
     // The models on the way decide nothing any more: the ledger keeps what the native solver found.
-    let HandedOn { model: final_model, run, held } =
+    let HandedOn { model: final_model, mut run, held } =
         adjust_handed_on(block, ended, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))
             .map_err(|error| with_faults(error.into(), effects(), block))?;
     if let Some(held) = held {
@@ -144,6 +162,7 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
         row.one_derivation =
             run.agreement.as_ref().map(|agreement| agreement.one_derivation.clone()).unwrap_or_default();
     }
+    run.mistakes.clone_from(&diagnosed.diagnosis.mistakes);
     drop(progress);
     arguments.model.doubts(block, &run, console);
     if let Some(why) = run.why_not_compared(block) {
@@ -159,7 +178,13 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
         let before = (!diagnosis.recommended.is_empty()).then_some(before);
         let shown = Shown { block, fit: &improvement.fit, added: &diagnosis.recommended, before, after };
         let (source, model) = (arguments.block.as_path(), &final_model);
-        report::run::Diagnosed { source, block, model, run: &run, outliers, diagnosis, shown }.write(dir)
+        report::run::Diagnosed { source, block, model, run: &run, outliers, diagnosis, shown }.write(dir)?;
+        match mended {
+            Some((copy, _)) => {
+                std::fs::copy(copy.join(folder::MENDED), dir.join(folder::MENDED)).map(|_| ()).context(folder::MENDED)
+            }
+            None => Ok(()),
+        }
     })?;
     let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
     let warning = warning(&Summary::of(block, &run, &rows));
@@ -169,6 +194,7 @@ fn execute(arguments: &Common, console: &Console, threads: usize, keep: Keep) ->
         }
         _ => "",
     };
-    let text = warning + &text(diagnosis) + next + &format!("\nRun: {}\n", arguments.output.display());
+    let undone = mended.map_or_else(String::new, |(_, mended)| undone(mended));
+    let text = undone + &warning + &text(diagnosis) + next + &format!("\nRun: {}\n", arguments.output.display());
     Ok(Answer { text, json: serde_json::to_value(diagnosis)?, failure: failure(&run) })
 }

@@ -1,7 +1,8 @@
 //! A diagnosis in words and tables, for the terminal.
 
 use crate::diagnose::verdict::Diagnosis;
-use crate::report::diagnosis_tables::{candidates_table, ledger_table, verdict_sentence};
+use crate::mistakes::Mistake;
+use crate::report::diagnosis_tables::{candidates_table, ledger_table, mistake_lines, verdict_sentence};
 use crate::report::letter::{sentences, weights_sentence};
 
 /// Candidates that the terminal shows; the report and diagnosis.json have all.
@@ -9,11 +10,28 @@ const SHOWN: usize = 10;
 /// Columns of a paragraph.
 const WIDTH: usize = 100;
 
+/// Mistakes, each with what to do; empty without any.
+pub fn mistakes_text(mistakes: &[Mistake]) -> String {
+    let mut text = String::new();
+    for mistake in mistakes {
+        let [sentence, remedy] = mistake_lines(mistake);
+        for (text_of, first) in [(sentence, "  - "), (remedy, "    ")] {
+            let options = textwrap::Options::new(WIDTH).initial_indent(first).subsequent_indent("    ");
+            text += &format!("{}\n", textwrap::fill(&text_of, options));
+        }
+    }
+    text
+}
+
 /// The whole text.
 pub fn text(diagnosis: &Diagnosis) -> String {
     let mut text = format!("{}\n", verdict_sentence(diagnosis));
+    text += &mistakes_text(&diagnosis.mistakes);
     if let Some(weight) = &diagnosis.weight {
         text += &format!("{}\n", weight.sentence);
+    }
+    if let Some(sentence) = &diagnosis.check_points {
+        text += &format!("{sentence}\n");
     }
     if let Some(sentence) = weights_sentence(diagnosis) {
         text += &format!("{sentence}\n");

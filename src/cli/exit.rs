@@ -33,6 +33,11 @@ pub enum Exit {
 #[error("{0}")]
 pub struct Usage(pub String);
 
+/// Blunders bend the adjustment: what solvers find in it is no result.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Bent(pub String);
+
 /// The two solvers found different things; says what and by how much.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the two solvers disagree: {0}")]
@@ -67,6 +72,9 @@ fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
             BuildError::NoCompiler { .. } | BuildError::Output { .. } => Exit::Other,
         });
     }
+    if cause.is::<Bent>() {
+        return Some(Exit::AdjustmentFailed);
+    }
     if cause.is::<Disagreement>() || cause.is::<NotCertified>() {
         return Some(Exit::Disagreement);
     }
@@ -93,7 +101,10 @@ fn adjustment(error: &AdjustError) -> Exit {
         AdjustError::BadStart { .. } | AdjustError::Unsupported { .. } | AdjustError::WrongDerivative { .. } => {
             Exit::BadInput
         }
-        AdjustError::Cancelled { .. } | AdjustError::NoThreads { .. } | AdjustError::Bridge(_) => Exit::Other,
+        AdjustError::Cancelled { .. }
+        | AdjustError::NoThreads { .. }
+        | AdjustError::NoMemory { .. }
+        | AdjustError::Bridge(_) => Exit::Other,
     }
 }
 

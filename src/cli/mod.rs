@@ -15,6 +15,8 @@ mod import;
 mod inject;
 #[cfg(feature = "lab")]
 mod lab;
+mod mend;
+mod mistakes;
 pub mod model_options;
 mod output;
 mod plugins;
@@ -31,6 +33,8 @@ pub use console::Console;
 pub use exit::{Exit, Usage};
 
 use crate::adjust::ceres;
+use crate::memory;
+use anyhow::Context;
 use clap::{Args, Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
@@ -67,6 +71,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Inject(inject::Arguments),
     Check(check::Arguments),
+    Mend(mend::Arguments),
     Adjust(adjust::Arguments),
     Diagnose(diagnose::DiagnoseArguments),
     Improve(diagnose::ImproveArguments),
@@ -97,6 +102,7 @@ pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     // Behind the parser, which ends the program itself.
     ceres::watch_faults();
+    memory::watch_panics();
     // A panic is a bug; it must still end with a code that scripts know, after the default hook's message.
     let exit = std::panic::catch_unwind(|| execute(arguments)).unwrap_or_else(|_| {
         console::write_error(
@@ -123,7 +129,7 @@ fn execute(arguments: Arguments) -> Exit {
     let outcome = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build_global()
-        .map_err(anyhow::Error::from)
+        .with_context(|| format!("{threads} threads cannot be started; allow more memory, or --threads with fewer"))
         .and_then(|()| command.run(&console, threads, global.json));
     let failure = match outcome {
         Err(error) => Some(error),
@@ -147,7 +153,8 @@ impl Command {
         match self {
             Command::Simulate(arguments) => simulate::run(&arguments, console),
             Command::Inject(arguments) => inject::run(&arguments),
-            Command::Check(arguments) => check::run(&arguments),
+            Command::Check(arguments) => check::run(&arguments, console, threads),
+            Command::Mend(arguments) => mend::run(&arguments, console, threads),
             Command::Adjust(arguments) => adjust::run(&arguments, console, threads),
             Command::Diagnose(arguments) => diagnose::run_diagnose(&arguments, console, threads),
             Command::Improve(arguments) => diagnose::run_improve(&arguments, console, threads),

@@ -270,7 +270,7 @@ impl ModelOptions {
 mod tests {
     use super::*;
     use crate::camera::PARAMETERS;
-    use crate::effects::{Context, Kind, OutsideDomain, Scope, Stage};
+    use crate::effects::{Context, Kind, OutsideDomain, Picture, Scope, Stage};
     use crate::effects::{Descriptor, Effect, Parameter, Role};
     use clap::Parser;
     use std::sync::Arc;
@@ -321,6 +321,8 @@ mod tests {
             needs: Vec::new(),
             confused_with: "".into(),
             source: "".into(),
+            picture: Picture::Sensor,
+            words: None,
         };
         (id == "drift").then(|| EffectRef::Plugin(Arc::new(Drift(descriptor))))
     }

@@ -10,7 +10,7 @@ use crate::model::EffectRef;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// The error of a command, with what a plug-in did where it gave no values: which, at which stage, in which image, at which point.
+/// The error of a command, with what a plug-in did where it gave no values: which, at which stage, in which image, near which point.
 pub(super) fn with_faults<'a>(
     error: anyhow::Error,
     effects: impl IntoIterator<Item = &'a EffectRef>,
@@ -21,17 +21,18 @@ pub(super) fn with_faults<'a>(
 }
 
 fn fault(effect: &EffectRef, block: &Block) -> Option<String> {
-    let plugin::Fault { what, image, observed: [x, y] } = effect.take_fault()?;
+    let plugin::Fault { what, image, place: [x, y] } = effect.take_fault()?;
     let Descriptor { id, stage, .. } = effect.descriptor();
     let path = effect.origin().map_or_else(String::new, |origin| format!("{}: ", origin.path.display()));
     let mut text = format!("{path}effect `{id}` ({} stage) {what}", stage.name());
     if let Some(of) = block.images.get(image as usize) {
         text += &format!(", in image `{}`", of.name);
-        let here = |m: &&Measurement| m.image.index() == image as usize && m.x == x && m.y == y;
-        let tie = block.ties.iter().find(here).map(|tie| &block.tie_points[tie.point.index()].name);
-        let mark = || block.marks.iter().find(here).map(|mark| &block.surveyed[mark.point.index()].name);
-        if let Some(point) = tie.or_else(mark) {
-            text += &format!(" at point `{point}`");
+        let distance = |m: &Measurement| (m.x - x).hypot(m.y - y);
+        let of_image = |m: &&Measurement| m.image.index() == image as usize && distance(m).is_finite();
+        let ties = block.ties.iter().filter(of_image).map(|m| (m, &block.tie_points[m.point.index()].name));
+        let marks = block.marks.iter().filter(of_image).map(|m| (m, &block.surveyed[m.point.index()].name));
+        if let Some((_, point)) = ties.chain(marks).min_by(|a, b| distance(a.0).total_cmp(&distance(b.0))) {
+            text += &format!(" near point `{point}`");
         }
     }
     Some(text)

@@ -1,13 +1,18 @@
-//! Results on their way: written into a folder of their own, which takes the place of the output when all of them are there.
+//! Staging: a command writes its results into a temporary folder, which replaces the output when the results are
+//! complete.
 //!
-//! It lies beside the output. A new output is there by one rename. One that is there already is exchanged with the new one, by one call
-//! of the system: whoever looks, or kills the program, finds one complete folder, the older or the newer. Files that are not of a run come along.
+//! The temporary folder lies beside the output. One rename makes a new output. One system call exchanges an existing
+//! output with the temporary folder, so that a reader, and a user who kills the program, finds either the older or the
+//! newer run, complete. Files that belong to no run are linked into the new folder first. The program removes the older
+//! run after the exchange: a reader that holds the older folder open loses its files then and has to open the path
+//! again.
 //!
-//! Some outputs cannot be exchanged: where something is mounted, the working directory, a folder of another user, or a file system without
-//! such a call. There the results lie inside the output and take their names one by one; who kills the program then leaves a list of what
-//! is still to be done, and the next command does it ([`finish`]).
+//! Some outputs cannot be exchanged: a mount point, the working directory, a folder of another user, or a file system
+//! without that call. There the temporary folder lies inside the output, and the files move out of it one by one. A
+//! program killed meanwhile leaves a list of the remaining moves, and the next command makes them ([`finish`]).
 //!
-//! What a killed program leaves of this, the next command that writes there removes: [`crate::files::scratch`].
+//! The next command that writes to the place removes the temporary folders of killed programs:
+//! [`crate::files::scratch`].
 
 use crate::files::scratch::{Scratch, is_left, is_unfinished};
 use std::ffi::OsStr;
@@ -16,25 +21,27 @@ use std::io::{self, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-/// In a folder of results that are whole and take their names one by one: which files of an older run go, the last one first.
+/// The list of remaining moves, in a temporary folder inside the output: the file that moves last, then the files of
+/// the older run to remove, one a line.
 const WHOLE: &str = ".whole";
-/// Written where results will be, and removed: a folder may be there and not take a file.
+/// Bytes of a test file: an existing folder may still refuse files.
 const PROBE_BYTES: usize = 1 << 16;
-/// A folder for results, and where they will be.
+
+/// A temporary folder for results, and the output that it will replace.
 #[derive(Debug)]
 pub struct Staging {
     folder: PathBuf,
     staged: Scratch,
     inside: bool,
-    // Behind the folder in it: dropped later.
+    // Declared after `staged`, so dropped after it: a parent must be empty by then.
     _parents: Parents,
 }
 
 impl Staging {
-    /// For results of `room` bytes in `folder`, a path without links and `..`, which need not be there.
+    /// For results of `room` bytes in `folder`, a path without links and `..`. The folder need not exist.
     ///
     /// # Errors
-    /// A place that cannot be written to, or has less room.
+    /// A place that refuses files, or has less room.
     pub fn open(folder: &Path, room: u64) -> io::Result<Self> {
         let parents = Parents::make(folder)?;
         let (staged, inside) = match beside(folder)? {
@@ -46,22 +53,22 @@ impl Staging {
         };
         probe(staged.path(), room)?;
         if folder.is_dir() && !inside {
-            // It gives its place to the new one, but is not to be replaced where it may not be written.
+            // A user who may not write to a folder may not replace it either.
             tempfile::tempfile_in(folder)?;
         }
         Ok(Self { folder: folder.to_owned(), staged, inside, _parents: parents })
     }
 
-    /// Where results are written.
+    /// The temporary folder, for the results.
     pub fn path(&self) -> &Path {
         self.staged.path()
     }
 
-    /// Gives what was written its place. Of an older folder the files `own` that were not written again go, others stay; where `last` is,
-    /// everything is.
+    /// Replaces the output by the temporary folder. Files of the older output stay, except those named in `own`. The
+    /// file `last` moves last: where it exists, all results do.
     ///
     /// # Errors
-    /// What the system refuses.
+    /// The system refuses a move.
     pub fn take_place(&self, own: &[&str], last: &str) -> io::Result<()> {
         if !self.inside {
             if !self.folder.exists() {
@@ -92,7 +99,7 @@ impl Staging {
     }
 }
 
-/// Gives the whole results `staged` their names in `folder`.
+/// Moves the complete results `staged` into `folder`, as far as an earlier program has not.
 fn settle(staged: &Path, folder: &Path) -> io::Result<()> {
     let list = fs::read_to_string(staged.join(WHOLE))?;
     let last = list.lines().next().unwrap_or_default();
@@ -104,10 +111,10 @@ fn settle(staged: &Path, folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Goes on where a program was killed while its results took their names in `folder`.
+/// Makes the moves that a killed program left undone in `folder`.
 ///
 /// # Errors
-/// What the system refuses.
+/// The system refuses a move.
 pub fn finish(folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let staged = entry.path();
@@ -119,10 +126,10 @@ pub fn finish(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Makes sure that files can be written into `folder`, which is made where it is missing.
+/// Makes sure that `folder` takes files; makes a missing one.
 ///
 /// # Errors
-/// Why not.
+/// It does not.
 pub fn writable(folder: &Path) -> io::Result<()> {
     fs::create_dir_all(folder)?;
     probe(Scratch::new_in(folder)?.path(), 0)
@@ -139,13 +146,13 @@ fn exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// The folder that the output lies in, where the output can give its place to another; `None` where not.
+/// The parent of the output; `None` where the output cannot be exchanged.
 fn beside(folder: &Path) -> io::Result<Option<PathBuf>> {
     let Some(parent) = folder.parent() else { return Ok(None) };
     match fs::metadata(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Some(parent.to_owned())),
         Err(error) => Err(error),
-        Ok(found) if !found.is_dir() => Err(io::Error::new(io::ErrorKind::NotADirectory, "this is no folder")),
+        Ok(found) if !found.is_dir() => Err(io::Error::new(io::ErrorKind::NotADirectory, "this is not a folder")),
         Ok(found) => {
             let same = fs::metadata(parent)?.dev() == found.dev();
             Ok((same && !holds_working_directory(folder)).then(|| parent.to_owned()))
@@ -153,19 +160,19 @@ fn beside(folder: &Path) -> io::Result<Option<PathBuf>> {
     }
 }
 
-/// Whoever stands in a folder would stand in the old one after an exchange.
+/// After an exchange the working directory would be the older folder, which is removed.
 fn holds_working_directory(folder: &Path) -> bool {
     std::env::current_dir().is_ok_and(|current| current.starts_with(folder))
 }
 
-/// Can `room` bytes be written into `folder`?
+/// Makes sure that `folder` takes a file and that its file system has `room` bytes left.
 fn probe(folder: &Path, room: u64) -> io::Result<()> {
     let mut file = tempfile::tempfile_in(folder)?;
     file.write_all(&[0; PROBE_BYTES])?;
     drop(file);
     let Ok(system) = rustix::fs::statvfs(folder) else { return Ok(()) };
     let free = system.f_bavail.saturating_mul(system.f_frsize);
-    // Some file systems do not tell their size.
+    // Some file systems report no size.
     if system.f_blocks > 0 && free < room {
         let megabytes = |bytes: u64| bytes.div_ceil(1_000_000);
         let text = format!("there are {} MB left, results may take {} MB", megabytes(free), megabytes(room));
@@ -174,7 +181,7 @@ fn probe(folder: &Path, room: u64) -> io::Result<()> {
     Ok(())
 }
 
-/// Folders above the output that were made for it; they go again where nothing was put into them.
+/// The missing parents of the output, which `make` creates. Dropping removes those that are still empty.
 #[derive(Debug)]
 struct Parents(Vec<PathBuf>);
 
@@ -192,13 +199,14 @@ impl Parents {
 impl Drop for Parents {
     fn drop(&mut self) {
         for parent in &self.0 {
-            // Only an empty one goes.
+            // The system refuses to remove a folder that holds anything.
             let _ = fs::remove_dir(parent);
         }
     }
 }
 
-/// Links everything of `from` into `to` that is not there and not to be `left`: hard links, so that nothing is copied and nothing lost.
+/// Hard-links the files of `from` into `to`, except existing ones and those that `left` names. A link copies and loses
+/// nothing.
 fn bring_along(from: &Path, to: &Path, left: &dyn Fn(&OsStr) -> bool) -> io::Result<()> {
     for entry in fs::read_dir(from)? {
         let entry = entry?;
@@ -268,7 +276,7 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let folder = root.path().join("deep/run");
         drop(write(&folder, &["a", "last"]).unwrap());
-        assert!(names(root.path()).is_empty(), "what was not finished leaves nothing");
+        assert!(names(root.path()).is_empty(), "unfinished results leave nothing");
         write(&folder, &["a", "sub/c", "last"]).unwrap().take_place(&["a", "b"], "last").unwrap();
         fs::write(folder.join("notes"), "mine").unwrap();
         fs::create_dir(folder.join("old")).unwrap();
@@ -285,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_exchanged_is_moved_file_by_file() {
+    fn an_output_that_cannot_be_exchanged_gets_its_files_one_by_one() {
         let root = tempfile::tempdir().unwrap();
         let folder = root.path().join("run");
         write(&folder, &["a", "last"]).unwrap().take_place(&["a", "b"], "last").unwrap();
@@ -301,10 +309,10 @@ mod tests {
     }
 
     #[test]
-    fn what_a_kill_interrupts_is_gone_on_with() {
+    fn moves_that_a_kill_interrupted_are_finished() {
         let root = tempfile::tempdir().unwrap();
         let folder = root.path().join("run");
-        // Killed after any number of the names.
+        // Killed after any number of moves.
         for done in 0..4 {
             let _ = fs::remove_dir_all(&folder);
             let staged = folder.join(".misclosure-x");
@@ -324,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_that_takes_nothing_is_refused_at_once() {
+    fn a_place_that_refuses_files_is_refused_at_once() {
         let root = tempfile::tempdir().unwrap();
         fs::write(root.path().join("file"), "").unwrap();
         for path in ["file", "file/run"] {

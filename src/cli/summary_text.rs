@@ -1,5 +1,6 @@
 //! A run's summary for people.
 
+use super::diagnosis_text::mistakes_text;
 use super::exit::Disagreement;
 use super::text::paragraph;
 use crate::adjust::agreement::Agreement;
@@ -20,6 +21,9 @@ pub fn warning(summary: &Summary) -> String {
 /// Everything that `summary.json` has.
 pub fn text(summary: &Summary) -> String {
     let mut text = warning(summary);
+    if !summary.mistakes.is_empty() {
+        text += &format!("MISTAKES\n{}\n", mistakes_text(&summary.mistakes));
+    }
     text += &format!(
         "Block `{}`: {} observations, {} unknowns, datum defect {}, redundancy {}\nsigma0 {}, tie points {} px RMS per coordinate\n",
         summary.block,

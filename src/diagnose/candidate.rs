@@ -7,6 +7,22 @@ use crate::model::{EffectRef, EffectTerm, Model};
 use crate::problem::{Problem, missing_need};
 use std::collections::BTreeMap;
 
+/// Effects that go on a series of the camera, with the group of its lower terms: a term of a series is tested beside the terms below it, never in their place
+/// (principle of marginality, Nelder 1977).
+const SERIES: [(&str, &str); 2] = [("radial-high", "free:radial"), ("decentring-high", "free:decentring")];
+
+/// Group of the lower terms of an effect's series.
+pub fn lower_terms(id: &str) -> Option<&'static str> {
+    SERIES.iter().find(|(higher, _)| *higher == id).map(|(_, group)| *group)
+}
+
+/// Are the values of an effect random, with a variance that is estimated? Those of random effects are, and the coefficients of a field.
+pub fn is_random(effect: &EffectRef) -> bool {
+    let descriptor = effect.descriptor();
+    let random = |parameter: &effects::Parameter| matches!(parameter.role, Role::Random(_));
+    descriptor.kind == Kind::Empirical || descriptor.parameters.iter().any(random)
+}
+
 /// How a candidate enters the model.
 #[derive(Debug, Clone)]
 pub enum Addition {
@@ -42,6 +58,11 @@ impl Candidate {
         if model.effects.iter().any(|term| term.effect.descriptor().id == descriptor.id) {
             needs.push("nothing: it is in the model".into());
         }
+        if let Some(group) = lower_terms(&id).and_then(|group| group.strip_prefix("free:"))
+            && camera::GROUPS.iter().any(|(name, own)| *name == group && own.iter().any(|k| !model.free[*k]))
+        {
+            needs.push(format!("the lower terms of its series in the model (--free {group})"));
+        }
         let physical = descriptor.kind == Kind::Physical;
         let addition =
             Addition::Effect(EffectTerm { effect: effect.clone(), values: BTreeMap::new(), held: Vec::new() });
@@ -61,10 +82,9 @@ impl Candidate {
         }
     }
 
-    /// The effect's per-image values are random: tested as a variance component.
+    /// The effect's values are random: tested as a variance component.
     pub fn random(&self) -> bool {
-        let is_random = |p: &effects::Parameter| matches!(p.role, Role::Random(_));
-        self.term().is_some_and(|term| term.effect.descriptor().parameters.iter().any(is_random))
+        self.term().is_some_and(|term| is_random(&term.effect))
     }
 
     /// The effect is nonlinear in a place on the sensor, which a scan finds.
@@ -73,16 +93,6 @@ impl Candidate {
             matches!(p.role, Role::Searched(effects::Domain::SensorX | effects::Domain::SensorY))
         };
         self.term().is_some_and(|term| term.effect.descriptor().parameters.iter().any(on_sensor))
-    }
-
-    /// `model` with this in it.
-    pub fn added_to(&self, model: &Model) -> Model {
-        let mut model = model.clone();
-        match &self.addition {
-            Addition::Effect(term) => model.effects.push(term.clone()),
-            Addition::Free(indices) => indices.iter().for_each(|k| model.free[*k] = true),
-        }
-        model
     }
 }
 

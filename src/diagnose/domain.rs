@@ -1,6 +1,7 @@
 //! Can an effect be computed for every measurement? (Refraction has no meaning for a point above the camera.)
 
 use super::candidate::Candidate;
+use crate::camera::fraser;
 use crate::effects::answer::{Answer, Thetas};
 use crate::effects::{Context, Stage};
 use crate::math::lane::{LANES, Lane};
@@ -25,17 +26,16 @@ pub(super) fn holds(problem: &Problem, state: &State, candidate: &Candidate) -> 
         let contexts = std::array::from_fn(|lane| {
             // The last one stands for those that are too few.
             let (j, k) = seen[lane.min(seen.len() - 1)];
-            let observation = &problem.observations[k];
-            let image = observation.image as usize;
-            let numbers = [&vectors[image], &state.poses[image].centre, &state.points[j]];
+            let image = problem.observations[k].image as usize;
+            let pose = &state.poses[image];
+            let numbers = [&vectors[image], &pose.centre, &state.points[j]];
             input.iter_mut().zip(numbers.into_iter().flatten()).for_each(|(to, number)| to[lane] = *number);
-            Context {
-                block: &problem.block_context,
-                image: &problem.image_contexts[image],
-                column_px: observation.x,
-                row_px: observation.y,
-                surveyed: None,
-            }
+            let context = &problem.image_contexts[image];
+            let (interior, seen) =
+                (&state.interiors[context.camera as usize], pose.rotation * (state.points[j] - pose.centre));
+            // Near where the chain ends, and no derivative is taken there.
+            let [column_px, row_px] = fraser::project(interior, seen.into()).unwrap_or([f64::NAN; 2]);
+            Context { block: &problem.block_context, image: context, column_px, row_px, surveyed: None }
         });
         let answer = &mut Answer { out: &mut [Lane::default(); Stage::Ray.outputs()], d_input: None, d_theta: None };
         term.effect.eval_eight(&contexts, &input, &Thetas::Alike(&theta), answer).is_ok()

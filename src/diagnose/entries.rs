@@ -1,17 +1,19 @@
 //! What a linearisation says of each candidate, and of each effect that is in, as entries of `diagnosis.json`.
 
+use super::competition::alternatives;
 use super::impact;
-use super::improve::{Confirmation, Improvement};
-use super::left::Left;
+use super::improvement::Improvement;
+use super::ledger::Confirmation;
 use super::linearised::Linearised;
-use super::select::{Judged, instead};
+use super::select::Judged;
 use super::settings::Settings;
-use super::test::power::noncentrality;
-use super::test::separability::{self, INSEPARABLE};
 use super::verdict::{CandidateEntry, ConfirmedEntry, DetectableEntry, EstimateEntry, FoundEntry, LeftEntry};
 use crate::block::Block;
-use crate::effects::Role;
+use crate::effects::{Need, Role};
 use crate::problem::Problem;
+use crate::problem::velocities::derived;
+use crate::score::power::noncentrality;
+use crate::score::separability::{self, INSEPARABLE};
 use std::collections::BTreeMap;
 
 /// Typical standard deviation of the image measurements, px.
@@ -29,22 +31,17 @@ fn size_px(problem: &Problem, drop: f64) -> f64 {
 pub(super) fn found(
     block: &Block,
     last: &Linearised,
-    candidates: &[CandidateEntry],
+    improvement: &Improvement,
     settings: &Settings<'_>,
 ) -> Vec<FoundEntry> {
-    let situation = last.situation(settings, &Default::default());
+    let alternatives = alternatives(last, &improvement.prices, settings);
+    let situation = last.situation(settings);
     let impacts = impact::of_taken(block, last, &situation);
     let entry = |(id, impact): (String, Option<impact::Impact>)| {
         let without = situation.without(&id);
         let set = last.sets.iter().position(|set| set.id == id)?;
         let judged = without.judge(set, &without.beside())?;
-        let base = candidates.iter().find(|candidate| candidate.effect == id);
-        let mut inseparable_from = base.map(|base| base.inseparable_from.clone()).unwrap_or_default();
-        for other in instead::of(&without, set).into_iter().map(|set| &last.sets[set].id) {
-            if !inseparable_from.contains(other) {
-                inseparable_from.push(other.clone());
-            }
-        }
+        let inseparable_from = alternatives.get(&id).cloned().unwrap_or_default();
         Some(FoundEntry {
             estimate: estimates(last, &judged),
             drop: judged.drop,
@@ -54,25 +51,41 @@ pub(super) fn found(
             impact,
             inseparable_from,
             plausible: !judged.implausible,
+            inputs: inputs(block, &improvement.fit.problem, &id),
             effect: id,
         })
     };
-    impacts.into_iter().filter_map(entry).collect()
+    let physical = |id: &String| last.sets.iter().any(|set| set.id == *id && set.physical);
+    impacts.into_iter().filter(|(id, _)| physical(id)).filter_map(entry).collect()
 }
 
-/// The empirical fields that would still take something away: the shape of what is left, with its size and what it does to the points.
-pub(super) fn left(block: &Block, rest: &Left, settings: &Settings<'_>) -> Vec<LeftEntry> {
-    let situation = rest.shapes.situation(settings, &Default::default());
-    let beside = situation.beside();
-    let mut judged = situation.judge_all(&beside);
-    judged.retain(|judged| rest.fields.iter().any(|field| field.id == rest.shapes.sets[judged.set].id));
-    let impacts = impact::of_candidates(block, &rest.shapes, &situation, &judged);
-    let entry = |(judged, impact): (&Judged, Option<impact::Impact>)| LeftEntry {
-        field: rest.shapes.sets[judged.set].id.clone(),
-        size_px: size_px(rest.shapes.null.problem(), judged.drop),
-        impact,
+/// Where the velocities come from that an effect needs.
+fn inputs(block: &Block, problem: &Problem, id: &str) -> Option<String> {
+    let term = problem.effects.iter().find(|term| term.effect.descriptor().id == id)?;
+    if !term.effect.descriptor().needs.contains(&Need::Velocity) {
+        return None;
+    }
+    let mut sigmas: Vec<f64> = derived(block).into_iter().flatten().map(|own| own.sigma).collect();
+    if sigmas.is_empty() {
+        return Some("velocities: measured".into());
+    }
+    sigmas.sort_by(f64::total_cmp);
+    let median = sigmas[sigmas.len() / 2];
+    let by = if median.is_finite() { format!(", +- {median:.2} m/s") } else { String::new() };
+    Some(format!("velocities: derived from positions and times{by}"))
+}
+
+/// The empirical fields in the model: the shape of the unexplained pattern, its size, and what it does to the points.
+pub(super) fn left(block: &Block, last: &Linearised, settings: &Settings<'_>) -> Vec<LeftEntry> {
+    let situation = last.situation(settings);
+    let impacts = impact::of_taken(block, last, &situation);
+    let entry = |(id, impact): (String, Option<impact::Impact>)| {
+        let set = last.sets.iter().position(|set| set.id == id && !set.physical)?;
+        let without = situation.without(&id);
+        let judged = without.judge(set, &without.beside())?;
+        Some(LeftEntry { field: id, size_px: size_px(last.null.problem(), judged.drop), impact })
     };
-    judged.iter().zip(impacts).map(entry).collect()
+    impacts.into_iter().filter_map(entry).collect()
 }
 
 /// Every candidate at the base model.
@@ -82,7 +95,7 @@ pub(super) fn candidates(
     first: &Linearised,
     settings: &Settings<'_>,
 ) -> Vec<CandidateEntry> {
-    let situation = first.situation(settings, &Default::default());
+    let situation = first.situation(settings);
     let beside = situation.beside();
     let judged = situation.judge_all(&beside);
     let level = first.ln_level(settings.significance);

@@ -72,7 +72,7 @@ fn rows(cameras: &Cameras<'_>, j: usize, object: &Vector3<f64>) -> Option<Rows> 
     let Cameras { problem, predictor, unoriented } = cameras;
     let all = &problem.observations[problem.point_start[j]..problem.point_start[j + 1]];
     let seen = || all.iter().filter(|observation| !unoriented[observation.image as usize]);
-    let sighted = seen().map(|o| Sighted { image: o.image as usize, observed: [o.x, o.y], point: *object });
+    let sighted = seen().map(|o| Sighted { image: o.image as usize, point: *object });
     let row = |(observation, predicted): (&ImageObservation, Option<ImagePoint>)| {
         let (computed, by_point) = predicted?;
         let residual = Vector2::new(observation.x - computed[0], observation.y - computed[1]);

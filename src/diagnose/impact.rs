@@ -41,7 +41,7 @@ pub fn of_candidates(
     let of = |one: &Judged| {
         let mut with = situation.clone();
         let variance = one.component.as_ref().map_or(0.0, |c| c.deviation.powi(2) / c.variance);
-        with.taken.push(Taken { set: one.set, variance, removable: true });
+        with.taken.push(Taken { set: one.set, variance });
         if linearised.sets[one.set].nature == Nature::Chance && variance == 0.0 {
             return None;
         }
@@ -100,7 +100,7 @@ impl<'a> Probe<'a> {
         for _ in 0..STEPS {
             let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
             let rows = &self.problem.observations[self.problem.point_start[j]..self.problem.point_start[j + 1]];
-            let sighted = rows.iter().map(|o| Sighted { image: o.image as usize, observed: [o.x, o.y], point: object });
+            let sighted = rows.iter().map(|o| Sighted { image: o.image as usize, point: object });
             for (row, predicted) in rows.iter().zip(predictor.image_points(sighted)) {
                 let (computed, by_point) = predicted?;
                 let v = nalgebra::Vector2::new(row.x - computed[0], row.y - computed[1]);

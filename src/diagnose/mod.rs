@@ -1,42 +1,56 @@
-//! Which physical effect is missing: every question of a converged fit is linear algebra of one small system ([`linearised`]).
+//! Which physical effect is missing, decided by one objective: calibrated best-subset selection on the small system of a converged fit.
 //!
-//! - [`mod@test`]: pure statistics of such systems, without a block.
-//! - [`select`]: which effects belong to the model, rules over what the tests say.
-//! - [`improve`]: carries out what the rules ask for, refits, and keeps the ledger; [`settle`] fits without outliers; [`run`] is a whole diagnosis.
-//! - [`structure`]: what is left in the residuals, whatever its cause; [`outliers`]: data snooping.
-//! - [`look`]: one model as it stands, without the loop.
+//! - [`linearised`]: a fit as `(s, M)`, every candidate a set of columns; [`select`]: tests conditional on the model.
+//! - [`hypothesis`]: everything that may be true, with prior and price; [`objective`]: what a set of hypotheses leaves, and what it costs.
+//! - [`search`]: a beam over sets to first order; [`competition`]: a linearisation with its hypotheses;
+//!   [`refit`]: the objective of a fitted set, which counts; `descent`: a step of it; [`improvement`]: the model on its way and its ledger.
+//! - [`settle`] fits without outliers; [`run`] is a whole diagnosis; [`look`]: one model as it stands, without the descent.
+//! - [`structure`]: structure of the residuals, whatever its cause; [`outliers`]: data snooping.
+//! - [`screening`]: mistakes that people made, before anything else; they are left out.
+//! - [`check_points`]: height errors of check points against what the block's own errors allow.
 //! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
 
 pub mod added;
 pub mod candidate;
 mod catalogue;
+pub mod check_points;
+pub mod competition;
 mod conclusion;
+mod descent;
 mod domain;
 mod entries;
 pub mod fit;
 pub mod handed_on;
 pub mod heldout;
+pub mod hypothesis;
 pub mod impact;
 pub mod imprecise;
-pub mod improve;
+pub mod improvement;
+pub mod knowledge;
+pub mod ledger;
 pub mod left;
 pub mod linearised;
 pub mod look;
 pub mod models;
 mod neighbours;
+pub mod objective;
 pub mod outliers;
 pub mod pictures;
 mod pinned;
+pub mod priors;
 mod probability;
+pub mod refit;
 pub mod run;
 pub mod scan;
+pub mod screening;
+pub mod search;
 pub mod select;
 pub mod settings;
 pub mod settle;
 pub mod shown;
+mod single;
 mod squares;
 pub mod structure;
-pub mod test;
 pub mod verdict;
 mod weigh;
 pub mod weights;

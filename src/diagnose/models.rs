@@ -4,124 +4,127 @@ use super::added::Added;
 use super::candidate::Addition;
 use super::fit::{DiagnoseError, Fit};
 use super::linearised::Linearised;
-use super::select::{Judged, Nature, Searched, Set, Situation};
-use super::test::System;
+use super::priors::{WEAK_PRIOR, with_priors};
+use super::select::{Nature, Searched, Situation, Taken};
 use crate::block::Block;
 use crate::camera;
-use crate::effects::Role;
-use crate::model::{Model, PRIOR_KEY};
-use crate::problem::Problem;
+use crate::effects::{Kind, Role};
+use crate::model::{EffectTerm, Model, PRIOR_KEY};
+use crate::problem::State;
 
-/// Standard deviation, in typical sizes, of the prior of an effect of several coefficients: no effect of this size is met, and what the
-/// measurements determine to a typical size moves by a thousandth.
-const WEAK_PRIOR: f64 = 30.0;
+/// Standard deviation (typical sizes) below which random values are none.
+pub const SMALLEST_DEVIATION: f64 = 1e-4;
 
-/// The drop of `v'Pv` that the refit of a set brings to first order: that of its test, less what the prior of its coefficients keeps back and
-/// what those would take that are not determined well enough to be estimated.
-pub fn predicted_drop(linearised: &Linearised, beside: &System, judged: &Judged) -> f64 {
-    let set = &linearised.sets[judged.set];
-    let is_effect = linearised.candidates[judged.set].as_ref().is_some_and(|candidate| candidate.term().is_some());
-    match is_effect && has_prior(set) {
-        true => beside.drop_with_prior(&beside.determined(&set.columns), WEAK_PRIOR.powi(2)),
-        false => judged.drop,
-    }
-}
-
-/// A law of several coefficients, some of which a block may hardly determine.
-fn has_prior(set: &Set) -> bool {
-    set.nature == Nature::Law && set.columns.len() > 1
-}
-
-/// The model with a set in it, and its problem, which starts where the fit ended: its first step is then the one that the null model predicts,
-/// as far as the solver's damping trusts it. In the directions that the base leaves: coefficients of the effect that the camera absorbs are
-/// held at zero, or they would be estimated twice. A shape with a place starts at its predicted size, without which it has no place.
-pub fn with_set(
+/// The model of a fit with the sets of `situation`, whatever it had taken in before. A set that joins does so in the directions that the others leave:
+/// coefficients of the effect that the camera absorbs are held at zero, or they would be estimated twice. A shape with a place starts at its predicted
+/// size, without which it has no place.
+pub fn with_members(
     block: &Block,
     fit: &Fit,
     linearised: &Linearised,
     situation: &Situation<'_>,
-    set: usize,
     values: &[f64],
     added: &mut Added,
-) -> Result<(Model, Problem), DiagnoseError> {
+) -> Result<Model, DiagnoseError> {
+    let is_member = |id: &str| situation.taken.iter().any(|taken| linearised.sets[taken.set].id == id);
     let mut model = at_solution(fit);
-    let id = &linearised.sets[set].id;
-    let extended = linearised.null.problem();
-    let state = linearised.moved(values);
-    match linearised.candidates[set].as_ref().map(|candidate| &candidate.addition) {
-        Some(Addition::Effect(term)) => {
-            let mut term = term.clone();
-            // A value of a range is the place to start from, unless it is the default.
-            for parameter in &term.effect.descriptor().parameters {
-                let value = term.values.get(parameter.name.as_ref());
-                if matches!(parameter.role, Role::Searched(_)) && value.is_some_and(|value| *value != parameter.nominal)
-                {
-                    term.held.retain(|held| *held != parameter.name);
-                }
-            }
-            let columns = &linearised.sets[set].columns;
-            let kept = situation.without(id).beside().determined(columns);
-            if has_prior(&linearised.sets[set]) {
-                term.values.insert(PRIOR_KEY.to_string(), WEAK_PRIOR);
-            }
-            let theta = extended.layout().theta(0);
-            let scanned = matches!(linearised.sets[set].search, Searched::Places { .. });
-            if let Searched::Places { count, .. } = linearised.sets[set].search {
-                added.placed.insert(id.clone(), count);
-            }
-            for column in columns {
-                let entry = &extended.theta[linearised.null.unknown(*column) - theta];
-                let name = entry.short_name(id).to_string();
-                if linearised.sets[set].nature == Nature::Law {
-                    if !kept.contains(column) {
-                        term.held.push(name.clone());
-                    }
-                    if scanned {
-                        term.values.insert(name, state.theta[linearised.null.unknown(*column) - theta]);
-                    }
-                }
-            }
-            if let (Nature::Chance, Some(taken)) = (linearised.sets[set].nature, situation.taken.last()) {
-                for parameter in &term.effect.descriptor().parameters {
-                    if let Role::Random(name) = parameter.role {
-                        let unit = linearised.unit(columns[0]);
-                        term.values.insert(name.to_string(), taken.variance.sqrt().max(1e-4) * unit);
-                    }
-                }
-            }
-            model.effects.push(term);
-        }
-        Some(Addition::Free(indices)) => {
-            let held = |k: &usize| (*k, fit.solution.state.interiors.iter().map(|interior| interior[*k]).collect());
-            added.freed.insert(id.clone(), indices.iter().map(held).collect());
-            indices.iter().for_each(|k| model.free[*k] = true);
-        }
-        None => {}
+    let leaving = linearised.taken.iter().map(|taken| &linearised.sets[taken.set].id).filter(|id| !is_member(id));
+    for id in leaving {
+        take_out(&mut model, fit, id, added);
     }
-    let problem = Problem::near(block, &model, Some((&fit.problem, &fit.solution.state)))?;
-    Ok((model, problem))
+    let state = linearised.moved(values);
+    for taken in situation.taken.iter().filter(|taken| linearised.candidates[taken.set].is_some()) {
+        let set = &linearised.sets[taken.set];
+        match linearised.candidates[taken.set].as_ref().map(|candidate| &candidate.addition) {
+            Some(Addition::Effect(term)) => {
+                if let Searched::Places { count, .. } = set.search {
+                    added.placed.insert(set.id.clone(), count);
+                }
+                let term = match set.nature {
+                    Nature::Law => law(term, linearised, situation, taken.set, &state),
+                    Nature::Chance => random(term, linearised, taken),
+                };
+                model.effects.push(term);
+            }
+            Some(Addition::Free(indices)) => {
+                let held = |k: &usize| (*k, fit.solution.state.interiors.iter().map(|interior| interior[*k]).collect());
+                added.freed.insert(set.id.clone(), indices.iter().map(held).collect());
+                indices.iter().for_each(|k| model.free[*k] = true);
+                model = with_priors(block, &model)?;
+            }
+            None => {}
+        }
+    }
+    Ok(model)
 }
 
-/// The model of a fit without one of the effects that the diagnosis took in; a group that was set free goes back to where it was held.
-pub fn without_effect(fit: &Fit, id: &str, added: &mut Added) -> Model {
-    let mut model = at_solution(fit);
+/// The term of a law that joins.
+fn law(term: &EffectTerm, linearised: &Linearised, situation: &Situation<'_>, set: usize, state: &State) -> EffectTerm {
+    let mut term = term.clone();
+    let own = &linearised.sets[set];
+    // A value of a range is the place to start from, unless it is the default.
+    for parameter in &term.effect.descriptor().parameters {
+        let value = term.values.get(parameter.name.as_ref());
+        if matches!(parameter.role, Role::Searched(_)) && value.is_some_and(|value| *value != parameter.nominal) {
+            term.held.retain(|held| *held != parameter.name);
+        }
+    }
+    let kept = situation.without(&own.id).beside().determined(&own.columns);
+    if own.columns.len() > 1 {
+        term.values.insert(PRIOR_KEY.to_string(), WEAK_PRIOR);
+    }
+    let problem = linearised.null.problem();
+    let theta = problem.layout().theta(0);
+    for column in &own.columns {
+        let t = linearised.null.unknown(*column) - theta;
+        let name = problem.theta[t].short_name(&own.id).to_string();
+        if !kept.contains(column) {
+            term.held.push(name.clone());
+        }
+        if matches!(own.search, Searched::Places { .. }) {
+            term.values.insert(name, state.theta[t]);
+        }
+    }
+    term
+}
+
+/// The term of random values that join, with their standard deviation.
+fn random(term: &EffectTerm, linearised: &Linearised, taken: &Taken) -> EffectTerm {
+    let mut term = term.clone();
+    let deviation = taken.variance.sqrt().max(SMALLEST_DEVIATION);
+    let unit = linearised.unit(linearised.sets[taken.set].columns[0]);
+    let names = term.effect.descriptor().parameters.iter().filter_map(|parameter| match parameter.role {
+        Role::Random(name) => Some(name.to_string()),
+        _ => None,
+    });
+    let names: Vec<String> = names.collect();
+    if names.is_empty() {
+        // A field: every coefficient has a prior in its typical size.
+        term.values.insert(PRIOR_KEY.to_string(), deviation);
+    }
+    term.values.extend(names.into_iter().map(|name| (name, deviation * unit)));
+    term
+}
+
+/// Takes what the diagnosis took in out of a model; a group that was set free goes back to where it was held.
+fn take_out(model: &mut Model, fit: &Fit, id: &str, added: &mut Added) {
     added.placed.remove(id);
     if let Some(held) = added.freed.remove(id) {
         for (k, values) in held {
             model.free[k] = false;
+            model.priors.retain(|prior| prior.parameter != camera::PARAMETERS[k]);
             for (camera, value) in fit.problem.camera_names.iter().zip(values) {
                 let of = model.camera_values.entry(camera.clone()).or_default();
                 of.insert(camera::PARAMETERS[k].to_string(), value);
             }
         }
-        return model;
+        return;
     }
     let mut position = 0;
     model.effects.retain(|term| {
         position += 1;
         position <= added.own || term.effect.descriptor().id != id
     });
-    model
 }
 
 /// The model with the start values of effects and cameras where its fit ended: what is adjusted with it again ends in the same minimum. (An
@@ -146,6 +149,9 @@ pub fn at_solution(fitted: &Fit) -> Model {
             _ => {
                 let name = entry.short_name(&descriptor.id).to_string();
                 term.values.insert(name, fitted.solution.state.theta[t]);
+                if let (Kind::Empirical, Some(sigma)) = (descriptor.kind, entry.prior_sigma) {
+                    term.values.insert(PRIOR_KEY.to_string(), sigma / entry.scale);
+                }
             }
         }
     }

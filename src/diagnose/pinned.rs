@@ -42,7 +42,7 @@ pub(super) fn effects(problem: &Problem, state: &State, threads: usize) -> Resul
         for point in first..(first + POINTS).min(state.points.len()) {
             for observation in &problem.observations[problem.point_start[point]..problem.point_start[point + 1]] {
                 let image = observation.image as usize;
-                predict(problem, &stages, &frames[image], observation, &state.points[point], &mut prediction)
+                predict(problem, &stages, &frames[image], image, &state.points[point], &mut prediction)
                     .ok_or_else(|| MeasureError::image_point(problem, point, image))?;
                 for (local, place) in &places[image] {
                     let [x, y] = [0, 1].map(|i| prediction.d_theta[i][*local] * observation.inverse_sigma);

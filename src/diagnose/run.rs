@@ -1,25 +1,34 @@
 //! A whole diagnosis: a base without outliers and with believable weights, the loop, what is left, the verdict.
 
+use super::added::Added;
+use super::check_points;
 use super::conclusion::diagnosis;
 use super::fit::{DiagnoseError, Fit, fit};
-use super::improve::Improvement;
+use super::improvement::Improvement;
+use super::knowledge::with_known;
 use super::left;
+use super::linearised::{Linearised, linearise};
 use super::outliers::{Outliers, Snooping, Strictness};
+use super::priors::with_priors;
+use super::screening;
+use super::search::SAME;
 use super::settings::Settings;
 use super::settle::{judge, settle};
 use super::structure::{self, Structure};
-use super::verdict::Diagnosis;
+use super::verdict::{Diagnosis, Verdict};
+use super::weights;
 use crate::adjust::AdjustError;
 use crate::adjust::native::pool::Pool;
 use crate::block::Block;
+use crate::math::statistics::chi_square_quantile;
+use crate::mistakes::Mistake;
 use crate::model::Model;
-use crate::run::{self, RunError};
-use std::collections::HashSet;
+use crate::run::RunError;
 
 /// Rounds of the weights: the second changes a factor by the square of what the first changed it.
 const WEIGHT_ROUNDS: usize = 3;
-/// Times that the loop begins anew because an outlier was found or came back, an effect was challenged, or a place has to be looked for again.
-const MOST_ROUNDS: usize = 24;
+/// Steps at the most. The objective falls with each, so that the loop ends by itself; a model of so many effects is no diagnosis any more.
+const MOST_STEPS: usize = 40;
 
 const CENTRE_TIED: &str =
     "the block does not determine the centre of distortion: tied to the principal point (as --tie dc=pp)";
@@ -50,57 +59,51 @@ pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result
 }
 
 fn diagnose_in_pool(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
-    match diagnose_as_it_is(whole, model, settings) {
+    (settings.tell)("holding the survey against the shape that the images give");
+    let mistakes = screening::mistakes(whole, model, settings.significance, &settings.options);
+    mistakes.iter().for_each(|mistake| (settings.tell)(&mistake.sentence));
+    // With what is known to be wrong in the sums the loop would look for a cause of the mistake, or find no end.
+    let rest = screening::without(whole, model, &mistakes);
+    let (block, model) = rest.as_ref().map_or((whole, model), |(block, model)| (block, model));
+    let mut diagnosed = match diagnose_as_it_is(block, model, settings) {
         Err(error) if undetermined_centre(&error, model) => {
             (settings.tell)(CENTRE_TIED);
-            diagnose_as_it_is(whole, &tied(model), settings)
+            diagnose_as_it_is(block, &tied(model), settings)
         }
         diagnosed => diagnosed,
+    }?;
+    let fit = &diagnosed.improvement.fit;
+    let aside = screening::of_outliers(block, &diagnosed.outliers, fit, &mistakes, settings.significance);
+    judge_mistakes(&mut diagnosed.diagnosis, mistakes, aside);
+    Ok(diagnosed)
+}
+
+/// A mistake is the verdict, whatever effects stand beside it: sizes and coordinates may be wrong with it.
+fn judge_mistakes(diagnosis: &mut Diagnosis, mistakes: Vec<Mistake>, aside: Vec<Mistake>) {
+    diagnosis.mistakes = mistakes;
+    diagnosis.mistakes.extend(aside);
+    if !diagnosis.mistakes.is_empty() {
+        diagnosis.verdict = Verdict::Mistake;
     }
 }
 
 fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
     let tell = settings.tell;
-    let (mut search, base) = base(whole, model, settings)?;
-    let mut block = search.block(whole).into_owned();
-    let mut improvement = Improvement::new(&block, base, settings)?;
-    let mut first = None;
-    let mut strictness = Strictness::Loose;
-    let (mut look_anew, mut round) = (false, 0);
-    // Effects and outliers that a judgement led to. One that leads back to where one was would go on for ever.
-    let (mut judging, mut reached) = (true, HashSet::new());
-    let (linearised, rest) = loop {
-        let (linearised, searched) = improvement.advance(&block, settings, &mut first, look_anew)?;
-        round += 1;
-        let may_change = round < MOST_ROUNDS;
-        look_anew = false;
-        if may_change && judging && (!improvement.added.is_empty() || improvement.rests_on_a_point()) {
-            // With the effects in the model, outliers that they hid stand out; and what looked like an effect may be one.
-            let mut changed = judged_again(whole, &mut search, &mut improvement, strictness, settings)?;
-            if !changed && strictness == Strictness::Loose {
-                strictness = Strictness::Tight;
-                changed = judged_again(whole, &mut search, &mut improvement, strictness, settings)?;
-            }
-            if changed {
-                block = search.block(whole).into_owned();
-                judging = reached.insert((improvement.added.clone(), search.left_out()));
-                continue;
-            }
+    let (model, known) = with_known(whole, model);
+    known.iter().for_each(|known| tell(&format!("{} is known: {}", known.effect, known.source)));
+    let base = base(whole, &model, settings)?;
+    let stated = base.as_stated(whole, &model, settings)?;
+    let mut descent = Descent::from(whole, base, settings)?;
+    if let Some(stated) = stated {
+        tell("the same with the survey as precise as stated");
+        let other = Descent::from(whole, stated, settings)?;
+        if other.among_causes(&model, settings) < descent.among_causes(&model, settings) - SAME {
+            descent = other;
         }
-        if may_change && !searched {
-            look_anew = true;
-            continue;
-        }
-        tell("describing what is left");
-        let rest = left::analyse(&block, &improvement, &linearised, settings)?;
-        if may_change
-            && (left::challenge(&block, &mut improvement, &rest, settings)?
-                || improvement.let_go_what_no_refit_needs(&block, &linearised, settings)?)
-        {
-            continue;
-        }
-        break (linearised, rest);
-    };
+    }
+    let Descent { search, block, mut improvement, first, linearised } = descent;
+    tell("describing the residuals");
+    let rest = left::analyse(&block, &improvement, &linearised, settings)?;
     improvement.finish(&block, settings)?;
     let after = rest.structure.clone();
     let before = match improvement.added.is_empty() {
@@ -110,18 +113,51 @@ fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> R
     let outliers = search.outliers(whole);
     let first = first.as_ref().unwrap_or(&linearised);
     let found = diagnosis(&block, &improvement, first, &linearised, &rest, &after, outliers.rejected.len(), settings)?;
-    Ok(Diagnosed { block, outliers, improvement, before, after, diagnosis: found })
+    let diagnosis = Diagnosis { known, ..found };
+    Ok(Diagnosed { block, outliers, improvement, before, after, diagnosis })
+}
+
+/// The base of a diagnosis.
+pub struct Base {
+    /// What is set aside.
+    pub search: Snooping,
+    /// The fit of the rest.
+    pub fit: Fit,
+    /// The objective, zero with the survey as precise as stated.
+    pub objective: f64,
+}
+
+impl Base {
+    /// The same with the survey as precise as `model` states; `None` where it is. What a cause does to surveyed points looks like a survey that is less precise than
+    /// stated, and beside one the cause does not pay: the objective decides between the two once causes are in.
+    ///
+    /// # Errors
+    /// A wish to stop.
+    pub fn as_stated(
+        &self,
+        whole: &Block,
+        model: &Model,
+        settings: &Settings<'_>,
+    ) -> Result<Option<Self>, DiagnoseError> {
+        let Some(stated) = weights::with_survey_of(&self.fit.model, model) else { return Ok(None) };
+        match fit(&self.search.block(whole), &stated, Some(&self.fit), &settings.options) {
+            Ok(fit) => Ok(Some(Self { search: self.search.clone(), fit, objective: 0.0 })),
+            Err(error) if settings.options.stop.is_raised() => Err(error.into()),
+            Err(_) => Ok(None),
+        }
+    }
 }
 
 /// The base of a diagnosis: `model` fitted without outliers and with believable weights.
 ///
 /// # Errors
 /// A fit that fails.
-pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<(Snooping, Fit), DiagnoseError> {
+pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Base, DiagnoseError> {
     let tell = settings.tell;
     tell("adjusting the base model and searching outliers");
+    let model = &with_priors(whole, model)?;
     let mut search = Snooping::new(whole, model);
-    let fitted = match settle(whole, &mut search, model, None, Strictness::Loose, settings) {
+    let mut fitted = match settle(whole, &mut search, model, None, Strictness::Loose, settings) {
         Err(error) if undetermined_centre(&error, model) => {
             tell(CENTRE_TIED);
             let tied = tied(model);
@@ -131,52 +167,112 @@ pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<(Sn
         fitted => fitted?,
     };
     tell("estimating the weights");
-    let fitted = weighed(&search.block(whole), fitted, settings)?;
-    Ok((search, fitted))
+    let block = search.block(whole);
+    let added = Added { own: fitted.model.effects.len(), ..Default::default() };
+    let mut objective = 0.0;
+    for _ in 0..WEIGHT_ROUNDS {
+        let Some(weights) = weights::reweighted(&block, &fitted, &added, settings)? else { break };
+        fitted = fit(&block, &weights.model, Some(&fitted), &settings.options)?;
+        objective -= weights.gain;
+    }
+    drop(block);
+    Ok(Base { search, fit: fitted, objective })
 }
 
-/// Judges every measurement anew at the model as it stands; the loop goes on with what is left. Did anything change?
+/// A descent that has come to its end.
+struct Descent {
+    search: Snooping,
+    block: Block,
+    improvement: Improvement,
+    /// Where it began; `None` where that is its end.
+    first: Option<Linearised>,
+    /// Where it ended.
+    linearised: Linearised,
+}
+
+impl Descent {
+    /// Goes down from a base.
+    fn from(whole: &Block, base: Base, settings: &Settings<'_>) -> Result<Self, DiagnoseError> {
+        let Base { mut search, fit, objective } = base;
+        let mut block = search.block(whole).into_owned();
+        let mut improvement = Improvement::new(&block, fit, settings)?;
+        improvement.objective = objective;
+        let mut first = None;
+        let linearised = loop {
+            (settings.tell)(&format!("testing hypotheses (step {})", improvement.steps.len()));
+            let linearised = linearise(&block, &improvement.fit, &improvement.parts, settings)?;
+            if improvement.steps.len() >= MOST_STEPS {
+                break linearised;
+            }
+            // Weights and blunders are moves on the same objective: each step of causes is followed by theirs.
+            if !improvement.descend(&block, &linearised, settings)? {
+                if improvement.added.is_empty() || !judged_again(whole, &mut search, &mut improvement, settings)? {
+                    break linearised;
+                }
+                block = search.block(whole).into_owned();
+            }
+            first.get_or_insert(linearised);
+        };
+        Ok(Self { search, block, improvement, first, linearised })
+    }
+
+    /// Its objective with an imprecise survey among the causes; `stated`: what is stated of the survey.
+    fn among_causes(&self, stated: &Model, settings: &Settings<'_>) -> f64 {
+        let ln_level = self.linearised.ln_level(settings.significance);
+        let objective = self.improvement.objective;
+        let all = objective + weights::dearer_as_causes(&self.improvement.fit.model, stated, ln_level);
+        (settings.tell)(&format!("objective {objective:.1}, {all:.1} with the survey's precision among the causes"));
+        all
+    }
+}
+
+/// Judges every measurement anew at the model as it stands, loosely and then tightly: with the effects in the model, outliers that they hid stand out, and what
+/// looked like an effect may be one. Did the objective fall?
 fn judged_again(
     whole: &Block,
     search: &mut Snooping,
     improvement: &mut Improvement,
-    strictness: Strictness,
     settings: &Settings<'_>,
 ) -> Result<bool, DiagnoseError> {
     if !settings.snoop {
         return Ok(false);
     }
-    let fitted = &improvement.fit;
-    let before = search.clone();
-    let round = judge(whole, search, fitted, strictness, settings)?;
-    if round.rejected + round.returned == 0 {
-        return Ok(false);
-    }
-    let model = super::models::at_solution(fitted);
-    let near = fitted.clone();
-    match settle(whole, search, &model, Some(&near), strictness, settings) {
-        Ok(fit) => {
-            let why = format!("{} measurements set aside, {} taken back", round.rejected, round.returned);
-            let block = search.block(whole);
-            improvement.measured_anew(&block, fit, &why, settings)?;
-            improvement.weigh(&block, settings)?;
-            Ok(true)
+    for strictness in [Strictness::Loose, Strictness::Tight] {
+        let before = search.clone();
+        let round = judge(whole, search, &improvement.fit, strictness, settings)?;
+        if round.rejected + round.returned == 0 {
+            continue;
         }
-        Err(error) => {
-            (settings.tell)(&format!("the search for outliers stopped: {error}"));
-            *search = before;
-            Ok(false)
+        let model = super::models::at_solution(&improvement.fit);
+        let near = improvement.fit.clone();
+        match settle(whole, search, &model, Some(&near), strictness, settings) {
+            Ok(fit) => {
+                let gain = objective_of_blunders(&improvement.fit, &fit, settings.significance);
+                if gain > -SAME {
+                    *search = before;
+                    continue;
+                }
+                let why = format!("{} measurements set aside, {} taken back", round.rejected, round.returned);
+                let block = search.block(whole);
+                improvement.replace(&block, fit, &why, gain, settings)?;
+                return Ok(true);
+            }
+            Err(error) => {
+                (settings.tell)(&format!("the search for outliers stopped: {error}"));
+                *search = before;
+            }
         }
     }
+    Ok(false)
 }
 
-fn weighed(block: &Block, mut fitted: Fit, settings: &Settings<'_>) -> Result<Fit, DiagnoseError> {
-    let added = super::added::Added { own: fitted.model.effects.len(), ..Default::default() };
-    for _ in 0..WEIGHT_ROUNDS {
-        let Some(model) = super::weights::reweighted(block, &fitted, &added, settings)? else { break };
-        fitted = fit(block, &model, Some(&fitted), &settings.options)?;
-    }
-    Ok(fitted)
+/// What the objective changes by when other measurements are set aside: each has a mean shift in two coordinates of its own, and its price.
+fn objective_of_blunders(before: &Fit, after: &Fit, significance: f64) -> f64 {
+    let count = |fit: &Fit| fit.problem.observations.len() as f64;
+    let variance = after.chi_square() / after.problem.redundancy().2 as f64;
+    let level = significance / count(before).max(count(after));
+    let price = chi_square_quantile(1.0 - level, 2.0);
+    (after.chi_square() - before.chi_square()) / variance + (count(before) - count(after)) * price
 }
 
 /// The adjustment failed with a centre of distortion of its own: where distortion is small, that centre runs away.
@@ -191,8 +287,8 @@ fn tied(model: &Model) -> Model {
 }
 
 fn structure_of(block: &Block, fitted: &Fit, settings: &Settings<'_>) -> Result<Structure, DiagnoseError> {
-    let comparison = run::compare(block, &fitted.problem, &fitted.solution)?;
     let state = &fitted.solution.state;
     let Settings { significance, options, .. } = settings;
-    Ok(structure::analyse(&fitted.problem, state, comparison.as_ref(), *significance, options.threads)?)
+    let heights = check_points::of_fit(block, fitted, settings)?;
+    Ok(structure::analyse(&fitted.problem, state, &heights, *significance, options.threads)?)
 }

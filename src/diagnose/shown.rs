@@ -2,7 +2,7 @@
 //! what they leave with it. (Residuals of two fits would not show it: cameras and poses absorb most of what a model lacks.)
 
 use super::fit::Fit;
-use crate::effects::ImageContext;
+use crate::effects::{By, ImageContext, Picture};
 use crate::measure::{MeasureError, Predictor};
 use crate::problem::{PositionObservation, Problem, State};
 use nalgebra::{Vector2, Vector3};
@@ -12,38 +12,6 @@ use std::collections::BTreeMap;
 const BINS: usize = 16;
 /// Cells along the longer side of a sensor.
 const CELLS: f64 = 16.0;
-
-/// In which picture an effect is seen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Picture {
-    /// Displacement by place on the sensor.
-    Sensor,
-    /// Displacement along the motion against the image row.
-    Row,
-    /// Radial displacement against the distance from the principal point.
-    Radius,
-    /// Scale of each image.
-    Scale(By),
-    /// Shift of each image.
-    Shift(By),
-    /// GNSS residuals along the track, across and up.
-    Gnss(By),
-    /// Residuals of surveyed coordinates, outward and up, against the distance from their centre.
-    Surveyed,
-}
-
-/// What values of images are held against.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum By {
-    /// Time of exposure, s.
-    Time,
-    /// Temperature of the camera, degrees Celsius.
-    Temperature,
-    /// Heading of the track, degrees.
-    Heading,
-    /// Order of the block.
-    Order,
-}
 
 /// A mark of a picture.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,23 +38,6 @@ pub struct Mark {
     pub sigma: Option<f64>,
 }
 
-/// The picture of an effect or of a camera parameter that was set free.
-pub fn picture_of(effect: &str) -> Picture {
-    match effect {
-        "rolling-shutter" | "forward-motion" => Picture::Row,
-        "radial-high" | "flat-port" | "refraction" => Picture::Radius,
-        "focal-time" => Picture::Scale(By::Time),
-        "focal-temperature" => Picture::Scale(By::Temperature),
-        "focal-flight" | "focal-image" => Picture::Scale(By::Order),
-        "pp-time" => Picture::Shift(By::Time),
-        "pp-flight" | "pp-image" => Picture::Shift(By::Order),
-        "gnss-lever-arm" | "gnss-delay" => Picture::Gnss(By::Heading),
-        "gnss-shift" | "gnss-drift" => Picture::Gnss(By::Time),
-        "map-scale" | "earth-curvature" => Picture::Surveyed,
-        _ => Picture::Sensor,
-    }
-}
-
 /// Marks of the picture of `effect`, without and with it. None for what is no effect of the fit.
 ///
 /// # Errors
@@ -94,18 +45,15 @@ pub fn picture_of(effect: &str) -> Picture {
 pub fn marks(fit: &Fit, effect: &str) -> Result<Vec<Mark>, MeasureError> {
     let Fit { problem, solution, .. } = fit;
     let mut off = solution.state.clone();
-    let mut is_in = false;
+    let mut picture = None;
     for (entry, value) in problem.theta.iter().zip(&mut off.theta) {
         let descriptor = problem.effects[entry.effect as usize].effect.descriptor();
         if descriptor.id == effect {
             *value = descriptor.parameters[entry.parameter as usize].nominal;
-            is_in = true;
+            picture = Some(descriptor.picture);
         }
     }
-    if !is_in {
-        return Ok(Vec::new());
-    }
-    let picture = picture_of(effect);
+    let Some(picture) = picture else { return Ok(Vec::new()) };
     let mut marks = seen(problem, &off, picture, false)?;
     marks.extend(seen(problem, &solution.state, picture, true)?);
     Ok(marks)

@@ -2,7 +2,9 @@
 
 use super::impact::Impact;
 use super::imprecise::Imprecise;
+use super::knowledge::Known;
 use crate::math::null_is_nan;
+use crate::mistakes::Mistake;
 use crate::model::{FlightFactors, SigmaFactors};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -17,6 +19,8 @@ pub enum Verdict {
     Missing,
     /// Significant structure is left that no effect of the catalogue explains.
     Unexplained,
+    /// Somebody made a mistake: the survey contradicts the images or itself, or much was set aside.
+    Mistake,
 }
 
 /// `diagnosis.json`.
@@ -31,6 +35,9 @@ pub struct Diagnosis {
     pub significance: f64,
     /// Every effect, by rank at the base model.
     pub candidates: Vec<CandidateEntry>,
+    /// What people got wrong; empty where nothing was found. The diagnosis went on without it.
+    #[serde(default)]
+    pub mistakes: Vec<Mistake>,
     /// The effects that the diagnosis took in, at the final model.
     #[serde(default)]
     pub found: Vec<FoundEntry>,
@@ -40,6 +47,10 @@ pub struct Diagnosis {
     /// How what is left weighs; null before the final adjustment has told the precision of the points.
     #[serde(default)]
     pub weight: Option<Weight>,
+    /// The height errors of the check points against what the block's own errors allow, in a sentence; null where they
+    /// were not tested.
+    #[serde(default)]
+    pub check_points: Option<String>,
     /// Effects that the final model added (of a diagnosis without improvement: that it recommends to add first).
     pub recommended: Vec<String>,
     /// Tests of residual structure, at the final model.
@@ -58,6 +69,9 @@ pub struct Diagnosis {
     pub imprecise: Vec<Imprecise>,
     /// Measurements that were set aside as outliers.
     pub outliers: usize,
+    /// Sizes that are known from elsewhere, held in every model.
+    #[serde(default)]
+    pub known: Vec<Known>,
 }
 
 /// A parameter's estimated size.
@@ -186,6 +200,9 @@ pub struct FoundEntry {
     pub inseparable_from: Vec<String>,
     /// Is the estimate within what physics allows?
     pub plausible: bool,
+    /// Where the velocities come from that it multiplies, in words; `None`: it needs none.
+    #[serde(default)]
+    pub inputs: Option<String>,
 }
 
 /// A shape that is left, described by an empirical field.
@@ -261,7 +278,10 @@ pub struct LedgerRow {
     /// Iterations of its refit.
     #[serde(default)]
     pub iterations: usize,
-    /// p-value that let the effect in.
+    /// The objective, zero at the base: it falls from row to row.
+    #[serde(default, deserialize_with = "null_is_nan")]
+    pub objective: f64,
+    /// p-value of the drop among chi-squares; one where nothing was tested.
     #[serde(deserialize_with = "null_is_nan")]
     pub p_value: f64,
     /// Do the solvers agree on this model? Null where it was adjusted with one of them.

@@ -14,9 +14,14 @@ impl Diagnosis {
 fn sentence(diagnosis: &Diagnosis, precision_m: f64, tolerance_m: Option<f64>) -> String {
     // In large blocks the covariance of the points is left out of a run.
     let known = precision_m.is_finite();
-    if diagnosis.verdict != Verdict::Unexplained {
-        let nothing = "Nothing is left over that this block shows";
-        return if known {
+    let left = diagnosis.verdict == Verdict::Mistake && !diagnosis.left.is_empty();
+    if diagnosis.verdict != Verdict::Unexplained && !left {
+        let nothing = match diagnosis.verdict {
+            Verdict::Mistake => "Beside the mistakes nothing is left over that this block shows",
+            _ => "Nothing is left over that this block shows",
+        };
+        // What points are known to means nothing in a system that a mistake may have moved.
+        return if known && diagnosis.verdict != Verdict::Mistake {
             format!("{nothing}; points are known to {} mm.", millimetres(precision_m))
         } else {
             format!("{nothing}.")

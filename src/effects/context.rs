@@ -1,4 +1,4 @@
-//! What was observed beside a measurement: constants of the block, of the image, of the measurement itself.
+//! What is known beside a measurement: constants of the block and of the image, and the place at which the measurement is predicted.
 
 use nalgebra::Vector3;
 
@@ -86,16 +86,17 @@ pub enum SurveyedKind {
     Antenna = 1,
 }
 
-/// Observed constants of one measurement.
+/// What an effect is told of one measurement.
 #[derive(Debug, Clone, Copy)]
 pub struct Context<'a> {
     /// The block's.
     pub block: &'a BlockContext,
     /// The image's.
     pub image: &'a ImageContext,
-    /// Observed column (x) of the image measurement, px; NaN where the stage has none.
+    /// Column (x) of the image point as it is *predicted*, at the end of the chain, px; NaN where the stage has none. The measured one would carry
+    /// the noise of the residual that an effect is tested on.
     pub column_px: f64,
-    /// Observed row (y) of the image measurement, px; NaN where the stage has none.
+    /// Row (y) of the image point as it is predicted, px; NaN where the stage has none.
     pub row_px: f64,
     /// What the coordinate at the frame stage belongs to; `None` at the other stages.
     pub surveyed: Option<SurveyedKind>,

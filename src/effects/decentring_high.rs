@@ -16,7 +16,7 @@
 
 use super::common::estimated;
 use super::formula::{Formula, Given, Sum};
-use super::{Descriptor, IMAGE_INTERIOR, Kind, Scope, Stage};
+use super::{Descriptor, IMAGE_INTERIOR, Kind, Picture, Scope, Stage, Words};
 use crate::camera::{DCX, DCY};
 use crate::math::Several;
 use std::sync::LazyLock;
@@ -24,7 +24,8 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct DecentringHigh;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "decentring-high".into(),
     stage: Stage::Image,
     kind: Kind::Physical,
@@ -42,6 +43,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     model holds fixed"
             .into(),
     source: "Brown 1966".into(),
+    picture: Picture::Sensor,
+    words: Some(Words {
+        what: "The elements of the lens are not exactly behind each other, and more than the usual two numbers describe. The distortion is stronger on one side of the image.".into(),
+        remedy: "Add the terms, or have the lens centred.".into(),
+        tell: "images turned by 90 and 180 degrees, and measurements in all corners".into(),
+    }),
+}
 });
 
 impl Formula for DecentringHigh {

@@ -1,6 +1,6 @@
 //! What an effect says of itself: parameters, what it needs of a block, what it is confused with.
 
-use super::Stage;
+use super::{Picture, Stage, Words};
 use std::borrow::Cow;
 
 /// Names a cause, or only takes a shape away.
@@ -163,4 +163,8 @@ pub struct Descriptor {
     pub confused_with: Cow<'static, str>,
     /// Literature.
     pub source: Cow<'static, str>,
+    /// The picture in which it is seen.
+    pub picture: Picture,
+    /// What it is to a person, of a cause.
+    pub words: Option<Words>,
 }

@@ -16,7 +16,7 @@
 //! P = (610, 820, -97), q = 0.5 at (610.0047088369, 820.0062784492, -96.9607596923).
 
 use super::common::{acting_in, acts, estimated, hand_on, known_vector, vector};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words, fill_identity};
 use std::sync::LazyLock;
 
 /// Mean radius of the Earth, m.
@@ -25,7 +25,8 @@ const EARTH_RADIUS_M: f64 = 6_371_000.0;
 /// See the [module](self).
 pub struct EarthCurvature;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "earth-curvature".into(),
     stage: Stage::Frame,
     kind: Kind::Physical,
@@ -49,6 +50,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     distortion or a focal drift; a block of a kilometre bends by 2 cm only"
             .into(),
     source: "Kraus, Photogrammetry".into(),
+    picture: Picture::Surveyed,
+    words: Some(Words {
+        what: "Heights of a map are above a curved surface, and the images know of no such thing. At a kilometre from the centre that is 8 cm.".into(),
+        remedy: "Work in a local system of three dimensions, or correct the heights.".into(),
+        tell: "the name of the coordinate system in block.toml, and control points over the whole area".into(),
+    }),
+}
 });
 
 impl Effect for EarthCurvature {

@@ -25,7 +25,7 @@
 //! (10.001861361, 0, 9.998138639); P = (0, 0, 10), on the axis, stays.
 
 use super::common::{add_block, add_column, estimated, given, hand_on, vector};
-use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Picture, Scope, Stage, Words, fill_identity};
 use crate::math::rotation::{exp, left_jacobian, skew};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::LazyLock;
@@ -33,7 +33,8 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct FlatPort;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "flat-port".into(),
     stage: Stage::Ray,
     kind: Kind::Physical,
@@ -46,6 +47,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     needs: vec![],
     confused_with: "radial distortion (all of it at one object distance: a close and a distant object tell)".into(),
     source: "Plane-parallel plate, Born and Wolf".into(),
+    picture: Picture::Radius,
+    words: Some(Words {
+        what: "The camera looks through a flat pane, and rays are bent on entering the air or water behind it. The bend grows with the angle and depends on the distance.".into(),
+        remedy: "Model the port with its thickness and distance, or use a dome port.".into(),
+        tell: "images at different distances".into(),
+    }),
+}
 });
 
 impl Effect for FlatPort {

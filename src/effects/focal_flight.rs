@@ -10,14 +10,15 @@
 //! Worked numbers: f = 5000 with a = 5 gives 5005, with a = -4 gives 4996.
 
 use super::common::{estimated, hand_on};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use super::{By, Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words, fill_identity};
 use crate::camera::F;
 use std::sync::LazyLock;
 
 /// See the [module](self).
 pub struct FocalFlight;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "focal-flight".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
@@ -30,6 +31,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     needs: vec![Need::Flights],
     confused_with: "focal-time (a slope within the flights instead of a step between them), focal-temperature".into(),
     source: "Catalogue: refocus between flights".into(),
+    picture: Picture::Scale(By::Order),
+    words: Some(Words {
+        what: "Each flight has a focal length of its own. Between flights the camera was switched off, focused anew or cooled down.".into(),
+        remedy: "Lock the focus for all flights, or calibrate each flight by itself.".into(),
+        tell: "flights that overlap, and cross flights at another height".into(),
+    }),
+}
 });
 
 impl Effect for FocalFlight {

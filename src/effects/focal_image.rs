@@ -9,14 +9,15 @@
 //! Worked numbers: f = 5000 with a = 1.5 gives 5001.5, with a = -0.25 gives 4999.75.
 
 use super::common::{hand_on, random};
-use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Stage, fill_identity};
+use super::{By, Context, Descriptor, Effect, Kind, OutsideDomain, Picture, Stage, Words, fill_identity};
 use crate::camera::F;
 use std::sync::LazyLock;
 
 /// See the [module](self).
 pub struct FocalImage;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "focal-image".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
@@ -31,6 +32,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     confused_with: "focal-time, focal-flight and focal-spline (ordered in time, where this one scatters), pp-image"
         .into(),
     source: "Moniwa 1981, photo-variant self-calibration".into(),
+    picture: Picture::Scale(By::Order),
+    words: Some(Words {
+        what: "The focal length jumps from image to image. That is what autofocus, a loose lens or image stabilisation does.".into(),
+        remedy: "Switch autofocus and stabilisation off and fix the lens; until then give each image its own focal length.".into(),
+        tell: "GNSS positions of good height, which hold the distance to the ground".into(),
+    }),
+}
 });
 
 impl Effect for FocalImage {

@@ -14,7 +14,7 @@
 //! gives 5001 at s = 0.
 
 use super::common::{estimated, hand_on, known};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity, spline};
+use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, fill_identity, spline};
 use crate::camera::F;
 use std::sync::LazyLock;
 
@@ -34,6 +34,8 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     needs: vec![Need::Time],
     confused_with: "every focal-* effect: it covers them all and explains none".into(),
     source: "de Boor 1978, A Practical Guide to Splines".into(),
+    picture: Picture::Sensor,
+    words: None,
 });
 
 impl Effect for FocalSpline {

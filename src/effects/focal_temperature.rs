@@ -20,8 +20,8 @@
 
 use super::common::{estimated, hand_on, known, searched};
 use super::{
-    BlockContext, Context, Descriptor, Domain, Effect, ImageContext, Kind, Need, OutsideDomain, Scope, Stage,
-    fill_identity,
+    BlockContext, By, Context, Descriptor, Domain, Effect, ImageContext, Kind, Need, OutsideDomain, Picture, Scope,
+    Stage, Words, fill_identity,
 };
 use crate::camera::F;
 use std::sync::LazyLock;
@@ -43,6 +43,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     needs: vec![Need::Temperature],
     confused_with: "focal-time (when temperature follows time: it does not in a second flight), focal-flight".into(),
     source: "Daakir et al. 2019".into(),
+    picture: Picture::Scale(By::Temperature),
+    words: Some(Words {
+        what: "The focal length follows the temperature: metal and glass expand, and the lens moves relative to the sensor. A few micrometres are a part in ten thousand of the scale.".into(),
+        remedy: "Record the camera's temperature and model it, or let the camera reach the outside temperature first.".into(),
+        tell: "flights whose temperature does not simply rise with time".into(),
+    }),
 }
 });
 

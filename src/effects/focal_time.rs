@@ -13,14 +13,15 @@
 //! 5001.5.
 
 use super::common::{estimated, given, hand_on, known};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use super::{By, Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words, fill_identity};
 use crate::camera::F;
 use std::sync::LazyLock;
 
 /// See the [module](self).
 pub struct FocalTime;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "focal-time".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
@@ -35,6 +36,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     temperature follows time)"
         .into(),
     source: "Seed study, gradual change of focal length".into(),
+    picture: Picture::Scale(By::Time),
+    words: Some(Words {
+        what: "The focal length changed steadily during the flight, as lenses do while they warm up or settle. Images from the beginning and the end then disagree on scale.".into(),
+        remedy: "Let the camera reach its temperature before the flight, and switch autofocus off; else model it.".into(),
+        tell: "a recorded temperature, or a second flight with a warm camera".into(),
+    }),
+}
 });
 
 impl Effect for FocalTime {

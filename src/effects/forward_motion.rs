@@ -13,14 +13,15 @@
 
 use super::common::{estimated, known_vector};
 use super::formula::{Formula, Given, OBSERVED, Sum};
-use super::{Context, Descriptor, Kind, Need, OutsideDomain, Scope, Stage};
+use super::{Context, Descriptor, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words};
 use crate::math::Several;
 use std::sync::LazyLock;
 
 /// See the [module](self).
 pub struct ForwardMotion;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "forward-motion".into(),
     stage: Stage::Exposure,
     kind: Kind::Physical,
@@ -32,6 +33,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     needs: vec![Need::Velocity],
     confused_with: "gnss-delay: always (the same columns up to sign, unless control fixes the images)".into(),
     source: "Catalogue: centroid of the motion blur".into(),
+    picture: Picture::Row,
+    words: Some(Words {
+        what: "While the shutter is open the aircraft moves, so that every point is smeared along the motion. The middle of the smear, not its beginning, is what is measured.".into(),
+        remedy: "Shorten the exposure, or model it; recording the exposure time helps.".into(),
+        tell: "images of different exposure times or speeds".into(),
+    }),
+}
 });
 
 impl Formula for ForwardMotion {

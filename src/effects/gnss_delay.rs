@@ -9,13 +9,14 @@
 //! Worked numbers, C = (1, 2, 3), v = (0, 5, 0): dt = 0.02 gives (1, 2.1, 3), dt = -0.01 gives (1, 1.95, 3).
 
 use super::common::{add_column, estimated, hand_on, known_vector};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use super::{By, Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words, fill_identity};
 use std::sync::LazyLock;
 
 /// See the [module](self).
 pub struct GnssDelay;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "gnss-delay".into(),
     stage: Stage::Position,
     kind: Kind::Physical,
@@ -31,6 +32,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     motion"
             .into(),
     source: "Cramer, Stallmann, Haala 2000, direct georeferencing".into(),
+    picture: Picture::Gnss(By::Heading),
+    words: Some(Words {
+        what: "The time of the positions and the time of the exposures differ. Every position is then too far ahead or behind by the distance flown meanwhile.".into(),
+        remedy: "Use the camera's flash or event signal for the time tag; else model it.".into(),
+        tell: "flight lines at different speeds".into(),
+    }),
+}
 });
 
 impl Effect for GnssDelay {

@@ -10,7 +10,7 @@
 //! (1.1, 2.1, 2.8).
 
 use super::common::{add_block, estimated, hand_on, known, vector};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use super::{By, Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words, fill_identity};
 use nalgebra::Matrix3;
 use std::sync::LazyLock;
 
@@ -21,7 +21,8 @@ const RATE: (f64, &str) = (0.02, "float ambiguities: decimetres over a strip of 
 /// See the [module](self).
 pub struct GnssDrift;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "gnss-drift".into(),
     stage: Stage::Position,
     kind: Kind::Physical,
@@ -44,6 +45,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     flights)"
             .into(),
     source: "Ackermann 1994, practical experience with GPS-supported aerial triangulation".into(),
+    picture: Picture::Gnss(By::Time),
+    words: Some(Words {
+        what: "The positions wander steadily during a flight. Positions without corrections, or a weak satellite geometry, do this.".into(),
+        remedy: "Use differential or kinematic processing; else model it.".into(),
+        tell: "control points at both ends of the flight".into(),
+    }),
+}
 });
 
 impl Effect for GnssDrift {

@@ -10,14 +10,15 @@
 //! 0), with an antenna 0.1 m behind it, l = (0, 0, -0.1), gives (1, 2, 3.1): the antenna is above.
 
 use super::common::{add_block, add_column, estimated, vector};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use super::{By, Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words, fill_identity};
 use crate::math::rotation::{exp, left_jacobian, skew};
 use std::sync::LazyLock;
 
 /// See the [module](self).
 pub struct GnssLeverArm;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "gnss-lever-arm".into(),
     stage: Stage::Position,
     kind: Kind::Physical,
@@ -34,6 +35,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     tell), gnss-shift (when every image has the same attitude)"
             .into(),
     source: "Cramer, Stallmann, Haala 2000, direct georeferencing".into(),
+    picture: Picture::Gnss(By::Heading),
+    words: Some(Words {
+        what: "The antenna is not where the camera is. The positions that GNSS gives are those of the antenna, and the offset turns with the aircraft.".into(),
+        remedy: "Measure the offset between antenna and camera and enter it; else model it.".into(),
+        tell: "flight lines in opposite and in crossing directions at different speeds".into(),
+    }),
+}
 });
 
 impl Effect for GnssLeverArm {

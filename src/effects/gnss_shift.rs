@@ -12,14 +12,15 @@
 //! Worked numbers, C = (1, 2, 3): t = (0.04, -0.02, 0.06) gives (1.04, 1.98, 3.06), t = (0, 0, -1) gives (1, 2, 2).
 
 use super::common::{add_block, estimated, hand_on, vector};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use super::{By, Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words, fill_identity};
 use nalgebra::Matrix3;
 use std::sync::LazyLock;
 
 /// See the [module](self).
 pub struct GnssShift;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "gnss-shift".into(),
     stage: Stage::Position,
     kind: Kind::Physical,
@@ -39,6 +40,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     and cannot be seen"
             .into(),
     source: "Ackermann 1994, practical experience with GPS-supported aerial triangulation".into(),
+    picture: Picture::Gnss(By::Time),
+    words: Some(Words {
+        what: "All positions of a flight are off by the same amount. Usually a base station with wrong coordinates or another reference frame.".into(),
+        remedy: "Check the coordinates of the base and the reference frame.".into(),
+        tell: "control points, or a second flight with another base".into(),
+    }),
+}
 });
 
 impl Effect for GnssShift {

@@ -16,7 +16,7 @@
 //! 1905), dc (2542, 1955).
 
 use super::common::{estimated, hand_on, shift_centres, shift_centres_column, vector};
-use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity};
+use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Picture, Scope, Stage, Words, fill_identity};
 use crate::camera::PARAMETER_COUNT;
 use crate::math::rotation::{exp, left_jacobian, skew};
 use nalgebra::Vector3;
@@ -42,6 +42,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     its own tilt)"
             .into(),
     source: "Catalogue: lens sag".into(),
+    picture: Picture::Sensor,
+    words: Some(Words {
+        what: "Lens and mount give way under their weight. The principal point then depends on how the camera is held."
+            .into(),
+        remedy: "Support the lens, or model it.".into(),
+        tell: "images with the camera turned about its axis".into(),
+    }),
 });
 
 impl Effect for GravitySag {

@@ -19,7 +19,7 @@
 
 use super::common::{estimated, known};
 use super::formula::{Formula, Given, OBSERVED, Sum};
-use super::{Context, Descriptor, Kind, OutsideDomain, Scope, Stage};
+use super::{Context, Descriptor, Kind, OutsideDomain, Picture, Scope, Stage};
 use crate::math::Several;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -51,6 +51,8 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     confused_with: "every image-stage effect: it covers their long waves and explains none; finer structure it misses"
         .into(),
     source: "Tang, Fritsch, Cramer 2012".into(),
+    picture: Picture::Sensor,
+    words: None,
 });
 
 impl Formula for ImageFourier {

@@ -24,7 +24,7 @@
 
 use super::answer::{Answer, Inputs, Thetas};
 use super::common::{IMAGE_COLUMNS, estimated, given, hand_on, known};
-use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Scope, Stage, fill_identity, spline};
+use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Picture, Scope, Stage, fill_identity, spline};
 use crate::math::lane::{LANES, Lane};
 use std::sync::LazyLock;
 
@@ -60,6 +60,8 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     misses"
             .into(),
     source: "de Boor 1978; Munjy 1986".into(),
+    picture: Picture::Sensor,
+    words: None,
 });
 
 impl Effect for ImageGrid {

@@ -17,14 +17,15 @@
 
 use super::common::{estimated, given, searched};
 use super::formula::{Formula, Given, Sum};
-use super::{Descriptor, Domain, Kind, Scope, Stage};
+use super::{Descriptor, Domain, Kind, Picture, Scope, Stage, Words};
 use crate::math::Several;
 use std::sync::LazyLock;
 
 /// See the [module](self).
 pub struct LocalFlaw;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "local-flaw".into(),
     stage: Stage::Image,
     kind: Kind::Physical,
@@ -44,6 +45,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     shape away but do not place it)"
         .into(),
     source: "Seed study, equation 3 with the sign that decays".into(),
+    picture: Picture::Sensor,
+    words: Some(Words {
+        what: "A spot of the sensor, of its cover glass or of the filter before the lens moves image points that fall on it. All images have it at the same place.".into(),
+        remedy: "Clean lens and filter where the spot is small; one as wide as a fifth of the sensor is in the glass itself, and is modelled, or its measurements are left out.".into(),
+        tell: "images with another filter or lens, or turned ones".into(),
+    }),
+}
 });
 
 impl Formula for LocalFlaw {

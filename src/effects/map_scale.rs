@@ -15,13 +15,14 @@
 //! as itself.
 
 use super::common::{acting_in, acts, estimated, hand_on, known_vector, vector};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words, fill_identity};
 use std::sync::LazyLock;
 
 /// See the [module](self).
 pub struct MapScale;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "map-scale".into(),
     stage: Stage::Frame,
     kind: Kind::Physical,
@@ -37,6 +38,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
         "the scale of the block (where neither heights nor other coordinates fix that), earth-curvature, gnss-shift"
             .into(),
     source: "Ressl 2002".into(),
+    picture: Picture::Surveyed,
+    words: Some(Words {
+        what: "Coordinates of a map are not distances on the ground: the projection and the height change the scale by some tenths of a part in a thousand. The block is measured in true lengths.".into(),
+        remedy: "Work in a local system, or reduce the coordinates before the adjustment.".into(),
+        tell: "the name of the coordinate system in block.toml".into(),
+    }),
+}
 });
 
 impl Effect for MapScale {

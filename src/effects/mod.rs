@@ -20,6 +20,7 @@ mod descriptor;
 pub mod formula;
 pub mod laws;
 mod numeric;
+mod picture;
 pub mod plugin;
 mod registry;
 mod spline;
@@ -54,6 +55,7 @@ pub mod unflatness;
 
 pub use context::{BlockContext, Context, ImageContext, SurveyedKind};
 pub use descriptor::{Descriptor, Domain, HALF_DIAGONAL_PX, Kind, Need, Parameter, Plausible, Role, Scope};
+pub use picture::{By, Picture, Words};
 pub use registry::{catalogue, find};
 pub use stage::{IMAGE_INTERIOR, Stage, fill_identity};
 
@@ -96,6 +98,28 @@ pub trait Effect: Send + Sync {
         answer: &mut Answer<'_, Lane>,
     ) -> Result<Inputs, usize> {
         answer::one_by_one(self, contexts, input, thetas, answer)
+    }
+
+    /// Which of column and row of the context the answers depend on. They are the place at which the chain ends, which the effect itself moves:
+    /// whoever predicts looks for it ([`crate::measure`]), and only where an effect reads it.
+    fn reads_place(&self) -> [bool; 2] {
+        [false; 2]
+    }
+
+    /// Derivatives of the output (m) by column (`axis` 0) or row (1) of the context, where it [reads](Self::reads_place) it. Here they are numerical.
+    fn by_place(
+        &self,
+        context: &Context<'_>,
+        input: &[f64],
+        theta: &[f64],
+        axis: usize,
+        derivative: &mut [f64],
+    ) -> Result<(), OutsideDomain> {
+        let at = |place: &[f64], out: &mut [f64]| {
+            let context = Context { column_px: place[0], row_px: place[1], ..*context };
+            self.eval(&context, input, theta, out, None, None)
+        };
+        numeric::by_place(self.descriptor(), &at, [context.column_px, context.row_px], axis, derivative)
     }
 
     /// The same effect behind the C ABI, for effects that came as a plug-in; `None` for built-in ones, which have a

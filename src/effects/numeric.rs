@@ -22,6 +22,10 @@ const ANGLE: f64 = 1.0;
 const POSITION_M: f64 = 100.0;
 const IMAGE_PX: f64 = 300.0;
 
+/// Step along the place of a measurement, px: whatever changes over the rows of a sensor repeats over a hundred of them or more, of which the
+/// five-point formula loses 1e-6, and a step of one part in ten million of a centre's coordinates shows nine digits.
+const PLACE_STEP_PX: f64 = 2.0;
+
 /// Where the image size is not known.
 const HALF_DIAGONAL_PX: f64 = 3000.0;
 
@@ -73,6 +77,25 @@ pub(super) fn by_theta(
             step = visible_step(values, theta, k, step, stage.outputs(), together(stage));
         }
         differentiate(values, theta, k, step, stage.outputs(), matrix)?;
+    }
+    Ok(())
+}
+
+/// Derivatives (m) of what `values` gives at a `place` by its column (`axis` 0) or row (1).
+pub(super) fn by_place(
+    descriptor: &Descriptor,
+    values: Values<'_>,
+    place: [f64; 2],
+    axis: usize,
+    derivative: &mut [f64],
+) -> Result<(), OutsideDomain> {
+    let m = derivative.len();
+    let mut out = vec![0.0; m];
+    values(&place, &mut out)?;
+    let mut matrix = vec![0.0; m * place.len()];
+    differentiate(&near(descriptor.stage, values, &out), &place, axis, PLACE_STEP_PX, m, &mut matrix)?;
+    for (i, to) in derivative.iter_mut().enumerate() {
+        *to = matrix[i * place.len() + axis];
     }
     Ok(())
 }

@@ -83,8 +83,18 @@ pub struct Fault {
     pub what: EvalFault,
     /// Position of the image; [`super::abi::NO_IMAGE`] at a surveyed point.
     pub image: u32,
-    /// Observed image point, px; NaN where the stage has none.
-    pub observed: [f64; 2],
+    /// Predicted image point, px; NaN where it is not known.
+    pub place: [f64; 2],
+}
+
+impl Fault {
+    /// The place of the context; where nobody asks for it, the point that an image effect got.
+    pub(super) fn place_of(column_px: f64, row_px: f64, stage: Stage, input: &[f64]) -> [f64; 2] {
+        match stage {
+            Stage::Image if column_px.is_nan() || row_px.is_nan() => [input[0], input[1]],
+            _ => [column_px, row_px],
+        }
+    }
 }
 
 /// An effect whose library is loaded.
@@ -96,6 +106,8 @@ pub struct Plugin {
 struct Loaded {
     effect: Watched, // before the library: dropped first
     origin: Origin,
+    /// See [`Effect::reads_place`].
+    reads_place: [bool; 2],
     _library: libloading::Library,
 }
 
@@ -151,7 +163,10 @@ pub fn open(path: &Path) -> Result<Plugin, PluginError> {
     let effect =
         unsafe { CEffect::new(table) }.map_err(|source| PluginError::Abi { path: path.to_path_buf(), source })?;
     let origin = Origin { path: path.to_path_buf(), sha256 };
-    let loaded = Arc::new(Loaded { effect: Watched::new(effect), origin, _library: library });
+    let reads_place = laws::reads_place(effect.descriptor(), |sample, out| {
+        effect.evaluate(&sample.context(), &sample.input, &sample.theta, out, None, None).is_ok()
+    });
+    let loaded = Arc::new(Loaded { effect: Watched::new(effect), origin, reads_place, _library: library });
     Ok(Plugin { loaded, derivatives: Derivatives::OfValues })
 }
 
@@ -202,7 +217,7 @@ impl Plugin {
             self.loaded.effect.note(Fault {
                 what,
                 image: context.image.image,
-                observed: [context.column_px, context.row_px],
+                place: Fault::place_of(context.column_px, context.row_px, self.descriptor().stage, input),
             });
             OutsideDomain
         })
@@ -236,6 +251,10 @@ impl Effect for Plugin {
             numeric::by_theta(self.descriptor(), &values, theta, out, matrix)?;
         }
         Ok(())
+    }
+
+    fn reads_place(&self) -> [bool; 2] {
+        self.loaded.reads_place
     }
 
     fn with_own_derivatives(&self) -> Option<Arc<dyn Effect>> {

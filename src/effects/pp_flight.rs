@@ -10,13 +10,14 @@
 //! 0.25) gives pp (2499.5, 1900.25), dc (2539.5, 1950.25).
 
 use super::common::{estimated, hand_on, shift_centres, shift_centres_column};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use super::{By, Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words, fill_identity};
 use std::sync::LazyLock;
 
 /// See the [module](self).
 pub struct PpFlight;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "pp-flight".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
@@ -30,6 +31,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     needs: vec![Need::Flights],
     confused_with: "pp-time (a slope within the flights instead of a step between them)".into(),
     source: "Catalogue: lens refitted between flights".into(),
+    picture: Picture::Shift(By::Order),
+    words: Some(Words {
+        what: "Each flight has a principal point of its own: lens and sensor stood differently to each other. The lens was taken off, or the camera was knocked in between.".into(),
+        remedy: "Do not touch the lens between flights; calibrate each flight by itself.".into(),
+        tell: "flights that overlap, with turned images".into(),
+    }),
+}
 });
 
 impl Effect for PpFlight {

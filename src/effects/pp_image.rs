@@ -12,13 +12,14 @@
 //! (-0.25, -2) gives pp (2499.75, 1898), dc (2539.75, 1948).
 
 use super::common::{hand_on, random, shift_centres, shift_centres_column};
-use super::{Context, Descriptor, Effect, Kind, OutsideDomain, Stage, fill_identity};
+use super::{By, Context, Descriptor, Effect, Kind, OutsideDomain, Picture, Stage, Words, fill_identity};
 use std::sync::LazyLock;
 
 /// See the [module](self).
 pub struct PpImage;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "pp-image".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
@@ -37,6 +38,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     oblique images tell; pp-time and pp-flight (ordered in time, where this one scatters)"
             .into(),
     source: "Moniwa 1981, photo-variant self-calibration".into(),
+    picture: Picture::Shift(By::Order),
+    words: Some(Words {
+        what: "The optical axis moves from image to image, as with sensor-shift or lens-shift image stabilisation. Each image then has a principal point of its own.".into(),
+        remedy: "Switch the stabilisation off; until then give each image its own principal point.".into(),
+        tell: "images with and without stabilisation over the same ground".into(),
+    }),
+}
 });
 
 impl Effect for PpImage {

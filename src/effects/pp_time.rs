@@ -14,13 +14,14 @@
 //! 1948.5); tau = -0.25 gives pp (2499, 1900.75), dc (2539, 1950.75).
 
 use super::common::{estimated, hand_on, known, shift_centres, shift_centres_column};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage, fill_identity};
+use super::{By, Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words, fill_identity};
 use std::sync::LazyLock;
 
 /// See the [module](self).
 pub struct PpTime;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "pp-time".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
@@ -35,6 +36,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     needs: vec![Need::Time],
     confused_with: "pp-flight (a step between flights instead of a slope within them)".into(),
     source: "Smith, Cope 2010, effects of temperature variation on single-lens-reflex digital cameras".into(),
+    picture: Picture::Shift(By::Time),
+    words: Some(Words {
+        what: "The point where the optical axis meets the sensor wandered during the flight. A sagging mount or a lens that warms up on one side does this.".into(),
+        remedy: "Check lens and mount for play; model it.".into(),
+        tell: "flights in opposite directions, and turned images".into(),
+    }),
+}
 });
 
 impl Effect for PpTime {

@@ -13,7 +13,7 @@
 
 use super::common::estimated;
 use super::formula::{Formula, Given, Sum};
-use super::{Descriptor, IMAGE_INTERIOR, Kind, Scope, Stage};
+use super::{Descriptor, IMAGE_INTERIOR, Kind, Picture, Scope, Stage, Words};
 use crate::camera::{DCX, DCY};
 use crate::math::Several;
 use std::sync::LazyLock;
@@ -21,7 +21,8 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct RadialHigh;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "radial-high".into(),
     stage: Stage::Image,
     kind: Kind::Physical,
@@ -35,6 +36,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     confused_with: "unflatness, image-grid and image-fourier; most of it goes into k1, k2, k3 where these are free"
         .into(),
     source: "Brown 1971".into(),
+    picture: Picture::Radius,
+    words: Some(Words {
+        what: "The lens distorts more at its edge than the usual three numbers can say. Wide lenses, and images already corrected by the camera, need a further one.".into(),
+        remedy: "Add the term; do not measure in the outermost corners; use images that the camera did not correct.".into(),
+        tell: "measurements in the corners of the images".into(),
+    }),
+}
 });
 
 impl Formula for RadialHigh {

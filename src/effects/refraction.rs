@@ -16,14 +16,15 @@
 
 use super::common::estimated;
 use super::formula::{Formula, Given, Sum};
-use super::{Descriptor, Kind, Scope, Stage};
+use super::{Descriptor, Kind, Picture, Scope, Stage, Words};
 use crate::math::Several;
 use std::sync::LazyLock;
 
 /// See the [module](self).
 pub struct Refraction;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "refraction".into(),
     stage: Stage::Ray,
     kind: Kind::Physical,
@@ -40,6 +41,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     images tell)"
             .into(),
     source: "Saastamoinen 1972".into(),
+    picture: Picture::Radius,
+    words: Some(Words {
+        what: "The air grows thinner with height and bends rays slightly. From some kilometres, or over hot ground, points move outwards in the image.".into(),
+        remedy: "Model it; record air pressure and temperature.".into(),
+        tell: "images from two heights".into(),
+    }),
+}
 });
 
 impl Formula for Refraction {

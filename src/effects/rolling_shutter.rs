@@ -4,7 +4,7 @@
 //! dt = t (y / h - 1/2)        C' = C + v dt        R' = exp(-[omega dt]x) R
 //! ```
 //!
-//! `t` in seconds from the top row's reading to the bottom row's (negative: bottom to top), `y` the observed row, `v`
+//! `t` in seconds from the top row's reading to the bottom row's (negative: bottom to top), `y` the predicted row, `v`
 //! the velocity in world axes, `omega` the angular velocity in camera axes (zero where not measured). The pose is that
 //! of the middle row.
 //!
@@ -21,7 +21,7 @@
 use super::answer::{Answer, Inputs, Thetas, one_by_one};
 use super::common::{add_block, add_column, estimated, known, known_vector, vector};
 use super::formula::{Formula, Given, OBSERVED, Sum, of_eight, of_one};
-use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Scope, Stage};
+use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words};
 use crate::math::Several;
 use crate::math::lane::{LANES, Lane};
 use crate::math::rotation::{exp, left_jacobian, left_jacobian_inverse, log};
@@ -31,7 +31,8 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct RollingShutter;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "rolling-shutter".into(),
     stage: Stage::Exposure,
     kind: Kind::Physical,
@@ -49,6 +50,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     one direction"
             .into(),
     source: "Vautherin et al. 2016".into(),
+    picture: Picture::Row,
+    words: Some(Words {
+        what: "The sensor is read out row by row, and the aircraft flies on meanwhile. Points low in the image are seen from a place some centimetres further on than points high in it.".into(),
+        remedy: "Model it, fly slower, or use a camera with a mechanical or global shutter.".into(),
+        tell: "flight lines at another speed, or flown in the opposite direction".into(),
+    }),
+}
 });
 
 impl Effect for RollingShutter {
@@ -66,7 +74,7 @@ impl Effect for RollingShutter {
         mut d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain> {
         let turning = known_vector(&context.image.angular_velocity)?;
-        let place = observed_place(context)?;
+        let place = place_of_row(context)?;
         of_one::<Movement>(
             context,
             input,
@@ -94,6 +102,32 @@ impl Effect for RollingShutter {
         Ok(())
     }
 
+    fn reads_place(&self) -> [bool; 2] {
+        [false, true]
+    }
+
+    /// `dt` grows by `t / h` from row to row: `C'` moves by `v` times that, and the new rotation turns by `-omega` times that, camera axes.
+    fn by_place(
+        &self,
+        context: &Context<'_>,
+        input: &[f64],
+        theta: &[f64],
+        axis: usize,
+        derivative: &mut [f64],
+    ) -> Result<(), OutsideDomain> {
+        let by_row = if axis == 1 { known(theta[0] / context.image.height_px)? } else { 0.0 };
+        let (velocity, turning) = (&context.image.velocity, known_vector(&context.image.angular_velocity)?);
+        derivative[..3].fill(0.0);
+        for k in 0..3 {
+            derivative[3 + k] = velocity[k] * by_row;
+        }
+        if by_row != 0.0 && turning != Vector3::zeros() {
+            let turned = log(&(exp(&(turning * -(theta[0] * place_of_row(context)?))) * exp(&vector(input, 0))));
+            derivative[..3].copy_from_slice((left_jacobian_inverse(&turned) * turning * -by_row).as_slice());
+        }
+        Ok(())
+    }
+
     fn eval_eight(
         &self,
         contexts: &[Context<'_>; LANES],
@@ -110,7 +144,7 @@ impl Effect for RollingShutter {
 }
 
 /// Place of the row between the middle of the readout and its end, -1/2 to 1/2.
-fn observed_place(context: &Context<'_>) -> Result<f64, OutsideDomain> {
+fn place_of_row(context: &Context<'_>) -> Result<f64, OutsideDomain> {
     Ok(known(context.row_px / context.image.height_px)? - 0.5)
 }
 

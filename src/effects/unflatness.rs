@@ -16,7 +16,7 @@
 
 use super::common::{estimated, known};
 use super::formula::{Formula, Given, OBSERVED, Sum};
-use super::{Context, Descriptor, IMAGE_INTERIOR, Kind, OutsideDomain, Scope, Stage};
+use super::{Context, Descriptor, IMAGE_INTERIOR, Kind, OutsideDomain, Picture, Scope, Stage, Words};
 use crate::camera::{F, PPX, PPY};
 use crate::math::{Number, Several};
 use std::sync::LazyLock;
@@ -28,7 +28,8 @@ const ORDERS: [(usize, usize); 12] =
 /// See the [module](self).
 pub struct Unflatness;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
+    Descriptor {
     id: "unflatness".into(),
     stage: Stage::Image,
     kind: Kind::Physical,
@@ -48,6 +49,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
                     image-grid and image-fourier (empirical)"
             .into(),
     source: "Fraser 1997".into(),
+    picture: Picture::Sensor,
+    words: Some(Words {
+        what: "The sensor is not flat, by some hundredths of a millimetre. Where it bulges, points are imaged too far out or too far in.".into(),
+        remedy: "Model it; it belongs to this camera and comes again with every flight.".into(),
+        tell: "oblique images: their rays meet the sensor at another angle".into(),
+    }),
+}
 });
 
 impl Formula for Unflatness {

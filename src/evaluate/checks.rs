@@ -176,14 +176,20 @@ fn fit_to_control(
     for (intersection, computed) in intersections.points.iter().zip(computed) {
         let point = &block.surveyed[intersection.point.index()];
         if point.role == Role::Control {
-            let sigma_xy = point.sigma_xy.unwrap_or(block.sigma.control_xy_m);
-            let sigma_z = point.sigma_z.unwrap_or(block.sigma.control_z_m);
             source.push(*computed);
             target.push(point.position);
-            weights.push(3.0 / (2.0 * sigma_xy * sigma_xy + sigma_z * sigma_z));
+            weights.push(similarity_weight(block, intersection.point));
         }
     }
     target_from_source(&source, &target, Some(&weights))
+}
+
+/// Weight of a control point in the similarity of [`Alignment::FromControl`].
+pub fn similarity_weight(block: &Block, point: PointId) -> f64 {
+    let point = &block.surveyed[point.index()];
+    let sigma_xy = point.sigma_xy.unwrap_or(block.sigma.control_xy_m);
+    let sigma_z = point.sigma_z.unwrap_or(block.sigma.control_z_m);
+    3.0 / (2.0 * sigma_xy * sigma_xy + sigma_z * sigma_z)
 }
 
 #[cfg(test)]

@@ -123,8 +123,8 @@ fn control_that_determines_no_similarity_is_an_error() {
 struct Shifted(PlainModel, Vector3<f64>);
 
 impl ImageModel for Shifted {
-    fn project(&self, image: ImageId, observed: [f64; 2], p: &Vector3<f64>) -> Option<crate::evaluate::ProjectedPoint> {
-        self.0.project(image, observed, p)
+    fn project(&self, image: ImageId, p: &Vector3<f64>) -> Option<crate::evaluate::ProjectedPoint> {
+        self.0.project(image, p)
     }
     fn surveyed(&self, point: &Vector3<f64>) -> Vector3<f64> {
         point + self.1

@@ -179,7 +179,7 @@ pub fn intersect_point(
         Method::Rays => {
             let covariance = covariance_of_rays(model, observations, &start, &directions)?;
             let residual = |o: &Observation| {
-                let (projected, _) = model.project(o.image, o.xy, &start).ok_or(Failure::Behind)?;
+                let (projected, _) = model.project(o.image, &start).ok_or(Failure::Behind)?;
                 Ok(Vector2::from(o.xy) - Vector2::from(projected))
             };
             let residuals = observations.iter().map(residual).collect::<Result<_, Failure>>()?;
@@ -199,7 +199,7 @@ fn covariance_of_rays(
     let mut across = Matrix3::zeros();
     let mut shifts = Matrix3::zeros();
     for (o, direction) in observations.iter().zip(directions) {
-        let (_, jacobian) = model.project(o.image, o.xy, point).ok_or(Failure::Behind)?;
+        let (_, jacobian) = model.project(o.image, point).ok_or(Failure::Behind)?;
         let square = (jacobian * jacobian.transpose()).try_inverse().ok_or(Failure::Diverged)?;
         let pseudo_inverse = jacobian.transpose() * square;
         across += Matrix3::identity() - direction * direction.transpose();

@@ -37,7 +37,7 @@ fn observations(model: &PlainModel, point: &Vector3<f64>) -> Vec<Observation> {
     (0..model.poses.len())
         .map(|i| {
             let image = ImageId::from(i);
-            let xy = model.project(image, [0.0; 2], point).unwrap().0;
+            let xy = model.project(image, point).unwrap().0;
             Observation { image, xy, sigma: 0.2 + 0.1 * i as f64 }
         })
         .collect()
@@ -114,7 +114,7 @@ fn image_method_is_the_minimum_of_the_weighted_residuals() {
     noisy.iter_mut().for_each(|o| o.xy = o.xy.map(|x| x + 40.0 * (rng.random::<f64>() - 0.5)));
     let cost = |p: &Vector3<f64>| -> f64 {
         let of = |o: &Observation| {
-            let xy = model.project(o.image, o.xy, p).unwrap().0;
+            let xy = model.project(o.image, p).unwrap().0;
             ((xy[0] - o.xy[0]).powi(2) + (xy[1] - o.xy[1]).powi(2)) / (o.sigma * o.sigma)
         };
         noisy.iter().map(of).sum()

@@ -14,7 +14,7 @@ pub mod plain_model;
 pub mod similarity;
 
 pub use bowl::{Bowl, BowlShape};
-pub use checks::{Alignment, CheckRow, Comparison, Statistics, compare};
+pub use checks::{Alignment, CheckRow, Comparison, Statistics, compare, similarity_weight};
 pub use intersection::{FailedIntersection, Failure, Intersection, Intersections, Method};
 pub use plain_model::PlainModel;
 pub use similarity::{Similarity, SimilarityFit};
@@ -29,13 +29,12 @@ pub type ProjectedPoint = ([f64; 2], Matrix2x3<f64>);
 /// How adjusted images see the world, whatever effects stand behind it.
 pub trait ImageModel: Sync {
     /// Image point of a world point (m, in the system of the adjusted poses), as the camera records it; `None` where there is
-    /// none (behind the camera). `observed` is the measured image point (px): effects that depend on the place on the
-    /// sensor (its row's exposure time) take it from there.
-    fn project(&self, image: ImageId, observed: [f64; 2], point: &Vector3<f64>) -> Option<ProjectedPoint>;
+    /// none (behind the camera).
+    fn project(&self, image: ImageId, point: &Vector3<f64>) -> Option<ProjectedPoint>;
 
     /// [`Self::project`] of a point in the image of each observation; `None` where there is none in one of them.
     fn project_each(&self, observations: &[Observation], point: &Vector3<f64>) -> Option<Vec<ProjectedPoint>> {
-        observations.iter().map(|o| self.project(o.image, o.xy, point)).collect()
+        observations.iter().map(|o| self.project(o.image, point)).collect()
     }
 
     /// Coordinates (m) that the survey would give of a point: the effects of control and frame, else the point itself.

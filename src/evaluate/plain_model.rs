@@ -32,7 +32,7 @@ impl PlainModel {
 }
 
 impl ImageModel for PlainModel {
-    fn project(&self, image: ImageId, _observed: [f64; 2], point: &Vector3<f64>) -> Option<ProjectedPoint> {
+    fn project(&self, image: ImageId, point: &Vector3<f64>) -> Option<ProjectedPoint> {
         let pose = &self.poses[image.index()];
         let camera_point = pose.cam_from_world(point);
         let projection = fraser::project_with_derivatives(self.interior(image), camera_point.into())?;

@@ -1,4 +1,5 @@
-//! Files that are read: regular ones alone, and held as a whole only where memory allows. Folders for what is being written: [`scratch`].
+//! Files that are read: regular ones alone, and held as a whole only where memory allows. Folders for what is being
+//! written: [`scratch`].
 
 pub(crate) mod scratch;
 
@@ -6,7 +7,8 @@ use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
-/// Longest file that is held as a whole, bytes: a reconstruction of a hundred thousand images has less; what is longer fills the memory.
+/// Longest file that is held as a whole, bytes: a reconstruction of a hundred thousand images has less; what is longer
+/// fills the memory.
 const MOST_BYTES: u64 = 2 << 30;
 
 /// Opens a file for reading. A pipe or a device in place of one, which might never end, is refused.

@@ -1,5 +1,5 @@
-//! Folders for what is being written. A program that is killed leaves its own behind; the next one that needs a folder there removes it. A
-//! program that still runs holds a lock on its own.
+//! Temporary folders for unfinished results. A program that runs locks its folder. A killed program leaves its folder
+//! behind, without a lock; the next program that makes a folder in the same place removes it.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -7,12 +7,12 @@ use std::io;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// Begins the name of such a folder.
+/// First characters of the name of a temporary folder.
 const UNFINISHED: &str = ".misclosure-";
-/// Tries to make a folder that nobody removes before it is locked.
+/// Attempts to make a folder that no other program removes before it is locked.
 const TRIES: usize = 10;
 
-/// A new folder, which vanishes with this.
+/// A temporary folder; dropping removes it.
 #[derive(Debug)]
 pub(crate) struct Scratch {
     folder: TempDir,
@@ -21,17 +21,17 @@ pub(crate) struct Scratch {
 }
 
 impl Scratch {
-    /// In `parent`; what killed programs left there goes.
+    /// In `parent`. Removes the folders that killed programs left there.
     pub(crate) fn new_in(parent: &Path) -> io::Result<Self> {
         sweep(parent);
-        // Such as any new folder has, where the default for temporary ones lets nobody else read.
+        // Those of any new folder; the default for temporary folders lets nobody else read.
         let permissions: fs::Permissions = std::os::unix::fs::PermissionsExt::from_mode(0o777);
         for _ in 0..TRIES {
             let builder =
                 || tempfile::Builder::new().prefix(UNFINISHED).permissions(permissions.clone()).tempdir_in(parent);
             let folder = builder()?;
             let lock = File::open(folder.path()).and_then(|file| file.lock().map(|()| file)).ok();
-            // Who tidies up may have been faster than the lock.
+            // Another program may have removed it before the lock.
             if folder.path().exists() {
                 return Ok(Self { folder, _lock: lock });
             }
@@ -44,18 +44,18 @@ impl Scratch {
     }
 }
 
-/// Is it left of a program that was killed, or of one that still runs?
+/// Is this the name of a temporary folder, of a program that runs or was killed?
 pub(crate) fn is_unfinished(name: &OsStr) -> bool {
     name.to_string_lossy().starts_with(UNFINISHED)
 }
 
-/// Does no program that runs hold this folder?
+/// Did a killed program leave this folder?
 pub(crate) fn is_left(folder: &Path) -> bool {
-    // A file system without locks tells nothing: the folder stays.
+    // On a file system without locks nobody knows: the folder stays.
     File::open(folder).is_ok_and(|file| file.try_lock().is_ok())
 }
 
-/// Removes what killed programs left. What cannot be removed is no reason to fail.
+/// Removes the folders that killed programs left. One that cannot be removed is no reason to fail.
 fn sweep(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if is_unfinished(&entry.file_name()) && is_left(&entry.path()) {

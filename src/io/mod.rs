@@ -1,4 +1,5 @@
-//! Files: a block in its own format ([`block`]), a model ([`model`]), and the tables of a run ([`table`]).
+//! Files: a block in its own format ([`block`]), a model ([`model`]), the tables of a run ([`table`]),
+//! and edits of a block's files ([`edit`]).
 //!
 //! What is wrong in a file is refused with an [`Error`] that names file, line, column, value and what was expected; what is
 //! merely useless is left out and counted ([`block::SetAside`]). Numbers are written with the shortest text that reads back as
@@ -6,6 +7,7 @@
 //! the same folder and then renamed.
 
 pub mod block;
+pub mod edit;
 pub mod foreign;
 pub mod model;
 pub mod table;

@@ -208,6 +208,10 @@ impl Effect for AsWritten<'_> {
         self.0.descriptor()
     }
 
+    fn reads_place(&self) -> [bool; 2] {
+        self.0.reads_place()
+    }
+
     fn eval(
         &self,
         context: &Context<'_>,

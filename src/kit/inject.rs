@@ -14,11 +14,6 @@ use anyhow::{Context as _, Result, ensure};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-/// A place is found when it moves by less than this, px: a thousand times the rounding of a pixel coordinate.
-const PLACE_TOLERANCE_PX: f64 = 1e-9;
-/// Each step gains the change of the effect from pixel to pixel, a hundredth or less for anything that a sensor does.
-const PLACE_STEPS: usize = 60;
-
 /// An effect at work in a world by its formula.
 pub struct ByFormula {
     problem: Problem,
@@ -90,17 +85,8 @@ impl Action for ByFormula {
         let Ok(predictor) = Predictor::new(&self.problem, &self.state) else { return };
         let displaced = |image: usize, position: &Vector3<f64>, seen: [f64; 2]| -> Result<[f64; 2], Loss> {
             let exact = world.exact(image, position).ok_or(Loss::Behind)?;
-            let mut place = seen;
-            for _ in 0..PLACE_STEPS {
-                let ([x, y], _) = predictor.image_point(image, place, position).ok_or(Loss::NoSolution)?;
-                let next = [seen[0] + x - exact[0], seen[1] + y - exact[1]];
-                let moved = (next[0] - place[0]).hypot(next[1] - place[1]);
-                place = next;
-                if moved < PLACE_TOLERANCE_PX {
-                    return Ok(place);
-                }
-            }
-            Err(Loss::NoSolution)
+            let ([x, y], _) = predictor.image_point(image, position).ok_or(Loss::NoSolution)?;
+            Ok([seen[0] + x - exact[0], seen[1] + y - exact[1]])
         };
         let Observations { ties, marks, antennas, surveyed } = observations;
         ties.par_iter_mut().zip(&world.ties).for_each(|(seen, tie)| {

@@ -49,6 +49,7 @@ fn sentence(diagnosis: &Diagnosis) -> String {
         Verdict::Missing => format!("Something is missing; what shows most is {}.", diagnosis.recommended.join(", ")),
         Verdict::Unexplained => "Something is left that no effect of the catalogue explains.".into(),
         Verdict::Adequate => "Nothing significant is left.".into(),
+        Verdict::Mistake => "Something is recorded wrongly.".into(),
     }
 }
 

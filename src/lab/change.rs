@@ -80,7 +80,7 @@ pub enum Change {
     },
     /// Data snooping.
     SearchOutliers,
-    /// Whatever the rules of the diagnosis ask for, step by step.
+    /// Whatever lowers the objective, step by step.
     Improve,
 }
 
@@ -167,7 +167,7 @@ impl Change {
             Change::SetAsideBrush { .. } => "brushed measurements set aside".into(),
             Change::TakeBack { measurements } => format!("{} taken back", count(measurements.len())),
             Change::SearchOutliers => "outliers searched".into(),
-            Change::Improve => "what the rules ask for".into(),
+            Change::Improve => "what lowers the objective".into(),
         }
     }
 

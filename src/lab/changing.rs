@@ -5,10 +5,10 @@ use super::live::{Changed, Live};
 use super::measurements::{all_there, named};
 use super::step::Step;
 use crate::diagnose::fit::fit;
-use crate::diagnose::improve::Improvement;
+use crate::diagnose::improvement::Improvement;
 use crate::diagnose::models::at_solution;
 use crate::diagnose::outliers::{Snooping, Strictness};
-use crate::diagnose::run::base;
+use crate::diagnose::run::{Base, base};
 use crate::diagnose::settings::Settings;
 use crate::diagnose::settle::settle;
 use crate::model::{EffectTerm, Model};
@@ -31,9 +31,11 @@ impl Step<'_> {
         let source = lab.source(id)?;
         let given = lab.setup.set_aside.clone();
         let whole = set_aside::without(&source.block, &given, Path::new("outliers.csv"))?;
-        let (search, fitted) = base(&whole, &lab.setup.model, settings)?;
+        let found = base(&whole, &lab.setup.model, settings)?;
+        // What is missing can make a survey look imprecise: the weights are a step of their own.
+        let Base { search, fit, .. } = found.as_stated(&whole, &lab.setup.model, settings)?.unwrap_or(found);
         let block = search.block(&whole).into_owned();
-        let improvement = Improvement::new(&block, fitted, settings)?;
+        let improvement = Improvement::new(&block, fit, settings)?;
         let found = search.outliers(&whole).rows(&whole);
         Ok(Changed { block, set_aside: given.into_iter().chain(found).collect(), improvement })
     }
@@ -87,7 +89,7 @@ impl Step<'_> {
                     None if !improvement.parts.freed.contains_key(effect) => {
                         bail!("{effect} is not in the model of step {parent}")
                     }
-                    _ => improvement.remove(block, effect, settings)?,
+                    _ => improvement.remove(block, &from.linearised, effect, settings)?,
                 }
                 Ok(same(improvement))
             }

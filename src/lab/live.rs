@@ -2,11 +2,11 @@
 
 use super::predicted::Predicted;
 use crate::block::Block;
+use crate::diagnose::competition::Next;
 use crate::diagnose::fit::Fit;
-use crate::diagnose::improve::Improvement;
+use crate::diagnose::improvement::Improvement;
 use crate::diagnose::linearised::Linearised;
 use crate::diagnose::look::Look;
-use crate::diagnose::select::Event as Asked;
 use crate::diagnose::verdict::LedgerRow;
 use crate::run::folder::OutlierRow;
 use anyhow::Result;
@@ -30,8 +30,8 @@ pub struct Live {
     pub improvement: Improvement,
     /// The fit with every candidate beside it.
     pub linearised: Linearised,
-    /// What the rules ask for next.
-    pub next: Option<Asked>,
+    /// What the objective asks for next.
+    pub next: Option<Next>,
     /// One row per step from the root.
     pub ledger: Vec<LedgerRow>,
     /// Predictions that were asked for.

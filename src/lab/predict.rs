@@ -12,7 +12,6 @@ use crate::run::{compare_state, gnss_residuals, gnss_rms_m, residual_rows, tie_r
 use anyhow::{Result, bail};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// An effect explains something: residuals that grow by more than this with it are no prediction.
@@ -26,7 +25,7 @@ fn intersected(problem: &Problem, state: &State) -> Result<Vec<Vector3<f64>>, Me
     let step = |j: usize, point: &Vector3<f64>| -> Option<Vector3<f64>> {
         let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
         for row in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
-            let (computed, by_point) = predictor.image_point(row.image as usize, [row.x, row.y], point)?;
+            let (computed, by_point) = predictor.image_point(row.image as usize, point)?;
             let weight = row.inverse_sigma.powi(2);
             normal += weight * by_point.transpose() * by_point;
             right += weight * by_point.transpose() * Vector2::new(row.x - computed[0], row.y - computed[1]);
@@ -63,13 +62,13 @@ fn compute(lab: &Lab, id: u32, live: &Live, effect: &str) -> Result<Predicted> {
     let stop = Default::default();
     let settings = lab.settings(&stop, false, &|_| {});
     let linearised = &live.linearised;
-    let situation = linearised.situation(&settings, &BTreeSet::new());
+    let situation = linearised.situation(&settings);
     let judged = situation.judge_all(&situation.beside());
     let Some(judged) = judged.iter().find(|judged| linearised.sets[judged.set].id == effect) else {
         bail!("{effect} is no candidate of step {id} that could be tested");
     };
     let mut with = situation.clone();
-    with.taken.push(Taken { set: judged.set, variance: 0.0, removable: true });
+    with.taken.push(Taken { set: judged.set, variance: 0.0 });
     if linearised.sets[judged.set].nature == Nature::Chance {
         let variance = linearised.variance(&with, judged.set);
         if let Some(last) = with.taken.last_mut() {

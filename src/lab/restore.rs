@@ -6,7 +6,7 @@ use super::tree::Saved;
 use crate::adjust::Stop;
 use crate::diagnose::added::Added;
 use crate::diagnose::fit::fit;
-use crate::diagnose::improve::Improvement;
+use crate::diagnose::improvement::Improvement;
 use crate::diagnose::look::look;
 use crate::io::model::read_model;
 use crate::report::pictures::RunFolder;

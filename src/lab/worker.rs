@@ -7,7 +7,7 @@ use super::node::State;
 use super::state::Lab;
 use super::step::Step;
 use crate::adjust::Stop;
-use crate::diagnose::select::Event as Asked;
+use crate::diagnose::competition::Next;
 use crate::diagnose::weights;
 use anyhow::{Result, bail};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -72,7 +72,7 @@ fn end(lab: &Lab, id: u32, stop: &Stop, outcome: Result<State>) -> bool {
     }
 }
 
-/// Carries out what the rules of the diagnosis ask for, a step of its own each, until they ask for nothing.
+/// Carries out what lowers the objective, a step of its own each, until nothing does.
 fn improve(lab: &Lab, job: &Job) {
     let Some(mut parent) = job.parent else { return };
     let mut waiting = Some(job.id);
@@ -87,8 +87,9 @@ fn improve(lab: &Lab, job: &Job) {
                 return;
             }
             Ok(_) => {
-                let nothing =
-                    anyhow::anyhow!("the rules ask for nothing: no candidate is significant, and nothing has to leave");
+                let nothing = anyhow::anyhow!(
+                    "no other set of hypotheses has a lower objective: nothing to add, nothing to remove"
+                );
                 end(lab, job.id, &job.stop, Err(nothing));
                 return;
             }
@@ -118,7 +119,7 @@ fn improve(lab: &Lab, job: &Job) {
     }
 }
 
-/// What the rules ask for at a node: weights and outliers first once something was added, then what enters or leaves.
+/// What the objective asks for at a node: weights and outliers first once something was added, then what enters or leaves.
 fn asked(lab: &Lab, parent: u32, stop: &Stop) -> Result<Option<Change>> {
     let live = lab.live(parent)?;
     let saved = lab.saved(parent)?;
@@ -129,10 +130,9 @@ fn asked(lab: &Lab, parent: u32, stop: &Stop) -> Result<Option<Change>> {
     {
         return Ok(Some(Change::EstimateWeights));
     }
-    let effect = |set: usize| live.linearised.sets[set].id.clone();
     match &live.next {
-        Some(Asked::Added { set }) => Ok(Some(Change::Add { effect: effect(*set), values: Default::default() })),
-        Some(Asked::Removed { id, .. }) => Ok(Some(Change::Remove { effect: id.clone() })),
+        Some(Next::Add(effect)) => Ok(Some(Change::Add { effect: effect.clone(), values: Default::default() })),
+        Some(Next::Remove(effect)) => Ok(Some(Change::Remove { effect: effect.clone() })),
         // With the effects in the model, outliers that they hid stand out.
         _ if saved.change != Change::SearchOutliers && !live.improvement.added.is_empty() && lab.setup.snoop => {
             Ok(Some(Change::SearchOutliers))

@@ -1,4 +1,4 @@
-//! Rotations, statistics, finite differences and small linear algebra; knows nothing of images.
+//! Rotations, statistics, smoothing, finite differences and small linear algebra; knows nothing of images.
 
 pub mod double_double;
 pub mod finite_difference;
@@ -8,6 +8,7 @@ pub mod lane;
 mod number;
 pub mod pieces;
 pub mod rotation;
+pub mod smoothing_spline;
 pub mod statistics;
 pub mod symmetric;
 pub mod variance_component;

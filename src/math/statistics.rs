@@ -125,6 +125,32 @@ pub fn f_sf(x: f64, dof1: f64, dof2: f64) -> f64 {
     f_ln_sf(x, dof1, dof2).exp()
 }
 
+/// The `x` with `P(X <= x) = p` of F with `dof1` and `dof2` degrees of freedom; NaN outside `0 <= p < 1`.
+pub fn f_quantile(p: f64, dof1: f64, dof2: f64) -> f64 {
+    if !(0.0..1.0).contains(&p) || f_ln_sf(1.0, dof1, dof2).is_nan() {
+        return f64::NAN;
+    }
+    let ln_tail = (-p).ln_1p();
+    let below = |x: &f64| f_ln_sf(*x, dof1, dof2) > ln_tail;
+    let mut high = 1.0;
+    while below(&high) {
+        high *= 2.0;
+    }
+    let mut low = 0.0;
+    // Until no number lies between the two.
+    loop {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            return middle;
+        }
+        if below(&middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+}
+
 /// Natural logarithm of [`f_sf`].
 pub fn f_ln_sf(x: f64, dof1: f64, dof2: f64) -> f64 {
     let valid = |dof: f64| dof.is_finite() && dof > 0.0;
@@ -273,6 +299,12 @@ mod tests {
             assert_relative_eq!(f_sf(x, dof1, dof2), p, max_relative = 1e-10);
             assert_relative_eq!(f_ln_sf(x, dof1, dof2), ln_p, max_relative = 1e-10);
         }
+        for (p, dof1, dof2) in [(0.999, 1.0, 50.0), (0.2, 3.0, 7.0), (1.0 - 1e-12, 1.0, 1e5)] {
+            assert_relative_eq!(f_ln_sf(f_quantile(p, dof1, dof2), dof1, dof2), (1.0f64 - p).ln(), max_relative = 1e-9);
+        }
+        // The square of Student's t; of many degrees of freedom that of a normal.
+        let t = f_quantile(0.999, 1.0, 1e9).sqrt();
+        assert_relative_eq!(t, normal_quantile(0.9995), max_relative = 1e-6);
     }
 
     #[test]
@@ -300,7 +332,9 @@ mod tests {
         assert!(chi_square_sf(1.0, 0.0).is_nan());
         assert!(chi_square_ln_sf(f64::NAN, 2.0).is_nan());
         assert!(f_sf(1.0, -1.0, 3.0).is_nan());
-        assert!(normal_quantile(1.5).is_nan());
+        assert!(
+            normal_quantile(1.5).is_nan() && f_quantile(1.0, 1.0, 2.0).is_nan() && f_quantile(0.5, 0.0, 2.0).is_nan()
+        );
         assert!(mean(&[]).is_nan() && rms(&[]).is_nan() && median(&[]).is_nan() && std(&[1.0]).is_nan());
         assert_eq!(chi_square_sf(0.0, 3.0), 1.0);
         assert_eq!(f_sf(0.0, 3.0, 4.0), 1.0);

@@ -15,6 +15,27 @@ const KNOWN: f64 = 1e-4;
 /// Eigenvalues below this share of the largest are rounding.
 const KEPT_SHARE: f64 = 1e-5;
 
+/// Smallest and largest information of a typical value, as multiples of its prior's, that a variance is searched between.
+const RATIOS: [f64; 2] = [1e-5, 1e9];
+/// Places at which a variance is tried before the best is refined: the likelihood may have two maxima.
+const PLACES: usize = 60;
+/// Steps of the golden section, each of which leaves 62 %: of the distance of two places a thousandth.
+const SECTIONS: usize = 16;
+
+/// Where a function of one variable is least: the best of evenly spaced places, refined by golden section.
+fn minimum(function: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
+    let step = (high - low) / PLACES as f64;
+    let place = |k: usize| low + k as f64 * step;
+    let best = (0..=PLACES).min_by(|a, b| function(place(*a)).total_cmp(&function(place(*b)))).unwrap_or(0);
+    let (mut low, mut high) = (place(best.saturating_sub(1)), place((best + 1).min(PLACES)));
+    let share = 0.5 * (5f64.sqrt() - 1.0);
+    for _ in 0..SECTIONS {
+        let (left, right) = (high - share * (high - low), low + share * (high - low));
+        if function(left) < function(right) { high = right } else { low = left }
+    }
+    0.5 * (low + high)
+}
+
 /// Scores and information of random values in the basis in which they are independent.
 #[derive(Debug, Clone)]
 pub struct RandomValues {
@@ -65,6 +86,26 @@ impl RandomValues {
             }
         }
         size
+    }
+
+    /// Variance of a value as a multiple of the variance factor, which takes its likeliest value as well: the minimum of
+    /// `r ln(chi(rho) / r) + sum ln(1 + rho l)`, `chi_square` that of no variance and `r` the redundancy. `None` where zero is likeliest.
+    pub fn likeliest_ratio(&self, chi_square: f64, redundancy: f64) -> Option<f64> {
+        let kept = self.left();
+        let mean = kept.iter().map(|k| self.eigenvalues[*k]).sum::<f64>() / kept.len().max(1) as f64;
+        let lack = |ln_ratio: f64| {
+            let ratio = ln_ratio.exp();
+            let (mut left, mut freedom) = (chi_square, 0.0);
+            for k in &kept {
+                let (l, s) = (self.eigenvalues[*k], self.scores[*k]);
+                left -= s * s * ratio / (1.0 + ratio * l);
+                freedom += (ratio * l).ln_1p();
+            }
+            redundancy * (left.max(f64::MIN_POSITIVE) / chi_square).ln() + freedom
+        };
+        let (low, high) = RATIOS.map(|ratio| ratio.ln() - mean.ln()).into();
+        let ln_ratio = minimum(lack, low, high);
+        (mean > 0.0 && lack(ln_ratio) < 0.0).then(|| ln_ratio.exp())
     }
 
     /// Twice the logarithm of the likelihood ratio of the variance `size` against zero.

@@ -3,15 +3,16 @@
 use super::frame::{Frame, Stages, by_rows};
 use super::lanes::{MISCLOSURE, POINT, ROTATION, THETA};
 use super::matrices::changes;
+use super::place::{ANSWERS_AHEAD, MOST_MOVES, Search, follow_place, is_near};
 use super::plain::PlainView;
 use super::ray::Ray;
 use super::rays::Rays;
-use super::through::{Derivatives, IMAGE_INPUTS, through_image, through_interior, through_ray};
+use super::through::{Derivatives, IMAGE_INPUTS, add_by_place, through_image, through_interior, through_ray};
 use crate::camera::{DCX, DCY, PARAMETER_COUNT, PPX, PPY, fraser};
 use crate::effects::answer::{Answer, Inputs};
 use crate::effects::{Context, IMAGE_INTERIOR, Stage};
 use crate::math::rotation;
-use crate::problem::{ImageObservation, Problem};
+use crate::problem::Problem;
 use nalgebra::{Matrix3, Vector3};
 
 /// Predicted image point and its derivatives; buffers are reused from measurement to measurement.
@@ -34,7 +35,7 @@ impl Prediction {
     fn clear(&mut self, stages: &Stages) {
         for row in &mut self.d_theta {
             row.clear();
-            row.resize(stages.local_len, 0.0);
+            row.resize(stages.row_len(), 0.0);
         }
     }
 }
@@ -70,30 +71,20 @@ struct Work {
     d_own: Vec<f64>,
 }
 
-/// Predicts the image point of `object` in the image of `frame`. `None`: behind the camera, or outside an effect's domain.
+/// Predicts the image point of `object` in image number `image`, that of `frame`. `None`: behind the camera, or outside an effect's domain.
 pub fn predict(
     problem: &Problem,
     stages: &Stages,
     frame: &Frame,
-    observation: &ImageObservation,
+    image: usize,
     object: &Vector3<f64>,
     out: &mut Prediction,
 ) -> Option<()> {
-    let context = context(problem, observation);
-    out.clear(stages);
-    if stages.straight() {
-        predict_plain(&frame.view(object), out)?;
+    let mut one = One { problem, stages, frame, context: context(problem, image) };
+    if stages.place_axes.is_empty() {
+        one.predict_there(object, out)?;
     } else {
-        let mut ray = std::mem::take(&mut out.work.ray);
-        let one = One { problem, stages, frame, context };
-        ray.bend(&one, stages, &frame.pose(), &(*object).into()).ok()?;
-        predict_plain(&one.view(&ray), out)?;
-        through_ray(out, &ray, &stages.ray_locals);
-        out.work.ray = ray;
-    }
-    apply_image_effects(problem, stages, frame, &context, out)?;
-    if let Some(chain) = &frame.interior_chain {
-        through_interior(out, chain);
+        one.find_place(object, out)?;
     }
     if problem.tie_dc_to_pp {
         for row in &mut out.d_camera {
@@ -105,43 +96,6 @@ pub fn predict(
     Some(())
 }
 
-/// The predicted point alone.
-pub fn predict_point(
-    problem: &Problem,
-    stages: &Stages,
-    frame: &Frame,
-    observation: &ImageObservation,
-    object: &Vector3<f64>,
-) -> Option<[f64; 2]> {
-    if stages.plain_image() {
-        return fraser::project(&frame.interior, frame.view(object).camera_point());
-    }
-    let context = context(problem, observation);
-    let mut ray = Ray::default();
-    let one = One { problem, stages, frame, context };
-    ray.shift(&one, stages, (&frame.pose(), &(*object).into()), false).ok()?;
-    let view = one.view(&ray);
-    let point = fraser::project(&view.interior, view.camera_point())?;
-    point_behind_camera(problem, stages, frame, observation, point)
-}
-
-/// The point that the plain camera sees at `point`, after the effects of the image.
-pub fn point_behind_camera(
-    problem: &Problem,
-    stages: &Stages,
-    frame: &Frame,
-    observation: &ImageObservation,
-    mut point: [f64; 2],
-) -> Option<[f64; 2]> {
-    let context = context(problem, observation);
-    for &e in stages.of(Stage::Image) {
-        let theta = &frame.theta[stages.locals(problem, e)];
-        let input = image_input(&point, frame);
-        problem.effects[e].effect.eval(&context, &input, theta, &mut point, None, None).ok()?;
-    }
-    Some(point)
-}
-
 /// One ray.
 struct One<'a> {
     problem: &'a Problem,
@@ -151,6 +105,88 @@ struct One<'a> {
 }
 
 impl One<'_> {
+    /// Predicts at the place of its context.
+    fn predict_there(&self, object: &Vector3<f64>, out: &mut Prediction) -> Option<()> {
+        let Self { stages, frame, .. } = *self;
+        out.clear(stages);
+        if stages.straight() {
+            predict_plain(&frame.view(object), out)?;
+        } else {
+            let mut ray = std::mem::take(&mut out.work.ray);
+            ray.bend(self, stages, &frame.pose(), &(*object).into()).ok()?;
+            predict_plain(&self.view(&ray), out)?;
+            through_ray(out, &ray, &stages.ray_locals);
+            out.work.ray = ray;
+        }
+        self.apply_image_effects(out)?;
+        if let Some(chain) = &frame.interior_chain {
+            through_interior(out, chain);
+        }
+        Some(())
+    }
+
+    /// Predicts at the place at which the chain ends; see [`super::place`].
+    fn find_place(&mut self, object: &Vector3<f64>, out: &mut Prediction) -> Option<()> {
+        let stages = self.stages;
+        let plain = self.frame.view(object);
+        let mut search = Search::from(fraser::project(&plain.interior, plain.camera_point())?);
+        for _ in 0..ANSWERS_AHEAD {
+            self.be_at(search.at);
+            search.tell(stages, self.point_there(object)?);
+        }
+        let mut at = search.place();
+        for _ in 0..MOST_MOVES {
+            self.be_at(at);
+            self.predict_there(object, out)?;
+            let end = out.point;
+            let own = follow_place(out, stages, &at, &end).ok()?;
+            if is_near(stages, at, end) {
+                out.point = own;
+                return Some(());
+            }
+            at = own;
+        }
+        None
+    }
+
+    fn be_at(&mut self, [column_px, row_px]: [f64; 2]) {
+        self.context = Context { column_px, row_px, ..self.context };
+    }
+
+    /// The image point at the place of its context, alone.
+    fn point_there(&self, object: &Vector3<f64>) -> Option<[f64; 2]> {
+        let Self { problem, stages, frame, context } = self;
+        let mut ray = Ray::default();
+        ray.shift(self, stages, (&frame.pose(), &(*object).into()), false).ok()?;
+        let view = self.view(&ray);
+        let mut point = fraser::project(&view.interior, view.camera_point())?;
+        for &e in stages.of(Stage::Image) {
+            let theta = &frame.theta[stages.locals(problem, e)];
+            let input = image_input(&point, frame);
+            problem.effects[e].effect.eval(context, &input, theta, &mut point, None, None).ok()?;
+        }
+        Some(point)
+    }
+
+    /// Image effects, one after the other: what was derived so far goes through each of them.
+    fn apply_image_effects(&self, out: &mut Prediction) -> Option<()> {
+        let Self { problem, stages, frame, context } = self;
+        let mut d_own = std::mem::take(&mut out.work.d_own);
+        for (position, &e) in stages.of(Stage::Image).iter().enumerate() {
+            let own = stages.locals(problem, e);
+            let mut d_in = [0.0; 2 * IMAGE_INPUTS];
+            d_own.resize(2 * own.len(), 0.0);
+            let (input, theta) = (image_input(&out.point, frame), &frame.theta[own.clone()]);
+            let effect = &problem.effects[e].effect;
+            effect.eval(context, &input, theta, &mut out.point, Some(&mut d_in), Some(&mut d_own)).ok()?;
+            let inputs = if changes(0.0, &d_in, 2, 0, Inputs::ANY) { Inputs::ANY } else { Inputs::NONE };
+            through_image(out, (&d_in, &d_own), own, stages.before(problem, position), inputs);
+            add_by_place(out, self, stages, e, &input).ok()?;
+        }
+        out.work.d_own = d_own;
+        Some(())
+    }
+
     /// What the camera sees of the ray.
     fn view(&self, ray: &Ray<f64>) -> PlainView<f64> {
         let rotation = match ray.turned {
@@ -184,16 +220,17 @@ impl Rays for One<'_> {
         self.problem.effects[e].effect.eval(&self.context, input, theta, out, d_input, d_theta).map_err(|_| 0usize)?;
         Ok(Inputs::ANY)
     }
+
+    fn by_place(&self, e: usize, input: &[f64], axis: usize, derivative: &mut [f64]) -> Result<(), usize> {
+        let theta = &self.frame.theta[self.stages.locals(self.problem, e)];
+        self.problem.effects[e].effect.by_place(&self.context, input, theta, axis, derivative).map_err(|_| 0usize)
+    }
 }
 
-pub(super) fn context<'a>(problem: &'a Problem, observation: &ImageObservation) -> Context<'a> {
-    Context {
-        block: &problem.block_context,
-        image: &problem.image_contexts[observation.image as usize],
-        column_px: observation.x,
-        row_px: observation.y,
-        surveyed: None,
-    }
+/// The context of a measurement in an image, at no place yet.
+pub(super) fn context(problem: &Problem, image: usize) -> Context<'_> {
+    let (block, image, unknown) = (&problem.block_context, &problem.image_contexts[image], f64::NAN);
+    Context { block, image, column_px: unknown, row_px: unknown, surveyed: None }
 }
 
 /// What an image effect gets.
@@ -215,28 +252,5 @@ fn predict_plain(view: &PlainView<f64>, out: &mut Prediction) -> Option<()> {
         pose[..3].copy_from_slice(rotation);
         pose[3..].copy_from_slice(&point.map(|d| -d));
     }
-    Some(())
-}
-
-/// Image effects, one after the other: what was derived so far goes through each of them.
-fn apply_image_effects(
-    problem: &Problem,
-    stages: &Stages,
-    frame: &Frame,
-    context: &Context<'_>,
-    out: &mut Prediction,
-) -> Option<()> {
-    let mut d_own = std::mem::take(&mut out.work.d_own);
-    for (position, &e) in stages.of(Stage::Image).iter().enumerate() {
-        let own = stages.locals(problem, e);
-        let mut d_in = [0.0; 2 * IMAGE_INPUTS];
-        d_own.resize(2 * own.len(), 0.0);
-        let (input, theta) = (image_input(&out.point, frame), &frame.theta[own.clone()]);
-        let effect = &problem.effects[e].effect;
-        effect.eval(context, &input, theta, &mut out.point, Some(&mut d_in), Some(&mut d_own)).ok()?;
-        let inputs = if changes(0.0, &d_in, 2, 0, Inputs::ANY) { Inputs::ANY } else { Inputs::NONE };
-        through_image(out, (&d_in, &d_own), own, stages.before(problem, position), inputs);
-    }
-    out.work.d_own = d_own;
     Some(())
 }

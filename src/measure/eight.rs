@@ -3,12 +3,14 @@
 use super::chain::context;
 use super::frame::{Frame, Stages};
 use super::interior_chain::InteriorChain;
-use super::lanes::{CAMERA, Predictions, THETA, Views};
+use super::lanes::{CAMERA, Predictions, Straight, THETA, Views};
 use super::matrices::{changes, fill_left_out};
+use super::place::{ANSWERS_AHEAD, MOST_MOVES, Search, follow_place, is_near};
 use super::ray::Ray;
 use super::rays::Rays;
 use super::through::{
-    Derivatives, IMAGE_INPUTS, point_through_image, point_through_ray, through_image, through_interior, through_ray,
+    Derivatives, IMAGE_INPUTS, add_by_place, point_through_image, point_through_ray, through_image, through_interior,
+    through_ray,
 };
 use crate::effects::answer::{Answer, Inputs, Thetas};
 use crate::effects::{Context, IMAGE_INTERIOR, Stage};
@@ -78,13 +80,22 @@ impl WithSimd for Predict<'_, '_> {
         let Self { seen, views, out, answers, wanted } = self;
         match wanted {
             Wanted::Everything => seen.predict(simd, views, out, answers),
-            Wanted::ByPoint => seen.project(simd, views, out, answers, true),
-            Wanted::Nothing => seen.project(simd, views, out, answers, false),
+            // The derivatives that are wanted follow from those by the place, which come with all others.
+            Wanted::ByPoint if seen.finds_place() => seen.predict(simd, views, out, answers),
+            Wanted::Nothing if seen.finds_place() => seen.point_at_own_place(simd, views, out, answers),
+            Wanted::ByPoint => seen.project(&Eight::new(simd, &seen), views, out, answers, true),
+            Wanted::Nothing => seen.project(&Eight::new(simd, &seen), views, out, answers, false),
         }
     }
 }
 
 impl Seen<'_> {
+    /// Does an effect read the place at which the chain ends?
+    #[inline(always)]
+    fn finds_place(&self) -> bool {
+        !self.stages.place_axes.is_empty()
+    }
+
     /// Predicts them, given the `views` of straight rays. `Err`: the place of one that lies behind its camera, or
     /// outside an effect's domain.
     #[inline(always)]
@@ -95,14 +106,33 @@ impl Seen<'_> {
         out: &mut Predictions,
         answers: &mut Answers,
     ) -> Result<(), usize> {
-        let Self { problem, stages, .. } = *self;
+        let mut eight = Eight::new(simd, self);
+        match self.finds_place() {
+            true => self.predict_at_own_place(&mut eight, views, out, answers)?,
+            false => self.predict_there(&eight, views, out, answers)?,
+        }
+        if self.problem.tie_dc_to_pp {
+            out.tie_centre();
+        }
+        Ok(())
+    }
+
+    /// The same at the places of the contexts, with the centre of distortion an unknown of its own.
+    #[inline(always)]
+    fn predict_there<S: Simd>(
+        &self,
+        eight: &Eight<'_, S>,
+        views: &mut Views,
+        out: &mut Predictions,
+        answers: &mut Answers,
+    ) -> Result<(), usize> {
+        let (Self { problem, stages, .. }, simd) = (self, eight.simd);
         for row in &mut out.rows {
             row[THETA..].fill(Lane::default());
         }
-        let eight = Eight::new(simd, self);
         let straight = stages.straight();
         if !straight {
-            answers.ray.bend(&eight, stages, &views.pose(), &views.object())?;
+            answers.ray.bend(eight, stages, &views.pose(), &views.object())?;
             eight.see(views, &answers.ray);
         }
         views.predict(simd, out);
@@ -122,29 +152,109 @@ impl Seen<'_> {
                 true => fill_left_out::<Wide<S>>(d_in, 2, 0, 0..IMAGE_INTERIOR, inputs),
                 false => inputs = Inputs::NONE,
             }
-            through_image(&mut Rows::new(simd, &mut out.rows), (&*d_in, &*d_own), own, before, inputs);
+            let rows = &mut Rows::new(simd, &mut out.rows);
+            through_image(rows, (&*d_in, &*d_own), own, before, inputs);
+            add_by_place(rows, eight, stages, e, &input)?;
         }
         eight.through_interiors(views, &mut out.rows);
-        if problem.tie_dc_to_pp {
-            out.tie_centre();
-        }
         Ok(())
     }
 
-    /// Predicts image points as [`Self::predict`] does, alone or with their derivatives by the object point.
-    #[inline(always)]
-    fn project<S: Simd>(
+    /// Predicts at the places at which the chain ends; see [`super::place`]. A measurement whose place is near stays there while others move, so that
+    /// it has the numbers that it has alone.
+    fn predict_at_own_place<S: Simd>(
+        &self,
+        eight: &mut Eight<'_, S>,
+        views: &mut Views,
+        out: &mut Predictions,
+        answers: &mut Answers,
+    ) -> Result<(), usize> {
+        let (stages, simd, seed) = (self.stages, eight.simd, eight.seed());
+        let straight = views.straight();
+        let searches = self.search(eight, &straight, views, out, answers, ANSWERS_AHEAD)?;
+        let (mut at, mut far) = (places(&searches, Search::place), None);
+        for _ in 0..MOST_MOVES {
+            views.straighten(&straight);
+            eight.be_at(&at);
+            self.predict_there(eight, views, out, answers)?;
+            let end = out.point;
+            let rows = &mut Rows::new(simd, &mut out.rows);
+            let own = follow_place(rows, stages, &at.map(|lane| seed.of(lane)), &end.map(|lane| seed.of(lane)))?;
+            let own = own.map(|number| number.keep());
+            far = None;
+            for lane in 0..LANES {
+                if !is_near(stages, at.map(|k| k[lane]), end.map(|k| k[lane])) {
+                    far = far.or(Some(lane));
+                    for (at, own) in at.iter_mut().zip(&own) {
+                        at[lane] = own[lane];
+                    }
+                }
+            }
+            if far.is_none() {
+                out.point = own;
+                break;
+            }
+        }
+        far.map_or(Ok(()), Err)
+    }
+
+    /// The image points alone, at the places at which the chain ends.
+    fn point_at_own_place<S: Simd>(
         &self,
         simd: S,
         views: &mut Views,
         out: &mut Predictions,
         answers: &mut Answers,
+    ) -> Result<(), usize> {
+        let mut eight = Eight::new(simd, self);
+        let straight = views.straight();
+        let searches = self.search(&mut eight, &straight, views, out, answers, MOST_MOVES)?;
+        out.point = places(&searches, Search::place);
+        searches.iter().position(|search| search.found.is_none()).map_or(Ok(()), Err)
+    }
+
+    /// Looks for the places from those where the plain camera sees the points: until all are found, or so many answers were heard.
+    fn search<S: Simd>(
+        &self,
+        eight: &mut Eight<'_, S>,
+        straight: &Straight,
+        views: &mut Views,
+        out: &mut Predictions,
+        answers: &mut Answers,
+        most: usize,
+    ) -> Result<[Search; LANES], usize> {
+        views.project(eight.simd, out);
+        eight.in_front(&out.depth)?;
+        let mut searches: [Search; LANES] =
+            std::array::from_fn(|lane| Search::from([out.point[0][lane], out.point[1][lane]]));
+        for _ in 0..most {
+            eight.be_at(&places(&searches, |search| search.at));
+            views.straighten(straight);
+            self.project(eight, views, out, answers, false)?;
+            for (lane, search) in searches.iter_mut().enumerate() {
+                search.tell(self.stages, [out.point[0][lane], out.point[1][lane]]);
+            }
+            if searches.iter().all(|search| search.found.is_some()) {
+                break;
+            }
+        }
+        Ok(searches)
+    }
+
+    /// Predicts image points as [`Self::predict_there`] does, alone or with their derivatives by the object point.
+    #[inline(always)]
+    fn project<S: Simd>(
+        &self,
+        eight: &Eight<'_, S>,
+        views: &mut Views,
+        out: &mut Predictions,
+        answers: &mut Answers,
         by_point: bool,
     ) -> Result<(), usize> {
-        let eight = Eight::new(simd, self);
+        let simd = eight.simd;
         let straight = self.stages.straight();
         if !straight {
-            answers.ray.shift(&eight, self.stages, (&views.pose(), &views.object()), by_point)?;
+            answers.ray.shift(eight, self.stages, (&views.pose(), &views.object()), by_point)?;
             eight.see(views, &answers.ray);
         }
         match by_point {
@@ -166,6 +276,15 @@ impl Seen<'_> {
         }
         Ok(())
     }
+}
+
+/// A place of each search.
+fn places(searches: &[Search; LANES], place: impl Fn(&Search) -> [f64; 2]) -> [Lane; 2] {
+    let mut places = [Lane::default(); 2];
+    for (lane, search) in searches.iter().enumerate() {
+        [places[0][lane], places[1][lane]] = place(search);
+    }
+    places
 }
 
 /// What an image effect gets.
@@ -197,7 +316,14 @@ impl<'a, S: Simd> Eight<'a, S> {
             stages,
             count: observations.len(),
             frames: std::array::from_fn(|lane| &frames[observation(lane).image as usize]),
-            contexts: std::array::from_fn(|lane| context(problem, observation(lane))),
+            contexts: std::array::from_fn(|lane| context(problem, observation(lane).image as usize)),
+        }
+    }
+
+    /// Takes these for the places of the measurements.
+    fn be_at(&mut self, [x, y]: &[Lane; 2]) {
+        for (lane, context) in self.contexts.iter_mut().enumerate() {
+            (context.column_px, context.row_px) = (x[lane], y[lane]);
         }
     }
 
@@ -303,6 +429,22 @@ impl<S: Simd> Rays for Eight<'_, S> {
             thetas[lane] = &self.frames[lane].theta[own.clone()];
         }
         effect.eval_eight(&self.contexts, input, &Thetas::Own(&thetas), answer)
+    }
+
+    fn by_place(&self, e: usize, input: &[Lane], axis: usize, derivative: &mut [Lane]) -> Result<(), usize> {
+        /// The most inputs and outputs of stages that have a place.
+        const INPUTS: usize = Stage::Image.inputs();
+        const OUTPUTS: usize = Stage::Exposure.outputs();
+        let (own, effect) = (self.stages.locals(self.problem, e), &self.problem.effects[e].effect);
+        let (mut one, mut by) = ([0.0; INPUTS], [0.0; OUTPUTS]);
+        let by = &mut by[..derivative.len()];
+        for lane in 0..LANES {
+            one.iter_mut().zip(input).for_each(|(to, from)| *to = from[lane]);
+            let theta = &self.frames[lane].theta[own.clone()];
+            effect.by_place(&self.contexts[lane], &one[..input.len()], theta, axis, by).map_err(|_| lane)?;
+            derivative.iter_mut().zip(&*by).for_each(|(to, value)| to[lane] = *value);
+        }
+        Ok(())
     }
 }
 

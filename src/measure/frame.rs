@@ -28,10 +28,15 @@ pub struct Stages {
     pub local_len: usize,
     /// Per effect: whether its parameters have the same values in every image.
     pub alike: Vec<bool>,
-    /// Positions in the local list of the parameters of exposure and ray effects.
+    /// Positions in the local list of the parameters of exposure and ray effects, and behind them of [`Self::place_columns`].
     pub ray_locals: Vec<usize>,
     /// Per effect: where its parameters stand in [`Self::ray_locals`].
     pub ray_places: Vec<Range<usize>>,
+    /// Per effect: whether it reads column and row of the place at which the chain ends.
+    pub reads_place: Vec<[bool; 2]>,
+    /// The axes of the place that any effect which acts in the image reads: 0 column, 1 row. The derivatives of the image point by them stand behind
+    /// the local list.
+    pub place_axes: Vec<usize>,
 }
 
 impl Stages {
@@ -40,18 +45,20 @@ impl Stages {
         let mut by_stage: [Vec<usize>; Stage::ALL.len()] = Default::default();
         let mut local_offset = Vec::new();
         let mut local_len = 0;
-        let mut alike = Vec::new();
+        let (mut alike, mut reads_place) = (Vec::new(), Vec::new());
         for (e, instance) in problem.effects.iter().enumerate() {
             by_stage[instance.effect.descriptor().stage as usize].push(e);
             alike.push(instance.slots.iter().all(|(scope, _)| *scope == Scope::Global));
+            reads_place.push(instance.effect.reads_place());
             local_offset.push(local_len);
             local_len += instance.slots.len();
         }
-        Self { by_stage, local_offset, local_len, alike, ray_locals: Vec::new(), ray_places: Vec::new() }
+        let (ray_locals, ray_places, place_axes) = (Vec::new(), Vec::new(), Vec::new());
+        Self { by_stage, local_offset, local_len, alike, ray_locals, ray_places, reads_place, place_axes }
             .with_ray_places(problem)
     }
 
-    /// Finds the parameters of exposure and ray effects.
+    /// Finds the parameters of exposure and ray effects, and what is read of the place.
     fn with_ray_places(mut self, problem: &Problem) -> Self {
         self.ray_locals.clear();
         self.ray_places.clear();
@@ -61,7 +68,22 @@ impl Stages {
             self.ray_locals.extend(own.filter(|_| acts));
             self.ray_places.push(first..self.ray_locals.len());
         }
+        let of_image = || [Stage::Exposure, Stage::Ray, Stage::Image].into_iter().flat_map(|stage| self.of(stage));
+        let axes: Vec<usize> = (0..2).filter(|axis| of_image().any(|e| self.reads_place[*e][*axis])).collect();
+        self.ray_locals.extend(self.local_len..self.local_len + axes.len());
+        self.place_axes = axes;
         self
+    }
+
+    /// Where the derivatives by the place stand in [`Self::ray_locals`], in the order of [`Self::place_axes`].
+    pub fn place_columns(&self) -> Range<usize> {
+        let end = self.ray_locals.len();
+        end - self.place_axes.len()..end
+    }
+
+    /// Length of the local list and of what stands behind it.
+    pub fn row_len(&self) -> usize {
+        self.local_len + self.place_axes.len()
     }
 
     /// The effects that change anything at a state: those of a null size are the identity there, and a diagnosis asks with dozens of them.

@@ -77,6 +77,13 @@ pub struct Views {
     one_interior: bool,
 }
 
+/// Straight rays, as they were before effects bent them.
+#[derive(Debug, Clone, Copy)]
+pub struct Straight {
+    image: [[Lane; LANES]; 2],
+    object: [Lane; LANES],
+}
+
 /// First place in [`Predictions::rows`] of the derivatives by the interior orientation.
 pub const CAMERA: usize = 0;
 /// First place of those by the rotation `w`.
@@ -108,6 +115,13 @@ impl Predictions {
     pub fn new(local_len: usize) -> Self {
         let row = vec![Lane::default(); THETA + local_len];
         Self { depth: Lane::default(), point: Default::default(), rows: [row.clone(), row] }
+    }
+
+    /// Makes room for a longer list, where it is.
+    pub fn fit(&mut self, local_len: usize) {
+        for row in &mut self.rows {
+            row.resize(row.len().max(THETA + local_len), Lane::default());
+        }
     }
 
     /// The centre of distortion follows the principal point.
@@ -195,6 +209,16 @@ impl Views {
     #[inline(always)]
     pub fn object(&self) -> [Lane; 3] {
         [self.object[0], self.object[1], self.object[2]]
+    }
+
+    /// The rays, once turned, to be bent more than once.
+    pub fn straight(&self) -> Straight {
+        Straight { image: self.image, object: self.object }
+    }
+
+    /// Puts them back.
+    pub fn straighten(&mut self, straight: &Straight) {
+        (self.image, self.object) = (straight.image, straight.object);
     }
 
     /// The interior orientation of each.

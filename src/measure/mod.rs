@@ -10,6 +10,7 @@ mod frame;
 mod interior_chain;
 pub mod lanes;
 mod matrices;
+mod place;
 mod plain;
 mod position;
 mod predictor;
@@ -18,7 +19,7 @@ mod rays;
 mod through;
 mod transpose;
 
-pub use chain::{Prediction, point_behind_camera, predict, predict_point};
+pub use chain::{Prediction, predict};
 pub use eight::{Answers, Predict, Seen, Wanted};
 pub use error::MeasureError;
 pub use frame::{Frame, Stages, frames};

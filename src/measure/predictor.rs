@@ -31,8 +31,6 @@ const AHEAD: usize = 8 * CHUNK;
 pub struct Sighted {
     /// The image.
     pub image: usize,
-    /// Where it was measured, px (effects of the row need it).
-    pub observed: [f64; 2],
     /// The point, m.
     pub point: Vector3<f64>,
 }
@@ -56,12 +54,10 @@ impl<'a> Predictor<'a> {
         Ok(Self { problem, state, stages, frames })
     }
 
-    /// Image point (px) of a world point, and its derivative by the point (px/m); `observed` is where it was measured. `None`: behind the camera
-    /// or outside an effect's domain.
-    pub fn image_point(&self, image: usize, observed: [f64; 2], point: &Vector3<f64>) -> Option<ImagePoint> {
-        let observation = observation(image, observed);
+    /// Image point (px) of a world point, and its derivative by the point (px/m). `None`: behind the camera or outside an effect's domain.
+    pub fn image_point(&self, image: usize, point: &Vector3<f64>) -> Option<ImagePoint> {
         BUFFER.with_borrow_mut(|p| {
-            chain::predict(self.problem, &self.stages, &self.frames[image], &observation, point, p)?;
+            chain::predict(self.problem, &self.stages, &self.frames[image], image, point, p)?;
             Some((p.point, Matrix2x3::from_fn(|i, j| p.d_point[i][j])))
         })
     }
@@ -78,11 +74,11 @@ impl<'a> Predictor<'a> {
                     return;
                 }
                 eight.observations.clear();
-                eight.observations.extend(eight.sighted.iter().map(|s| observation(s.image, s.observed)));
+                eight.observations.extend(eight.sighted.iter().map(|s| observation(s.image)));
                 match dispatch(SideBySide { predictor: self, eight }) {
                     Some(()) => found.extend((0..eight.sighted.len()).map(|lane| Some(eight.image_point(lane)))),
                     // One of them has no image: which, and what of the others, shows one by one.
-                    None => found.extend(eight.sighted.iter().map(|s| self.image_point(s.image, s.observed, &s.point))),
+                    None => found.extend(eight.sighted.iter().map(|s| self.image_point(s.image, &s.point))),
                 }
             }
         });
@@ -114,7 +110,7 @@ impl<'a> Predictor<'a> {
         self.image_points(points.flat_map(|j| {
             let point = self.state.points[j];
             let seen = self.problem.observations[starts[j]..starts[j + 1]].iter();
-            seen.map(move |o| Sighted { image: o.image as usize, observed: [o.x, o.y], point })
+            seen.map(move |o| Sighted { image: o.image as usize, point })
         }))
     }
 
@@ -145,9 +141,10 @@ impl<'a> Predictor<'a> {
     }
 }
 
-fn observation(image: usize, observed: [f64; 2]) -> ImageObservation {
-    let [x, y] = observed;
-    ImageObservation { image: image as u32, kind: MeasurementKind::Tie, x, y, inverse_sigma: 1.0 }
+/// Whatever was measured: predictions know nothing of it.
+fn observation(image: usize) -> ImageObservation {
+    let unknown = f64::NAN;
+    ImageObservation { image: image as u32, kind: MeasurementKind::Tie, x: unknown, y: unknown, inverse_sigma: 1.0 }
 }
 
 /// Work space for eight.
@@ -161,7 +158,7 @@ struct Eight {
 
 impl Default for Eight {
     fn default() -> Self {
-        // No derivative by the parameters of effects is asked for.
+        // Room for the derivatives by the parameters of effects is made where they are asked for.
         let predictions = Predictions::new(0);
         let (views, answers) = (Views::default(), Answers::default());
         Self { sighted: Vec::new(), observations: Vec::new(), views, predictions, answers }
@@ -189,6 +186,7 @@ impl WithSimd for SideBySide<'_, '_> {
         let Predictor { problem, stages, frames, .. } = self.predictor;
         let Eight { sighted, observations, views, predictions, answers } = self.eight;
         views.set_interior(None);
+        predictions.fit(stages.row_len());
         for lane in 0..LANES {
             // Places that are left over see what the first sees.
             let Sighted { image, point, .. } = sighted.get(lane).unwrap_or(&sighted[0]);
@@ -235,7 +233,7 @@ mod tests {
         let predictor = Predictor::new(&problem, state).expect("a state");
         let mut told = 0;
         predictor.each_measurement(|j, seen, together| {
-            let alone = predictor.image_point(seen.image as usize, [seen.x, seen.y], &state.points[j]);
+            let alone = predictor.image_point(seen.image as usize, &state.points[j]);
             assert!(alone.is_some());
             assert_eq!(together, alone, "measurement {told}");
             assert_eq!(*seen, problem.observations[told]);
@@ -249,11 +247,11 @@ mod tests {
         let problem = problem();
         let state = &problem.start;
         let predictor = Predictor::new(&problem, state).expect("a state");
-        let ahead = Sighted { image: 0, observed: [100.0, 200.0], point: state.points[0] };
+        let ahead = Sighted { image: 0, point: state.points[0] };
         let centre = predictor.centre(0);
         let behind = Sighted { point: centre - (state.points[0] - centre), ..ahead };
         let found = predictor.image_points([ahead, behind, ahead]);
-        let alone = predictor.image_point(0, ahead.observed, &ahead.point);
+        let alone = predictor.image_point(0, &ahead.point);
         assert!(alone.is_some());
         assert_eq!(found, [alone, None, alone]);
     }

@@ -65,6 +65,12 @@ impl<K: Copy + Default> Default for Ray<K> {
     }
 }
 
+/// Where in [`Stages::ray_locals`] that stands which moves the pose: parameters of exposure effects, and the place.
+fn of_pose(stages: &Stages) -> impl Iterator<Item = Range<usize>> {
+    let exposure = stages.of(Stage::Exposure).iter().map(|e| stages.ray_places[*e].clone());
+    exposure.chain([stages.place_columns()])
+}
+
 impl<K: Copy + Default + PartialEq> Ray<K> {
     /// Sends rays from `point` to images with this `pose` (rotation vector and projection centre) through the effects of exposure and ray. `Err`: the
     /// place of the first outside the domain of one.
@@ -82,6 +88,8 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
 
         // Exposure: (r, C), with derivatives by (r, C) before and by the parameters.
         self.pose_by_theta.resize(stages.ray_locals.len(), [nothing; 6]);
+        let places_of_all = stages.place_columns();
+        self.pose_by_theta[places_of_all.clone()].fill([nothing; 6]);
         let mut by_pose: Option<[K; 36]> = None;
         for (position, &e) in stages.of(Stage::Exposure).iter().enumerate() {
             let places = stages.ray_places[e].clone();
@@ -99,8 +107,9 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
                     Some(before) => times_six(seed, d_in, &before),
                     None => *d_in,
                 });
-                for &before in &stages.of(Stage::Exposure)[..position] {
-                    for column in &mut self.pose_by_theta[stages.ray_places[before].clone()] {
+                let before = stages.of(Stage::Exposure)[..position].iter().map(|e| stages.ray_places[*e].clone());
+                for columns in before.chain([places_of_all.clone()]) {
+                    for column in &mut self.pose_by_theta[columns] {
                         let before = *column;
                         for i in 0..6 {
                             column[i] = dot(seed, (d_in, 6 * i, 1), (&before, 0, 1), 6).keep();
@@ -113,14 +122,23 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
                     column[i] = self.d_own[count * i + p];
                 }
             }
+            for (column, axis) in self.pose_by_theta[places_of_all.clone()].iter_mut().zip(&stages.place_axes) {
+                if stages.reads_place[e][*axis] {
+                    let mut own = [nothing; 6];
+                    rays.by_place(e, &pose, *axis, &mut own)?;
+                    for i in 0..6 {
+                        column[i] = (seed.of(column[i]) + seed.of(own[i])).keep();
+                    }
+                }
+            }
             pose = next;
         }
         let [r0, r1, r2, centre @ ..] = pose;
         (self.rotation_vector, self.centre) = ([r0, r1, r2], centre);
         self.turned = !are_equal(seed, &self.rotation_vector, &of_r);
         self.turns = by_pose.is_some();
-        for &e in stages.of(Stage::Exposure) {
-            for column in &self.pose_by_theta[stages.ray_places[e].clone()] {
+        for columns in of_pose(stages) {
+            for column in &self.pose_by_theta[columns] {
                 self.turns |= !are_equal(seed, &column[..3], &[nothing; 3]);
             }
         }
@@ -157,8 +175,8 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         }
         self.point = *point;
         self.by_theta.resize(stages.ray_locals.len(), [nothing; 6]);
-        for &e in stages.of(Stage::Exposure) {
-            self.by_theta[stages.ray_places[e].clone()].fill([nothing; 6]);
+        for columns in of_pose(stages) {
+            self.by_theta[columns].fill([nothing; 6]);
         }
         for (position, &e) in stages.of(Stage::Ray).iter().enumerate() {
             let own = stages.ray_places[e].clone();
@@ -173,8 +191,8 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             if changes(seed, &self.d_in[..27], 3, 6, inputs) {
                 fill_left_out::<R::Number>(&mut self.d_in[..27], 3, 6, 3..9, inputs);
                 let turns = self.go_through(rays, by_pose.as_ref(), inputs);
-                for &before in stages.of(Stage::Exposure) {
-                    self.carry(seed, stages.ray_places[before].clone(), true, turns);
+                for columns in of_pose(stages) {
+                    self.carry(seed, columns, true, turns);
                 }
                 for &before in &stages.of(Stage::Ray)[..position] {
                     self.carry(seed, stages.ray_places[before].clone(), false, turns);
@@ -183,6 +201,15 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
             for (p, column) in self.by_theta[own].iter_mut().enumerate() {
                 let shift = |i: usize| self.d_own[count * i + p];
                 *column = [nothing, nothing, nothing, shift(0), shift(1), shift(2)];
+            }
+            for (column, axis) in self.by_theta[places_of_all.clone()].iter_mut().zip(&stages.place_axes) {
+                if stages.reads_place[e][*axis] {
+                    let mut own = [nothing; 3];
+                    rays.by_place(e, &input, *axis, &mut own)?;
+                    for i in 0..3 {
+                        column[3 + i] = (seed.of(column[3 + i]) + seed.of(own[i])).keep();
+                    }
+                }
             }
             self.point = next;
         }
@@ -200,8 +227,7 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
                 }
             }
         }
-        for &e in stages.of(Stage::Exposure) {
-            let places = stages.ray_places[e].clone();
+        for places in of_pose(stages) {
             for (column, pose) in self.by_theta[places.clone()].iter_mut().zip(&self.pose_by_theta[places]) {
                 for i in 0..3 {
                     if self.turns {

@@ -22,6 +22,10 @@ pub(super) trait Rays {
     /// Asks effect `e`; gives the inputs on which the answers may depend otherwise than by handing them on. `Err`: the place of the first ray
     /// outside its domain.
     fn ask(&self, e: usize, input: &[Kept<Self>], answer: &mut Answer<'_, Kept<Self>>) -> Result<Inputs, usize>;
+
+    /// Derivatives of what effect `e` answers by the place, column (`axis` 0) or row (1). `Err`: as of [`Self::ask`].
+    fn by_place(&self, e: usize, input: &[Kept<Self>], axis: usize, derivative: &mut [Kept<Self>])
+    -> Result<(), usize>;
 }
 
 /// A number of rays in memory.

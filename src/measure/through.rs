@@ -1,8 +1,10 @@
 //! Derivatives through the effects: one text for one measurement and for several side by side.
 
+use super::frame::Stages;
 use super::interior_chain::InteriorChain;
 use super::lanes::{CAMERA, CENTRE, MISCLOSURE, POINT, ROTATION, THETA};
 use super::ray::Ray;
+use super::rays::Rays;
 use crate::camera::PARAMETER_COUNT;
 use crate::effects::answer::Inputs;
 use crate::effects::{IMAGE_INTERIOR, Stage};
@@ -114,6 +116,26 @@ pub(super) fn through_image<D: Derivatives>(
             d.set(i, THETA + local, seed.of(d_own[i * count + p]));
         }
     }
+}
+
+/// Adds what image effect `e`, given `input`, does by itself as the place moves. `Err`: the place of the first measurement outside its domain.
+#[inline(always)]
+pub(super) fn add_by_place<D: Derivatives, R: Rays<Number = D::Number>>(
+    d: &mut D,
+    rays: &R,
+    stages: &Stages,
+    e: usize,
+    input: &[Kept<D>],
+) -> Result<(), usize> {
+    for (n, axis) in stages.place_axes.iter().enumerate().filter(|(_, axis)| stages.reads_place[e][**axis]) {
+        let mut own = [Kept::<D>::default(); 2];
+        rays.by_place(e, input, *axis, &mut own)?;
+        for i in 0..2 {
+            let before = d.get(i, THETA + stages.local_len + n);
+            d.set(i, THETA + stages.local_len + n, before + before.of(own[i]));
+        }
+    }
+    Ok(())
 }
 
 /// Derivatives by the object point through an image effect; `d_in` as in [`through_image`].

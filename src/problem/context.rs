@@ -1,7 +1,8 @@
 //! Observed constants of the block and of its images, as effects see them.
 
 use super::PositionObservation;
-use crate::block::{Block, Image};
+use super::velocities::velocities;
+use crate::block::Block;
 use crate::effects::{BlockContext, ImageContext};
 use nalgebra::Vector3;
 
@@ -79,48 +80,4 @@ pub fn image_contexts(block: &Block) -> Vec<ImageContext> {
             }
         })
         .collect()
-}
-
-/// Two legs of a path whose directions differ by more than this are of two strips: the platform turned between them.
-const TURN_COSINE: f64 = 0.7;
-
-/// Measured velocities; where a block lacks them, differences of the projection centres over the neighbours in time of the same flight, on one side
-/// alone at the ends of strips. NaN where neither is possible.
-fn velocities(block: &Block) -> Vec<Vector3<f64>> {
-    let mut velocities: Vec<Vector3<f64>> =
-        block.images.iter().map(|image| image.velocity.unwrap_or_else(|| Vector3::repeat(f64::NAN))).collect();
-    for flight in 0..block.flights.len() {
-        let mut timed: Vec<(f64, usize, &Image)> = block
-            .images
-            .iter()
-            .enumerate()
-            .filter(|(_, image)| image.flight.index() == flight)
-            .filter_map(|(i, image)| Some((image.time_s?, i, image)))
-            .collect();
-        timed.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (k, (_, i, _)) in timed.iter().enumerate().filter(|(_, (_, _, image))| image.velocity.is_none()) {
-            // Leg `n` leads from image `n` to the next.
-            let leg = |n: Option<usize>| {
-                let (a, b) = (timed.get(n?)?, timed.get(n? + 1)?);
-                (b.0 > a.0).then(|| (b.2.pose.centre - a.2.pose.centre) / (b.0 - a.0))
-            };
-            let straight = |a: Option<Vector3<f64>>, b: Option<Vector3<f64>>| match (a, b) {
-                (Some(a), Some(b)) => a.dot(&b) > TURN_COSINE * a.norm() * b.norm(),
-                _ => false,
-            };
-            let (before, after) = (leg(k.checked_sub(1)), leg(Some(k)));
-            velocities[*i] = match (before, after) {
-                (Some(a), Some(b)) if straight(before, after) => {
-                    let (t0, t1) = (timed[k - 1].0, timed[k + 1].0);
-                    let here = timed[k].0;
-                    (a * (here - t0) + b * (t1 - here)) / (t1 - t0)
-                }
-                (Some(a), Some(_)) if straight(leg(k.checked_sub(2)), before) => a,
-                (_, Some(b)) => b,
-                (Some(a), None) => a,
-                (None, None) => continue,
-            };
-        }
-    }
-    velocities
 }

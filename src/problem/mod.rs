@@ -9,6 +9,7 @@
 
 pub mod context;
 pub mod order;
+pub mod velocities;
 
 mod align;
 mod build;

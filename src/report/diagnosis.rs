@@ -1,14 +1,17 @@
 //! What a diagnosis adds to the page of a run.
 
-use super::diagnosis_tables::{candidates_table, ledger_table, structure_table, untested_table, verdict_sentence};
+use super::diagnosis_tables::{
+    candidates_table, ledger_table, mistake_lines, structure_table, untested_table, verdict_sentence,
+};
 use super::figures::{Axis, BinnedProfile, ImageBar, ImageBars, Ledger, LedgerStep, image_bars, ledger, profile};
 use super::html::Page;
 use super::letter;
-use super::numbers::fixed;
+use super::numbers::{fixed, significant};
 use super::pictures::RunFolder;
 use super::sensor_section::sensor_figures;
 use crate::diagnose::fit::FEW_ITERATIONS;
 use crate::diagnose::verdict::Diagnosis;
+use crate::mistakes::Mistake;
 use crate::run::folder::ProfileRow;
 
 /// An effect whole, as it stands in the catalogue: what one writes oneself looks the same.
@@ -17,7 +20,11 @@ const EXAMPLE: &str = include_str!("../../cpp/effects/focal-time.h");
 /// The verdict, and what is left in words.
 pub(super) fn verdict(page: &mut Page, diagnosis: &Diagnosis) {
     page.verdict(diagnosis.verdict, &verdict_sentence(diagnosis));
+    mistakes(page, &diagnosis.mistakes);
     letter::weight(page, diagnosis);
+    if let Some(sentence) = &diagnosis.check_points {
+        page.paragraph(sentence);
+    }
     if let Some(sentence) = letter::weights_sentence(diagnosis) {
         page.warning(&sentence);
     }
@@ -31,6 +38,15 @@ pub(super) fn verdict(page: &mut Page, diagnosis: &Diagnosis) {
     }
     if diagnosis.outliers > 0 {
         page.note(&format!("{} measurements were set aside as outliers.", diagnosis.outliers));
+    }
+    for known in &diagnosis.known {
+        page.paragraph(&format!(
+            "{} is in every model with {} = {}: {}.",
+            known.effect,
+            known.parameter,
+            significant(known.value, 3),
+            known.source
+        ));
     }
     let factors = &diagnosis.sigma_factors;
     page.paragraph(&format!(
@@ -50,6 +66,13 @@ pub(super) fn verdict(page: &mut Page, diagnosis: &Diagnosis) {
             fixed(of.gnss, 3),
             fixed(of.gnss_z, 3)
         ));
+    }
+}
+
+/// Mistakes, before everything else.
+pub(super) fn mistakes(page: &mut Page, mistakes: &[Mistake]) {
+    for mistake in mistakes {
+        page.warning(&mistake_lines(mistake).join(" "));
     }
 }
 

@@ -3,6 +3,7 @@
 use super::numbers::{fixed, mm, or_dash, p_value, significant};
 use super::tables::Table;
 use crate::diagnose::verdict::{CandidateEntry, Diagnosis, Verdict};
+use crate::mistakes::Mistake;
 
 /// The verdict as a sentence.
 pub fn verdict_sentence(diagnosis: &Diagnosis) -> String {
@@ -10,6 +11,7 @@ pub fn verdict_sentence(diagnosis: &Diagnosis) -> String {
     match diagnosis.verdict {
         Verdict::Adequate => "adequate: nothing significant is left.".into(),
         Verdict::Missing => format!("missing: {}.", names(&diagnosis.recommended)),
+        Verdict::Mistake => mistake_sentence(diagnosis, &names(&diagnosis.recommended)),
         Verdict::Unexplained if diagnosis.recommended.is_empty() => {
             "unexplained: something significant is left that no effect of the catalogue explains.".into()
         }
@@ -17,6 +19,24 @@ pub fn verdict_sentence(diagnosis: &Diagnosis) -> String {
             format!("unexplained: {} was added, but something significant is left.", names(&diagnosis.recommended))
         }
     }
+}
+
+/// Mistakes stand below the sentence, each in one of its own.
+fn mistake_sentence(diagnosis: &Diagnosis, beside: &str) -> String {
+    let what = match diagnosis.mistakes.as_slice() {
+        [one] => format!("{} ({})", one.kind, one.subject),
+        many => many.iter().map(|m| format!("{} ({})", m.kind, m.subject)).collect::<Vec<_>>().join(", "),
+    };
+    match (diagnosis.recommended.is_empty(), diagnosis.left.is_empty()) {
+        (true, true) => format!("mistake: {what}."),
+        (false, true) => format!("mistake: {what}. Beside it is missing: {beside}."),
+        (_, false) => format!("mistake: {what}. Beside it something is left that no effect of the catalogue explains."),
+    }
+}
+
+/// A mistake as lines for a person: what it is, what to do.
+pub fn mistake_lines(mistake: &Mistake) -> [String; 2] {
+    [mistake.sentence.clone(), format!("What to do: {}", mistake.remedy)]
 }
 
 fn with_partners(diagnosis: &Diagnosis, id: &str) -> String {
@@ -76,6 +96,7 @@ pub fn ledger_table(diagnosis: &Diagnosis) -> Table {
         .number("held-out RMS", "px")
         .number("check points RMS", "mm")
         .number("drop of v'Pv", "")
+        .number("objective", "")
         .number("p", "");
     for row in &diagnosis.ledger {
         table.row([
@@ -86,6 +107,7 @@ pub fn ledger_table(diagnosis: &Diagnosis) -> Table {
             or_dash(row.heldout_rms_px, |rms| fixed(rms, 5)),
             or_dash(row.check_rms_m, mm),
             fixed(row.statistic, 1),
+            fixed(row.objective, 1),
             p_value(row.p_value),
         ]);
     }

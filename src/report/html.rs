@@ -14,6 +14,7 @@ fn class(verdict: Verdict) -> &'static str {
         Verdict::Adequate => "adequate",
         Verdict::Missing => "missing",
         Verdict::Unexplained => "unexplained",
+        Verdict::Mistake => "mistake",
     }
 }
 
@@ -23,6 +24,7 @@ fn heading(verdict: Verdict) -> &'static str {
         Verdict::Adequate => "✓ Adequate: nothing significant is left",
         Verdict::Missing => "! Missing: effects of the catalogue explain what was left over",
         Verdict::Unexplained => "? Unexplained: structure is left that no effect of the catalogue explains",
+        Verdict::Mistake => "✗ Mistake: something is recorded wrongly",
     }
 }
 

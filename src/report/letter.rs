@@ -40,6 +40,9 @@ pub fn sentences(found: &FoundEntry) -> Vec<String> {
     let words = words::of(&found.effect);
     sentences.extend(words.map(|words| words.what.to_string()));
     let mut size = format!("Size: {}.", sizes(&found.estimate));
+    if let Some(inputs) = &found.inputs {
+        size.push_str(&format!(" With {inputs}."));
+    }
     if let Some(impact) = &found.impact {
         size += &format!(" {}.", moved(impact));
     }

@@ -95,6 +95,9 @@ pub fn page(run: &RunFolder, ties: TieResiduals) -> Page {
         diagnosis::structure(&mut page, run, found);
         diagnosis::candidates(&mut page, found);
     }
+    if run.diagnosis.is_none() {
+        diagnosis::mistakes(&mut page, &run.summary.mistakes);
+    }
     adjustment(&mut page, run);
     parameters(&mut page, run);
     if run.diagnosis.is_none() {

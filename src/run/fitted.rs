@@ -13,12 +13,12 @@ pub struct FittedModel<'a> {
 }
 
 impl ImageModel for FittedModel<'_> {
-    fn project(&self, image: ImageId, observed: [f64; 2], point: &Vector3<f64>) -> Option<ProjectedPoint> {
-        self.predictor.image_point(image.index(), observed, point)
+    fn project(&self, image: ImageId, point: &Vector3<f64>) -> Option<ProjectedPoint> {
+        self.predictor.image_point(image.index(), point)
     }
 
     fn project_each(&self, observations: &[Observation], point: &Vector3<f64>) -> Option<Vec<ProjectedPoint>> {
-        let sighted = |o: &Observation| Sighted { image: o.image.index(), observed: o.xy, point: *point };
+        let sighted = |o: &Observation| Sighted { image: o.image.index(), point: *point };
         self.predictor.image_points(observations.iter().map(sighted)).into_iter().collect()
     }
 

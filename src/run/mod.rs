@@ -28,6 +28,7 @@ use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Solution, Sol
 use crate::block::{Block, Role};
 use crate::evaluate::{Alignment, Comparison, Method, checks};
 use crate::measure::{MeasureError, Predictor};
+use crate::mistakes::Mistake;
 use crate::model::{Datum, Model};
 use crate::problem::{Problem, ProblemError, State};
 use std::ops::ControlFlow;
@@ -71,6 +72,8 @@ pub struct Run {
     pub agreement: Option<Agreement>,
     /// Surveyed points against the adjusted block; `None` without any that can be compared.
     pub comparison: Option<Comparison>,
+    /// What people got wrong, where somebody looked.
+    pub mistakes: Vec<Mistake>,
 }
 
 impl Run {
@@ -163,7 +166,7 @@ pub fn solve(
 ) -> Result<Run, RunError> {
     let solvers::Solved { solutions, failures, agreement } = solvers::solve(&problem, solvers, options, progress)?;
     let comparison = compare(block, &problem, &solutions[0].1)?;
-    Ok(Run { problem, solutions, failures, agreement, comparison })
+    Ok(Run { problem, solutions, failures, agreement, comparison, mistakes: Vec::new() })
 }
 
 /// Compares surveyed points with an adjusted block: after a similarity from the control points where the datum is free.

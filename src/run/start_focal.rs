@@ -95,7 +95,7 @@ fn misfits(block: &Block, model: &Model, factor: f64) -> Result<Vec<Misfit>, Run
         for o in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
             let camera = problem.image_contexts[o.image as usize].camera as usize;
             let distance = predictor
-                .image_point(o.image as usize, [o.x, o.y], point)
+                .image_point(o.image as usize, point)
                 .map_or(f64::INFINITY, |([x, y], _)| (o.x - x).hypot(o.y - y).max(o.inverse_sigma.recip()));
             missed[camera][usize::from(o.kind == MeasurementKind::Mark)].push(distance);
         }

@@ -7,6 +7,7 @@ use crate::camera::{DCX, DCY, PARAMETER_COUNT, PARAMETERS, PPX, PPY};
 use crate::effects::{Role, Scope};
 use crate::evaluate::{Similarity, Statistics};
 use crate::math::null_is_nan;
+use crate::mistakes::Mistake;
 use crate::problem::{EffectInstance, PointSource, Problem, ThetaEntry};
 use crate::run::residuals::tie_rms_of_rows;
 use crate::run::{ResidualRow, Run};
@@ -57,6 +58,9 @@ pub struct Summary {
     pub control: Option<Statistics>,
     /// Residuals at check points; null without any.
     pub check: Option<Statistics>,
+    /// What people got wrong; empty where nothing was found, or nobody looked.
+    #[serde(default)]
+    pub mistakes: Vec<Mistake>,
     /// Of the tables; a folder of before this was noted has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rows: Option<Rows>,
@@ -177,6 +181,7 @@ impl Summary {
                 .map(|found| similarity(found, block)),
             control: run.comparison.as_ref().and_then(|comparison| comparison.control),
             check: run.comparison.as_ref().and_then(|comparison| comparison.check),
+            mistakes: run.mistakes.clone(),
             rows: Some(Rows {
                 images: block.images.len(),
                 points: run.problem.point_sources.iter().filter(|of| matches!(of, PointSource::Tie(_))).count(),

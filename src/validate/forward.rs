@@ -5,7 +5,7 @@ use crate::camera::{DCX, DCY, PARAMETER_COUNT, PPX, PPY};
 use crate::effects::{Context, ImageContext, Stage, SurveyedKind};
 use crate::math::DoubleDouble;
 use crate::math::jet::{Jet, Real};
-use crate::problem::{ImageObservation, Problem, State};
+use crate::problem::{Problem, State};
 
 /// A state in double-double. Rotations are matrices, which stay orthogonal to all digits.
 #[derive(Debug, Clone)]
@@ -56,6 +56,11 @@ fn rotation_of([w, x, y, z]: [DoubleDouble; 4]) -> Mat3<DoubleDouble> {
 
 /// Unknowns that one measurement can depend on before those of effects: interior orientation, pose, point.
 pub const PLAIN: usize = PARAMETER_COUNT + 9;
+
+/// A point appears in the row that it was exposed in to this, px: some units of the last digit of a double-double of thousands.
+const EXACT_PX: f64 = 1e-26;
+/// Steps to there; where so many do not suffice, a row sees the point twice or never.
+const STEPS: usize = 40;
 
 /// What a measurement is predicted from: numbers, or numbers with derivatives.
 pub struct Given<T> {
@@ -118,20 +123,39 @@ impl<'a> Forward<'a> {
         self.problem.effects.iter().flat_map(of).collect()
     }
 
-    /// Predicted image point, px. `None`: behind the camera or outside the domain of an effect.
-    pub fn image_point<T: Real>(&self, observation: &ImageObservation, given: &Given<T>) -> Option<[T; 2]> {
-        let mut context = self.context(&self.problem.image_contexts[observation.image as usize]);
-        (context.column_px, context.row_px) = (observation.x, observation.y);
+    /// Predicted image point, px. `None`: behind the camera, outside the domain of an effect, or in no row of its own.
+    pub fn image_point<T: Real>(&self, image: usize, given: &Given<T>) -> Option<[T; 2]> {
+        let context = self.context(&self.problem.image_contexts[image]);
+        // The row in which the point appears is exposed at the pose that puts it there. Without the exposure stage no row is asked for.
+        let mut row = given.point[0].like(0.5 * context.image.height_px);
+        let mut xy = self.in_row(&context, row, given)?;
+        if self.of(Stage::Exposure).next().is_none() {
+            return Some(xy);
+        }
+        // From row to row the point moves by nearly the same: with that slope each step gains a hundred thousand times, of values and derivatives.
+        let slope = (self.in_row(&context, row + row.like(1.0), given)?[1] - xy[1]).double();
+        for _ in 0..STEPS {
+            row = row + (xy[1] - row) / row.like(1.0 - slope);
+            xy = self.in_row(&context, row, given)?;
+            if (xy[1] - row).double().abs() <= EXACT_PX {
+                return Some(xy);
+            }
+        }
+        None
+    }
+
+    /// The image point that the pose of one row sees.
+    fn in_row<T: Real>(&self, context: &Context<'_>, row: T, given: &Given<T>) -> Option<[T; 2]> {
         let (mut rotation, mut centre, mut point) = (given.rotation, given.centre, given.point);
         for (law, own) in self.of(Stage::Exposure) {
-            laws::exposure(law, &context, &given.theta[own], &mut rotation, &mut centre)?;
+            laws::exposure(law, context, row, &given.theta[own], &mut rotation, &mut centre)?;
         }
         for (law, own) in self.of(Stage::Ray) {
             point = laws::ray(law, &given.theta[own], &rotation, &centre, &point)?;
         }
         let mut interior = given.interior;
         for (law, own) in self.of(Stage::Interior) {
-            laws::interior(law, &context, &given.theta[own], &given.rotation, &mut interior)?;
+            laws::interior(law, context, &given.theta[own], &given.rotation, &mut interior)?;
         }
         let seen = laws::times(&rotation, &laws::minus(&point, &centre));
         let mut xy = laws::camera(&interior, &seen)?;

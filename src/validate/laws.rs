@@ -114,10 +114,11 @@ pub fn turned<T: Real>(w: &Vec3<T>, rotation: &Mat3<T>) -> Mat3<T> {
     std::array::from_fn(|i| std::array::from_fn(|j| columns[j][i]))
 }
 
-/// Exposure stage: the pose at which a measurement was taken. `None`: what it needs is not known.
+/// Exposure stage: the pose at which a point in a row was taken. `None`: what it needs is not known.
 pub fn exposure<T: Real>(
     law: Law,
     context: &Context<'_>,
+    row: T,
     theta: &[T],
     rotation: &mut Mat3<T>,
     centre: &mut Vec3<T>,
@@ -126,7 +127,7 @@ pub fn exposure<T: Real>(
     let (dt, turns) = match law {
         Law::RollingShutter => {
             // The quotient in extended precision: a double's rounding would be part of the model.
-            let place = theta[0].like(context.row_px) / theta[0].like(image.height_px) - theta[0].like(0.5);
+            let place = row / theta[0].like(image.height_px) - theta[0].like(0.5);
             (theta[0] * place, image.angular_velocity != nalgebra::Vector3::zeros())
         }
         Law::ForwardMotion => (theta[0] * 0.5, false),

@@ -71,7 +71,7 @@ impl<'a> Lineariser<'a> {
             let mut sum = DoubleDouble::ZERO;
             for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
                 let given = self.forward.numbers(state, Some(observation.image as usize), Some(j));
-                let at = self.forward.image_point(observation, &given).ok_or_else(|| self.outside(j))?;
+                let at = self.forward.image_point(observation.image as usize, &given).ok_or_else(|| self.outside(j))?;
                 let v = [observation.x, observation.y];
                 let v = [0, 1].map(|k| (DoubleDouble::from(v[k]) - at[k]) * observation.inverse_sigma);
                 sum += rho(problem.loss, v[0] * v[0] + v[1] * v[1]).0;
@@ -133,7 +133,7 @@ impl<'a> Lineariser<'a> {
         let mut part = Part::new(columns.iter().flatten().copied().filter(|column| *column != usize::MAX).collect());
         for (observation, columns) in observations.iter().zip(&columns) {
             let numbers = self.forward.numbers(state, Some(observation.image as usize), Some(j));
-            let at = self.forward.image_point(observation, &self.forward.jets::<N>(&numbers));
+            let at = self.forward.image_point(observation.image as usize, &self.forward.jets::<N>(&numbers));
             let at = at.ok_or_else(|| self.outside(j))?;
             let weight = observation.inverse_sigma;
             let observed = [observation.x, observation.y];

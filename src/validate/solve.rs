@@ -67,7 +67,7 @@ fn options(problem: &Problem, threads: usize) -> Options {
 /// Solves a problem with each solver and scores what they find.
 ///
 /// # Errors
-/// A problem that cannot be made; a certificate of other measurements.
+/// A problem that cannot be made; a certificate of other measurements; too little memory.
 pub fn solve(bundle: &BundleProblem, solvers: &[&dyn Solver], threads: usize) -> Result<Vec<Outcome>> {
     let of_problem = || format!("problem `{}`", bundle.name);
     let certificate = bundle.certificate()?;
@@ -85,6 +85,10 @@ pub fn solve(bundle: &BundleProblem, solvers: &[&dyn Solver], threads: usize) ->
             Ok(solution) => {
                 let score = score(&problem, &certificate, &solution.state, solution.covariance.as_ref());
                 (Verdict::Solved(score.with_context(of_problem)?), Some(solution.iterations))
+            }
+            // Says nothing about the solver.
+            Err(error @ (AdjustError::NoThreads { .. } | AdjustError::NoMemory { .. })) => {
+                return Err(error).with_context(of_problem);
             }
             Err(error) => (null_space(&certificate, &error), None),
         };

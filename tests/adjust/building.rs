@@ -262,20 +262,21 @@ fn derived_columns_are_what_they_say() {
         assert!((context.tau_order - (i as f64 - 0.5 * (n - 1.0)) / (n - 1.0)).abs() < 1e-12);
         assert_eq!(Some(context.velocity), block.images[i].velocity, "the measured one");
     }
-    // Without the columns, velocities are central differences within the flight: near the flown ones on a straight strip.
+    // Without the columns, velocities are those of a smooth path through the positions: nearer to the flown ones than differences of positions, which scatter by half a metre.
+    let flown: Vec<_> = block.images.iter().map(|image| image.velocity.expect("a velocity")).collect();
     block.images.iter_mut().for_each(|image| image.velocity = None);
     let problem = Problem::new(&block, &Model::default()).expect("a problem");
     let flight: Vec<usize> = (0..block.images.len()).filter(|i| block.images[*i].flight.0 == 3).collect();
     assert!(flight.len() > 3);
+    let (mut smooth, mut differences) = (0.0, 0.0);
     for window in flight.windows(3) {
         let [a, b, c] = [0, 1, 2].map(|k| &block.images[window[k]]);
-        let expected = (c.pose.centre - a.pose.centre) / (c.time_s.expect("a time") - a.time_s.expect("a time"));
-        assert!((problem.image_contexts[window[1]].velocity - expected).norm() < 1e-12, "{}", b.name);
+        let difference = (c.pose.centre - a.pose.centre) / (c.time_s.expect("a time") - a.time_s.expect("a time"));
+        differences += (difference - flown[window[1]]).norm_squared();
+        smooth += (problem.image_contexts[window[1]].velocity - flown[window[1]]).norm_squared();
+        assert!(b.velocity.is_none());
     }
-    let first = (&block.images[flight[0]], &block.images[flight[1]]);
-    let expected = (first.1.pose.centre - first.0.pose.centre)
-        / (first.1.time_s.expect("a time") - first.0.time_s.expect("a time"));
-    assert!((problem.image_contexts[flight[0]].velocity - expected).norm() < 1e-12, "one-sided at the end");
+    assert!(smooth < 0.25 * differences, "{smooth} for {differences}");
     // Without times there is nothing to derive them from, and nothing is invented.
     block.images.iter_mut().for_each(|image| image.time_s = None);
     let problem = Problem::new(&block, &Model::default()).expect("a problem");

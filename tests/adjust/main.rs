@@ -11,6 +11,7 @@ mod found_again;
 mod moved;
 mod noisy;
 mod null_model;
+mod place;
 mod reduced;
 mod singular;
 mod threads;

@@ -3,9 +3,9 @@
 use crate::common::{effect, preset};
 use misclosure::adjust::native::null_model::{NoColumns, NullModel, Parts, SharedBase};
 use misclosure::block::Block;
-use misclosure::camera::K3;
+use misclosure::camera::{K1, K3};
 use misclosure::model::Model;
-use misclosure::problem::Problem;
+use misclosure::problem::{CameraPrior, Problem};
 use misclosure::scenario::add_noise;
 
 /// The two passes of a null model round apart: the first takes of a column what the base absorbs, up to all but a thousandth, as a difference of sums.
@@ -30,6 +30,10 @@ fn null_model_sharing(base: &SharedBase, block: &Block, free_k3: bool, threads: 
         (entry.free, entry.prior_sigma) = (false, None);
     }
     problem.camera_free[0][K3] &= free_k3;
+    // A prior that pulls: far from its value, and as strong as the measurements.
+    let [value, sigma] = [10.0, 1.0].map(|scales| scales * problem.camera_scales[0][K1]);
+    let value = problem.start.interiors[0][K1] + value;
+    problem.camera_priors.push(CameraPrior { camera: 0, parameter: K1 as u32, value, sigma });
     let columns = (0..problem.theta.len()).map(|t| problem.layout().theta(t)).collect();
     let state = problem.start.clone();
     NullModel::sharing(base, problem, state, columns, threads).expect("a null model")
@@ -76,30 +80,34 @@ fn families_are_asked_apart_from_each_other() {
     }
 }
 
-/// The second pass takes the base out row by row, the first out of the sums.
+/// The second pass takes the base out row by row, the first out of the sums; priors, which are nobody's rows, are in both.
 #[test]
-fn parts_of_images_sum_to_what_the_null_model_says() {
+fn parts_sum_to_what_the_null_model_says() {
     let block = block();
     let null = null_model(&block, 1);
     let scores = null.test(&NoColumns).expect("scores");
     let mut refined = scores.clone();
     let all: Vec<usize> = (0..scores.score.len()).collect();
-    let Parts { columns, parts } = null.parts(&mut refined, &all).expect("parts");
-    assert_eq!(parts.len(), block.images.len() + 1, "those of no image are the last");
+    let Parts { columns, of_images, of_cells } = null.parts(&mut refined, &all).expect("parts");
+    assert_eq!(of_images.len(), block.images.len() + 1, "those of no image are the last");
+    assert!(of_cells.iter().filter(|(score, _)| score.iter().any(|value| *value != 0.0)).count() > 100);
     assert!(columns.len() > 1 && columns.len() < all.len(), "values per image are not projected");
     for (a, one) in columns.iter().enumerate() {
-        let sum: f64 = parts.iter().map(|(score, _)| score[a]).sum();
-        assert_eq!(sum, refined.score[*one]);
         let size = scores.information[(*one, *one)].sqrt();
-        assert!((sum - scores.score[*one]).abs() < PASSES * size, "score of {one}: {sum} for {}", scores.score[*one]);
-        for (b, other) in columns.iter().enumerate() {
-            let sum: f64 = parts.iter().map(|(_, information)| information[(a, b)]).sum();
-            let size = size * scores.information[(*other, *other)].sqrt();
-            let first = scores.information[(*one, *other)];
-            assert!((sum - first).abs() < PASSES * size, "information of {one} with {other}: {sum} for {first}");
+        for parts in [&of_images, &of_cells] {
+            let sum: f64 = parts.iter().map(|(score, _)| score[a]).sum();
+            let first = scores.score[*one];
+            assert!((sum - first).abs() < PASSES * size, "score of {one}: {sum} for {first}");
+            for (b, other) in columns.iter().enumerate() {
+                let sum: f64 = parts.iter().map(|(_, information)| information[(a, b)]).sum();
+                let size = size * scores.information[(*other, *other)].sqrt();
+                let first = scores.information[(*one, *other)];
+                assert!((sum - first).abs() < PASSES * size, "information of {one} with {other}: {sum} for {first}");
+            }
         }
+        assert_eq!(of_images.iter().map(|(score, _)| score[a]).sum::<f64>(), refined.score[*one]);
     }
     let per_image: Vec<usize> = all.iter().copied().filter(|column| !columns.contains(column)).collect();
-    let Parts { columns, parts } = null.parts(&mut refined, &per_image).expect("nothing is projected");
-    assert!(columns.is_empty() && parts.len() == block.images.len() + 1);
+    let Parts { columns, of_images, of_cells } = null.parts(&mut refined, &per_image).expect("nothing is projected");
+    assert!(columns.is_empty() && of_images.is_empty() && of_cells.is_empty());
 }

@@ -94,7 +94,7 @@ fn native_gives_the_same_bits_in_registers_of_any_width() {
     }
 }
 
-/// Every bit of what a null model says, by image too.
+/// Every bit of what a null model says, by image and by cell of the sensor too.
 fn score_bits(block: &Block, threads: usize) -> Vec<u64> {
     let null = null_model(block, threads);
     let mut scores = null.test(&NoColumns).expect("scores");
@@ -102,9 +102,10 @@ fn score_bits(block: &Block, threads: usize) -> Vec<u64> {
         [scores.score.as_slice(), scores.information.as_slice(), &scores.squares, &scores.held, &scores.length]
             .concat();
     let columns: Vec<usize> = (0..scores.score.len()).collect();
-    let Parts { parts, .. } = null.parts(&mut scores, &columns).expect("parts");
-    let by_image = parts.iter().flat_map(|(score, information)| score.iter().chain(information.iter()));
-    by_pass.iter().chain(by_image).map(|number| number.to_bits()).collect()
+    let Parts { of_images, of_cells, .. } = null.parts(&mut scores, &columns).expect("parts");
+    let parts = of_images.iter().chain(&of_cells);
+    let by_part = parts.flat_map(|(score, information)| score.iter().chain(information.iter()));
+    by_pass.iter().chain(by_part).map(|number| number.to_bits()).collect()
 }
 
 #[test]

@@ -99,6 +99,7 @@ fn a_run_folder_has_what_scripts_read() {
             "similarity",
             "control",
             "check",
+            "mistakes",
             "rows"
         ]
     );

@@ -4,7 +4,7 @@ use crate::draw::Fresh;
 use crate::judging::in_turn::in_turn;
 use crate::judging::program::improve;
 use crate::judging::rule::Truth;
-use crate::judging::tally::{Judged, judged, score};
+use crate::judging::tally::{Judged, judged, print_hit_rates, score};
 use crate::measure::Measured;
 use misclosure::io::block::write_block;
 use std::path::PathBuf;
@@ -22,6 +22,7 @@ const RIGHT: f64 = 0.95;
 fn improve_finds_what_nobody_chose() {
     let seeds = seeds();
     let all = in_turn(&seeds, |seed| judge(*seed));
+    print_hit_rates(&all);
     let score = score(&all);
     let right = all.iter().filter(|judged| judged.right()).count() as f64;
     assert!(right >= RIGHT * all.len() as f64, "{score}");

@@ -66,6 +66,7 @@ fn judge(named: &Named) -> Result<Vec<String>, String> {
     let run = solve_both(&diagnosed.block, &improvement.fit.model)?;
     failures.extend(disagreement(&run));
     failures.extend(judge_ledger(&diagnosed, &run));
+    failures.extend(judge_descent(&diagnosed));
     failures.extend(judge_repetition(&block, &diagnosed));
     let sizes = Sizes::of(&recipe.truth, &run);
     print_line(name, &recipe.truth, &diagnosed, &sizes, check_rms_mm(&run), seconds);
@@ -114,6 +115,13 @@ fn judge_ledger(diagnosed: &Diagnosed, run: &Run) -> Option<String> {
     (!same).then(|| format!("the ledger ends at {stated:.4} mm, the model at {found:.4} mm"))
 }
 
+/// The objective falls with every row of the ledger.
+fn judge_descent(diagnosed: &Diagnosed) -> Option<String> {
+    let objective: Vec<f64> = diagnosed.diagnosis.ledger.iter().map(|row| row.objective).collect();
+    let falls = objective.windows(2).all(|pair| pair[1] < pair[0]);
+    (!falls).then(|| format!("the objective does not fall with every row: {objective:?}"))
+}
+
 /// Does the picture of every effect that was found show it: more is left without the effect than with it?
 fn judge_pictures(diagnosed: &Diagnosed) -> Vec<String> {
     let fit = &diagnosed.improvement.fit;
@@ -136,10 +144,14 @@ fn judge_pictures(diagnosed: &Diagnosed) -> Vec<String> {
 /// Is the verdict right, and are the effects those that are hidden, or such as the diagnosis says the block cannot tell from them?
 fn judge_names(truth: &Truth, diagnosed: &Diagnosed) -> Vec<String> {
     let mut failures = Vec::new();
+    let mistakes = &diagnosed.diagnosis.mistakes;
+    if !mistakes.is_empty() {
+        return vec![format!("mistakes that nobody made: {mistakes:?}")];
+    }
     let verdict = match diagnosed.diagnosis.verdict {
         verdict::Verdict::Adequate => ExpectedVerdict::Adequate,
         verdict::Verdict::Missing => ExpectedVerdict::Missing,
-        verdict::Verdict::Unexplained => ExpectedVerdict::Unexplained,
+        verdict::Verdict::Unexplained | verdict::Verdict::Mistake => ExpectedVerdict::Unexplained,
     };
     if verdict != truth.verdict {
         let left = diagnosed.diagnosis.left.join("; ");

@@ -1,4 +1,5 @@
-//! Every command under every fault: it says so and ends with a code of its own, or does its work.
+//! Every command under every fault of its surroundings: it succeeds, or ends with a message and one of the program's
+//! codes.
 
 use super::outputs::{WRITERS, with_recipe, words};
 use super::place::{Place, odd};
@@ -7,7 +8,7 @@ use std::ffi::OsString;
 /// Commands that write no folder.
 const READERS: [&str; 6] =
     ["check block", "report run", "effects", "effects rolling-shutter", "validate pair", "import --list"];
-/// How the surroundings fail: words of a shell before the program.
+/// Faults of the surroundings: a name, and commands of a shell that run before the program.
 const FAULTS: [(&str, &str); 4] = [
     ("little memory", "ulimit -v 150000;"),
     ("no room", "trap '' XFSZ; ulimit -f 16;"),
@@ -18,7 +19,7 @@ const FAULTS: [(&str, &str); 4] = [
 fn all(place: &Place, output: &str) -> Vec<Vec<OsString>> {
     let mut all: Vec<Vec<OsString>> =
         READERS.iter().map(|line| line.split(' ').map(OsString::from).collect()).collect();
-    // A study takes minutes, and its faults are those of its adjustments.
+    // A study takes minutes, and consists of adjustments.
     for command in WRITERS.iter().filter(|command| !command.starts_with("reproduce")) {
         all.push(words(command, output).into_iter().map(OsString::from).collect());
     }

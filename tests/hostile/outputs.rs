@@ -1,9 +1,12 @@
-//! Places for results: found unfit before anything is computed, never taken from somebody, whole at every moment.
+//! Outputs: unfit ones are refused before anything is computed, files of others are kept, a reader always finds a
+//! complete run.
 
 use super::place::{Place, is_whole};
 use std::fs;
+use std::os::fd::AsRawFd;
 use std::path::Path;
 use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Commands that write a folder, with arguments that fit [`Place`].
 pub const WRITERS: [&str; 10] = [
@@ -54,7 +57,7 @@ fn a_place_that_takes_no_file_is_found_before_anything_is_computed() {
 #[test]
 fn a_disk_that_is_too_small_is_found_before_anything_is_computed() {
     let place = with_recipe();
-    // Whoever ignores SIGXFSZ gets an error in place of it; the limit is below what a probe writes.
+    // A process that ignores SIGXFSZ gets an error in its place. The limit is below the size of the test file.
     for command in WRITERS {
         let ended = place.run_under("trap '' XFSZ; ulimit -f 16;", words(command, "out"));
         ended.expect(1, "cannot write");
@@ -62,7 +65,7 @@ fn a_disk_that_is_too_small_is_found_before_anything_is_computed() {
         assert!(!place.names("").iter().any(|name| name.starts_with(".misclosure")), "{command}");
         let _ = fs::remove_dir_all(place.at("out"));
     }
-    // A file system of its own, where this machine lets one mount it.
+    // A file system of 1 MB, where this machine allows a mount.
     let small = "mkdir -p small && mount -t tmpfs -o size=1m none small";
     let mounts = |then: &str| {
         let mut command = Command::new("unshare");
@@ -81,7 +84,7 @@ fn a_disk_that_is_too_small_is_found_before_anything_is_computed() {
 }
 
 #[test]
-fn what_is_of_no_run_is_not_written_over() {
+fn files_that_belong_to_no_run_are_not_written_over() {
     let place = Place::new();
     fs::create_dir(place.at("mine")).unwrap();
     for name in ["points.csv", "model.toml", "summary.json", "report.html", "residuals.csv"] {
@@ -96,6 +99,49 @@ fn what_is_of_no_run_is_not_written_over() {
         assert_eq!(fs::read_to_string(place.at("mine/notes.txt")).unwrap(), "my own");
         is_whole(&place.at("mine")).unwrap();
     }
+}
+
+/// Looks again and again while the run is replaced; gives the number of looks.
+fn while_replaced(place: &Place, look: impl Fn() + Sync) -> usize {
+    let ends = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let looks = scope.spawn(|| {
+            let mut looks = 0;
+            while !ends.load(Ordering::Relaxed) {
+                look();
+                looks += 1;
+            }
+            looks
+        });
+        for _ in 0..5 {
+            place.run(["adjust", "block", "-o", "run", "--solver", "native"]).expect(0, "");
+        }
+        ends.store(true, Ordering::Relaxed);
+        looks.join().expect("no look failed")
+    })
+}
+
+#[test]
+fn a_reader_finds_a_whole_run_at_the_path_at_every_moment() {
+    let place = Place::new();
+    // Files of two runs of one block may be read in one look: their rows agree.
+    let looks = while_replaced(&place, || is_whole(&place.at("run")).unwrap());
+    assert!(looks > 10, "{looks}");
+}
+
+#[test]
+fn a_reader_that_holds_the_folder_sees_one_run_until_it_is_replaced() {
+    let place = Place::new();
+    let looks = while_replaced(&place, || {
+        let folder = fs::File::open(place.at("run")).expect("a run");
+        let handle = format!("/proc/self/fd/{}", folder.as_raw_fd());
+        let found = is_whole(Path::new(&handle));
+        // The program removes the older run after the exchange. A handle outlives that, and its link tells:
+        // it ends with another name then, or with ` (deleted)`.
+        let is_in_place = fs::read_link(&handle).expect("a link").ends_with("run");
+        assert!(found.is_ok() || !is_in_place, "{found:?}");
+    });
+    assert!(looks > 10, "{looks}");
 }
 
 #[test]

@@ -33,7 +33,7 @@ fn a_path_that_is_no_text_serves_as_input_and_as_output() {
 
 #[test]
 fn json_has_no_path_as_bytes() {
-    // `json!` panics on a path that is no text: paths go through `path_text`.
+    // `json!` panics on a path that is not UTF-8, so every path goes through `path_text`.
     let place = Place::new();
     let out = place.at(odd());
     let ended = place.run([

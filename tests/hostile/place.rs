@@ -1,4 +1,4 @@
-//! A folder of one's own with a small block and a run of it, and the program in it.
+//! A temporary folder with a small block and a run of it, in which a test starts the program.
 
 use std::ffi::{OsStr, OsString};
 use std::fs;
@@ -31,20 +31,20 @@ impl From<Output> for Ended {
 }
 
 impl Ended {
-    /// The code, and the message has this in it; never a panic, never a signal.
+    /// Asserts the code and a part of the message, and that there was no panic.
     pub fn expect(&self, code: i32, what: &str) {
         assert!(self.code == Some(code) && self.errors.contains(what), "expected {code} and {what:?}: {self:?}");
         assert!(!self.errors.contains("panicked") && !self.errors.contains("internal error"), "{self:?}");
     }
 }
 
-/// A name that is no text.
+/// A name that is not UTF-8.
 pub fn odd() -> OsString {
     OsString::from_vec(b"q\xff".to_vec())
 }
 
 impl Place {
-    /// Made once, and copied.
+    /// The first call simulates and adjusts; later ones copy.
     pub fn new() -> Self {
         static FIRST: OnceLock<TempDir> = OnceLock::new();
         let first = FIRST.get_or_init(|| {
@@ -78,7 +78,8 @@ impl Place {
         self.command(arguments).output().expect("the program runs").into()
     }
 
-    /// Runs it behind `before`, words of a shell such as `ulimit -v 100000;`. What waits for ever ends with code 124.
+    /// Runs the program after `before`, commands of a shell such as `ulimit -v 100000;`. After 300 s it ends with code
+    /// 124.
     pub fn run_under<S: AsRef<OsStr>>(&self, before: &str, arguments: impl IntoIterator<Item = S>) -> Ended {
         let mut command = Command::new("bash");
         command.args(["-c", &format!("{before} exec timeout 300 \"$@\""), "bash", env!("CARGO_BIN_EXE_misclosure")]);
@@ -111,7 +112,7 @@ pub fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Has a run everything that a run has? The figures of one run are the sum of its tables, which `report` looks after.
+/// Is a run complete? Its summary states the rows of its tables; report and figures must exist.
 pub fn is_whole(run: &Path) -> Result<(), String> {
     let text = fs::read_to_string(run.join("summary.json")).map_err(|error| format!("summary.json: {error}"))?;
     let summary: serde_json::Value = serde_json::from_str(&text).map_err(|error| format!("summary.json: {error}"))?;

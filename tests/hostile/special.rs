@@ -1,11 +1,11 @@
-//! Files that never end, or never begin, where a text or a library is expected; files made to fill memory or time.
+//! Pipes and devices in place of a text or a library; files made to fill memory or time.
 
 use super::place::Place;
 use std::fs;
 use std::io::Write;
 use std::process::Command;
 
-/// Seconds of the processor: far more than any of these takes where it is refused at once, far less than where it is not.
+/// Processor seconds: a refusal takes far less, reading the file far more.
 const AT_ONCE: &str = "ulimit -t 20;";
 
 #[test]
@@ -48,7 +48,7 @@ fn pipes_and_devices_are_refused_wherever_a_file_is_read() {
     }
 }
 
-/// A zip file with one member that is packed as it says, or says too little.
+/// Writes a zip file with one member.
 fn zip(path: &std::path::Path, member: &str, write: impl FnOnce(&mut dyn Write)) {
     let mut zip = zip::ZipWriter::new(fs::File::create(path).unwrap());
     let options = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Deflated);
@@ -73,13 +73,13 @@ fn projects_made_to_fill_memory_or_time_are_refused_at_once() {
         file.write_all(b"</document>").unwrap();
     });
     refused("nodes.psz", 3_000_000, "nodes.psz, doc.xml: is packed to");
-    // The same unpacked: by its tags.
+    // The same document unpacked is refused by the number of its tags.
     fs::write(place.at("nodes.xml"), format!("<document>\n{}</document>", "<a/>".repeat(12_000_000))).unwrap();
     refused("nodes.xml", 3_000_000, "nodes.xml:2:");
     let attributes: String = (0..200_000).map(|k| format!("k{k}=\"1\" ")).collect();
     zip(&place.at("attrs.psz"), "doc.xml", |file| write!(file, "<document>\n<a {attributes}/></document>").unwrap());
     refused("attrs.psz", 3_000_000, "doc.xml:2:1: expected at most 1000 attributes");
-    // Four gigabytes in four megabytes would take minutes to pack here; half of one shows the same.
+    // Half a gigabyte: to pack four would take minutes.
     zip(&place.at("zeros.psz"), "doc.xml", |file| {
         let zeros = vec![b' '; 1 << 20];
         (0..512).for_each(|_| file.write_all(&zeros).unwrap());

@@ -56,6 +56,8 @@ pub struct Judgement {
     pub faults: Vec<String>,
     /// Recommended effects that are not there.
     pub not_there: Vec<String>,
+    /// Noncentrality of each effect of the catalogue that was put in, and whether it was named, by itself or by one that stands for it.
+    pub named: Vec<(f64, bool)>,
 }
 
 /// Holds what was found against the truth.
@@ -89,7 +91,11 @@ pub fn judge(truth: &Truth, found: &Found) -> Judgement {
     if !out_of_reach && !reached {
         faults.push(format!("check points {:.4} mm, the true model reaches {:.4}", found.check_mm(), truth.check_mm));
     }
-    Judgement { faults, not_there }
+    let is_named = |hidden: &&Hidden| {
+        recommended.contains(hidden.name.as_str()) || recommended.iter().any(|other| stands_for(other, hidden))
+    };
+    let named = effects.iter().map(|hidden| (hidden.noncentrality, is_named(hidden))).collect();
+    Judgement { faults, not_there, named }
 }
 
 fn wrong_verdict(truth: &Truth, outsiders: &[&Hidden], found: &Found) -> Option<String> {

@@ -2,6 +2,7 @@
 
 use super::program::Found;
 use super::rule::{Judgement, Truth, judge};
+use std::collections::BTreeSet;
 
 /// What came of one block.
 #[derive(Debug, Clone)]
@@ -56,6 +57,33 @@ fn hidden_in(truth: &Truth) -> String {
     let all: Vec<String> = truth.hidden.iter().map(one).collect();
     let noise = if truth.correlated_noise { ", correlated noise" } else { "" };
     format!("hidden {}{noise}", if all.is_empty() { "nothing".into() } else { all.join(" + ") })
+}
+
+/// Classes of noncentrality: below the first nothing can be seen, above the last everything should be.
+const CLASSES: [f64; 4] = [10.0, 30.0, 60.0, 200.0];
+
+/// Prints how often an effect was named, by kind of block (last word of its name) and by noncentrality, and how often nothing was invented.
+pub fn print_hit_rates(all: &[Judged]) {
+    let kind = |judged: &Judged| judged.name.rsplit(' ').next().unwrap_or("").to_string();
+    let kinds: BTreeSet<String> = all.iter().map(kind).collect();
+    let bounds = |k: usize| (CLASSES[k], CLASSES.get(k + 1).copied().unwrap_or(f64::INFINITY));
+    let heads: Vec<String> =
+        (0..CLASSES.len()).map(|k| format!("{:>12}", format!("{} and more", CLASSES[k]))).collect();
+    println!("named of put in, by noncentrality\n{:12} {}  nothing invented  all right", "block", heads.join(" "));
+    for name in kinds.iter().map(Some).chain([None]) {
+        let own = || all.iter().filter(|judged| name.is_none_or(|name| kind(judged) == *name));
+        let class = |k: usize| {
+            let (low, high) = bounds(k);
+            let of = || own().flat_map(|judged| &judged.judgement.named).filter(|(size, _)| (low..high).contains(size));
+            format!("{:>12}", format!("{} of {}", of().filter(|(_, named)| *named).count(), of().count()))
+        };
+        let classes: Vec<String> = (0..CLASSES.len()).map(class).collect();
+        let count = own().count();
+        let clean = own().filter(|judged| judged.judgement.not_there.is_empty()).count();
+        let right = own().filter(|judged| judged.right()).count();
+        let name = name.map_or("all", String::as_str);
+        println!("{name:12} {}  {clean:8} of {count:4}  {right} of {count}", classes.join(" "));
+    }
 }
 
 /// Prints the score and gives it as one sentence, with the blocks that are wrong.

@@ -144,7 +144,7 @@ fn a_fault_at_a_point_is_named_with_it() {
     let run = place.run("improve block -o run --plugin broken.so");
     assert_ne!(run.code, Some(0), "{}", run.text);
     let told = "broken.so: effect `broken` (image stage) throws an exception, in image `";
-    assert!(run.errors.contains(told) && run.errors.contains("` at point `"), "{}", run.errors);
+    assert!(run.errors.contains(told) && run.errors.contains("` near point `"), "{}", run.errors);
     assert!(!run.errors.contains("internal error"), "{}", run.errors);
 }
 

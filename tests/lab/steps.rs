@@ -15,7 +15,7 @@ fn an_effect_is_added_removed_and_the_error_follows() {
     let base = lab.done(1);
     assert_eq!(base["verdict"], "missing");
     assert_eq!(base["agree"], true);
-    assert!((check_mm(&base) - 17.1).abs() < 0.1, "{base}");
+    assert!((check_mm(&base) - 17.5).abs() < 0.1, "{base}");
 
     // Before any refit the null model says what will come.
     let predicted = lab.get("nodes/1/predicted/rolling-shutter").json();
@@ -25,7 +25,7 @@ fn an_effect_is_added_removed_and_the_error_follows() {
     let right = lab.step(1, json!({ "kind": "add", "effect": "rolling-shutter" }));
     let right = lab.done(right);
     assert!((check_mm(&right) - 4.4).abs() < 0.1, "{right}");
-    assert!(right["delta_words"].as_str().expect("words").starts_with("check points 17.1 → 4.4 mm"), "{right}");
+    assert!(right["delta_words"].as_str().expect("words").starts_with("check points 17.5 → 4.4 mm"), "{right}");
 
     let wrong = lab.done(lab.step(1, json!({ "kind": "add", "effect": "gnss-shift" })));
     assert!(check_mm(&wrong) > 10.0, "{wrong}");
@@ -87,8 +87,11 @@ fn do_all_goes_the_way_of_improve_step_by_step_and_ends_when_cancelled() {
             .map(|node| node["words"].as_str().unwrap_or("").into())
             .collect()
     };
-    assert!(words.contains(&"+ focal-temperature".to_string()), "{words:?}");
-    assert!((check_mm(&last) - 3.4).abs() < 0.2, "{last}");
+    // This block cannot tell the two apart.
+    let growing = ["+ focal-temperature", "+ focal-time"];
+    assert!(words.iter().any(|words| growing.contains(&words.as_str())), "{words:?}");
+    // 3.4 mm with the one, 4.3 mm with the other, 17.5 mm before.
+    assert!(check_mm(&last) < 5.0, "{last}");
 }
 
 #[test]
@@ -137,10 +140,11 @@ fn figures_are_those_of_the_report_and_a_brush_stands_out() {
     let everything = "brush=%7B%22view%22:%22profile%22,%22against%22:%22order%22,%22range%22:%5B0,1e9%5D%7D";
     assert_eq!(of_cells(""), of_cells(everything));
     assert!((total - marks(&all)..total).contains(&of_cells("")));
-    // What a prediction of first order cannot tell is refused with the reason.
-    let refused = lab.get("nodes/1/predicted/image-grid/figures/sensor.svg");
+    // What cannot be predicted is refused with the reason.
+    let refused = lab.get("nodes/1/predicted/nothing/figures/sensor.svg");
     assert_eq!(refused.status, 400);
-    assert!(refused.text().contains("a prediction of first order does not hold"), "{}", refused.text());
+    assert!(refused.text().contains("is no candidate"), "{}", refused.text());
+    assert_eq!(lab.get("nodes/1/predicted/image-grid/figures/sensor.svg").status, 200);
     let shown = |what: &str, query: &str| {
         let answer = lab.get(&format!("nodes/1/figures/{what}{query}"));
         assert_eq!(answer.status, 200, "{what}: {}", answer.text());

@@ -60,10 +60,6 @@ pub fn fitted(block: &Block, model: &Model) -> Fit {
     fit(block, model, None, &options()).unwrap_or_else(|error| panic!("{}: {error}", block.name))
 }
 
-/// Iterations of a measurement under an effect of the row that it is measured in; a row moves by some pixels, what it does by
-/// thousandths of that.
-const ROW_ITERATIONS: usize = 6;
-
 /// The error-free block as it is measured under an effect whose free parameters take the values `size` times their typical sizes, in turn
 /// up and down.
 ///
@@ -83,10 +79,8 @@ pub fn measured_under(block: &Block, term: &EffectTerm, size: f64) -> Block {
         measured.ties.iter_mut().map(|row| (block.tie_points[row.point.index()].position.expect("the truth"), row));
     let marks = measured.marks.iter_mut().map(|row| (block.surveyed[row.point.index()].position, row));
     for (point, row) in ties.chain(marks) {
-        for _ in 0..ROW_ITERATIONS {
-            let (at, _) = predictor.image_point(row.image.index(), [row.x, row.y], &point).expect("in the domain");
-            (row.x, row.y) = (at[0], at[1]);
-        }
+        let (at, _) = predictor.image_point(row.image.index(), &point).expect("in the domain");
+        (row.x, row.y) = (at[0], at[1]);
     }
     for (i, image) in measured.images.iter_mut().enumerate() {
         if let Some(gnss) = image.gnss.as_mut() {

@@ -1,18 +1,18 @@
 //! The predicted drop of `v'Pv` against that of the refit, for every candidate that is linear in its parameters: within five per cent up to ten
 //! standard deviations. Random and scanned effects are not: their refits estimate a variance, or a place.
 
-use super::blocks::{
-    UNTESTABLE, everything_free, fitted, measured_under, options, preset, settings, small, with_noise,
-};
+use super::blocks::{UNTESTABLE, everything_free, fitted, measured_under, preset, settings, small, with_noise};
 use super::in_turn::in_turn;
 use misclosure::block::Block;
 use misclosure::diagnose::added::Added;
 use misclosure::diagnose::candidate::{Addition, Candidate, candidates};
-use misclosure::diagnose::fit::{Fit, solve};
+use misclosure::diagnose::competition::Competition;
+use misclosure::diagnose::fit::Fit;
 use misclosure::diagnose::linearised::{Questions, with_candidates};
-use misclosure::diagnose::models::{predicted_drop, with_set};
-use misclosure::diagnose::select::{Searched, Taken};
-use misclosure::effects::{self, Domain, Role};
+use misclosure::diagnose::objective::Members;
+use misclosure::diagnose::refit::Refits;
+use misclosure::diagnose::select::Searched;
+use misclosure::effects::{self, Domain, Kind, Role};
 use std::collections::BTreeSet;
 
 /// What the catalogue asks.
@@ -22,6 +22,9 @@ const SIZES: [f64; 2] = [5.0, 10.0];
 
 /// Typical sizes at which every effect is linear; the noncentrality goes with the square of the size.
 const SMALL: f64 = 1e-3;
+
+/// Information of what is held, in typical sizes.
+const HELD: f64 = 1e18;
 
 /// A candidate whose prediction may miss by more.
 struct Exception {
@@ -53,21 +56,27 @@ fn blocks() -> [Block; 3] {
 
 /// Predicted drop of a single candidate and that of its refit; `None` where the base leaves nothing of it.
 fn predicted_and_refitted(block: &Block, base: &Fit, candidate: &Candidate) -> Option<(f64, f64)> {
-    let mut added = Added::default();
+    let added = &Added::default();
     let settings = settings();
     let tested = vec![(candidate.clone(), Searched::None)];
-    let linearised = with_candidates(block, base, &added, Questions { tested, ..Questions::nothing() }, &settings)
+    let linearised = with_candidates(block, base, added, Questions { tested, ..Questions::nothing() }, &settings)
         .expect("a null model");
-    let mut situation = linearised.situation(&settings, &BTreeSet::new());
-    let beside = situation.beside();
-    let judged = situation.judge(0, &beside)?;
-    let predicted = predicted_drop(&linearised, &beside, &judged);
-    situation.taken.push(Taken { set: 0, variance: 0.0, removable: true });
-    let values = linearised.solution(&situation);
-    let (model, problem) =
-        with_set(block, base, &linearised, &situation, 0, &values, &mut added).expect("a larger model");
-    let refit = solve(&model, problem, &options()).expect("a refit");
-    Some((predicted, base.chi_square() - refit.chi_square()))
+    let competition = Competition::new(&linearised, &Default::default(), &settings);
+    // A refit has no prior of what is plausible: the objective adds that to what the refit leaves. Coefficients that are not determined are held.
+    let mut prior = linearised.prior_of_refit();
+    let columns = &linearised.sets[0].columns;
+    let estimated = linearised.situation(&settings).beside().determined(columns);
+    columns.iter().filter(|column| !estimated.contains(column)).for_each(|column| prior[*column] = HELD);
+    let objective = &competition.objective_under(&linearised, &prior);
+    if objective.hypotheses.is_empty() {
+        return None;
+    }
+    let (current, with) = (&Members::default(), Members::default().with_law(0));
+    let predicted = objective.chi_square(current) - objective.chi_square(&with);
+    let (linearised, settings) = (&linearised, &settings);
+    let refits = Refits { block, fit: base, added, linearised, objective, current, settings };
+    let refit = refits.refit(&with).expect("a refit");
+    Some((predicted, base.chi_square() - refit.fit.chi_square()))
 }
 
 /// The candidates that are linear in their parameters; a lag is held at its nominal value.
@@ -133,7 +142,8 @@ fn the_predicted_drop_is_that_of_the_refit() {
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
     let linear = |effect: &&&dyn effects::Effect| {
         let place = |role: &Role| matches!(role, Role::Random(_) | Role::Searched(Domain::SensorX));
-        !effect.descriptor().parameters.iter().any(|parameter| place(&parameter.role))
+        effect.descriptor().kind == Kind::Physical
+            && !effect.descriptor().parameters.iter().any(|parameter| place(&parameter.role))
     };
     let all: BTreeSet<String> =
         effects::catalogue().iter().filter(linear).map(|effect| effect.descriptor().id.to_string()).collect();

@@ -5,3 +5,4 @@ mod drop;
 #[path = "../common/in_turn.rs"]
 mod in_turn;
 mod null;
+mod row;

@@ -10,7 +10,6 @@ use misclosure::block::Block;
 use misclosure::camera;
 use misclosure::diagnose::added::Added;
 use misclosure::diagnose::linearised::linearise;
-use misclosure::diagnose::scan::Places;
 use misclosure::effects::{self, Role, Stage};
 use misclosure::math::statistics::kolmogorov_smirnov;
 use misclosure::model::Model;
@@ -35,8 +34,11 @@ fn kind(id: &str) -> Kind {
     let effect = effects::find(id);
     // The best of the kinds of coordinates that it may act on, too.
     let chosen = |effect: &dyn effects::Effect| effect.descriptor().stage == Stage::Frame;
-    let bound =
-        effect.is_some_and(|effect| chosen(effect) || effect.descriptor().parameters.iter().any(|p| bounded(&p.role)));
+    // Coefficients of a field are random values.
+    let field = |effect: &dyn effects::Effect| effect.descriptor().kind == effects::Kind::Empirical;
+    let bound = effect.is_some_and(|effect| {
+        chosen(effect) || field(effect) || effect.descriptor().parameters.iter().any(|p| bounded(&p.role))
+    });
     if bound { Kind::Bound } else { Kind::Exact }
 }
 
@@ -44,8 +46,8 @@ fn kind(id: &str) -> Kind {
 fn tested(block: &Block, model: &Model) -> Vec<(String, f64)> {
     let fit = fitted(block, model);
     let settings = settings();
-    let linearised = linearise(block, &fit, &Added::default(), true, &Places::new(), &settings).expect("a null model");
-    let situation = linearised.situation(&settings, &BTreeSet::new());
+    let linearised = linearise(block, &fit, &Added::default(), &settings).expect("a null model");
+    let situation = linearised.situation(&settings);
     let judged = situation.judge_all(&situation.beside());
     judged.iter().map(|judged| (linearised.sets[judged.set].id.clone(), judged.ln_p.exp())).collect()
 }

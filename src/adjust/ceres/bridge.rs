@@ -36,6 +36,7 @@ pub mod ffi {
         theta_prior_mean: &'a [f64],
         theta_prior_sigma: &'a [f64],
         effects: &'a [EffectHandle],
+        effect_reads_place: &'a [u8],
         slot_start: &'a [u32],
         slot_scope: &'a [u32],
         slot_base: &'a [u32],
@@ -171,6 +172,10 @@ pub mod ffi {
 
         /// A lack of memory that nobody can return as an error, and a library that ends the program, are said, with code 1.
         fn watch_faults();
+        /// An allocation was refused: what ends the program next has this reason.
+        fn memory_was_refused();
+        /// Ends the program with the message about memory where memory is short.
+        fn end_if_memory_is_short();
         /// Libraries that a crash is blamed on from now on.
         fn suspect(libraries: &str);
         /// The program ends by itself from now on.

@@ -11,7 +11,9 @@ mod tests;
 
 use super::*;
 use crate::effects::{Context, Descriptor};
-pub use bridge::ffi::{map_large_allocations, suspect, watch_faults, work_is_done};
+pub use bridge::ffi::{
+    end_if_memory_is_short, map_large_allocations, memory_was_refused, suspect, watch_faults, work_is_done,
+};
 use bridge::{builtin_effects, ffi};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use view::Arrays;
@@ -29,11 +31,12 @@ pub struct Ceres;
 /// An exception of the C++ side.
 fn bridge_error(exception: cxx::Exception) -> AdjustError {
     match exception.what() {
-        "std::bad_alloc" => AdjustError::Bridge("there is too little memory for this".into()),
+        "std::bad_alloc" => AdjustError::NoMemory { solver: NAME, what: "there is too little memory for this" },
         // Of std::thread.
-        "Resource temporarily unavailable" => {
-            AdjustError::Bridge("its threads cannot be started: there is too little memory for them".into())
-        }
+        "Resource temporarily unavailable" => AdjustError::NoMemory {
+            solver: NAME,
+            what: "its threads cannot be started: there is too little memory for them",
+        },
         what => AdjustError::Bridge(what.to_owned()),
     }
 }

@@ -23,6 +23,7 @@ pub(super) struct Arrays<'a> {
     /// Effects without a derivation in C++; their tables are among `effects`.
     _rust_effects: Vec<RustEffect<'a>>,
     effects: Vec<EffectHandle>,
+    effect_reads_place: Vec<u8>,
     slot_start: Vec<u32>,
     slot_scope: Vec<u32>,
     slot_base: Vec<u32>,
@@ -102,6 +103,11 @@ impl<'a> Arrays<'a> {
             theta_prior_sigma: theta_priors().map(|(_, _, sigma)| sigma).collect(),
             _rust_effects: rust_effects,
             effects,
+            effect_reads_place: problem
+                .effects
+                .iter()
+                .flat_map(|instance| instance.effect.reads_place().map(u8::from))
+                .collect(),
             slot_start,
             slot_scope,
             slot_base,
@@ -156,6 +162,7 @@ impl<'a> Arrays<'a> {
             theta_prior_mean: &self.theta_prior_mean,
             theta_prior_sigma: &self.theta_prior_sigma,
             effects: &self.effects,
+            effect_reads_place: &self.effect_reads_place,
             slot_start: &self.slot_start,
             slot_scope: &self.slot_scope,
             slot_base: &self.slot_base,

@@ -45,7 +45,7 @@ pub fn evaluate(problem: &Problem, structure: &Structure, state: &State) -> Resu
         for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
             let image = observation.image as usize;
             let camera = problem.image_contexts[image].camera as usize;
-            measure::predict(problem, stages, &frames[image], observation, &state.points[j], &mut p)
+            measure::predict(problem, stages, &frames[image], image, &state.points[j], &mut p)
                 .ok_or_else(|| MeasureError::image_point(problem, j, image))?;
             let thetas = stages.theta_indices(problem, image);
             let weight = observation.inverse_sigma;

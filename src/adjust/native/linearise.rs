@@ -214,7 +214,7 @@ pub struct PlainRow {
 pub fn position_rows(at: &Prepared<'_>) -> Result<Vec<PlainRow>, MeasureError> {
     let mut rows = Vec::new();
     gnss_rows(at, &mut rows)?;
-    prior_rows(at, &mut rows);
+    rows.extend(prior_rows(at));
     Ok(rows)
 }
 
@@ -252,8 +252,9 @@ fn gnss_rows(at: &Prepared<'_>, rows: &mut Vec<PlainRow>) -> Result<(), MeasureE
 }
 
 /// Priors of effect parameters and of camera parameters; those of held values too, without derivatives.
-fn prior_rows(at: &Prepared<'_>, rows: &mut Vec<PlainRow>) {
+pub fn prior_rows(at: &Prepared<'_>) -> Vec<PlainRow> {
     let Prepared { problem, structure, state, .. } = at;
+    let mut rows = Vec::new();
     let layout = problem.layout();
     let shared_entry = |unknown: usize, sigma: f64| match structure.border.binary_search(&unknown) {
         Ok(column) => vec![(column as u32, structure.border_scale[column] / sigma)],
@@ -275,6 +276,7 @@ fn prior_rows(at: &Prepared<'_>, rows: &mut Vec<PlainRow>) {
         let v = (prior.value - state.interiors[c][k]) / prior.sigma;
         rows.push(PlainRow { image: None, shared: shared_entry(layout.camera(c, k), prior.sigma), v });
     }
+    rows
 }
 
 /// `sum rho` of everything that is not a point's: GNSS and priors.

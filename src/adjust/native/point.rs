@@ -184,7 +184,7 @@ impl<const D: usize> PointRows<D> {
         for observation in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
             let image = observation.image as usize;
             let p = &mut self.prediction;
-            measure::predict(problem, &structure.stages, &frames[image], observation, object, p)
+            measure::predict(problem, &structure.stages, &frames[image], image, object, p)
                 .ok_or_else(|| MeasureError::image_point(problem, j, image))?;
             let misclosure = [observation.x - p.point[0], observation.y - p.point[1]];
             let normalised = misclosure.map(|m| m * observation.inverse_sigma);

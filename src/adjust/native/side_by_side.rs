@@ -105,7 +105,7 @@ impl Workspace {
         Self {
             views: Views::default(),
             eight: Eight::default(),
-            predictions: Predictions::new(stages.local_len),
+            predictions: Predictions::new(stages.row_len()),
             answers: Answers::default(),
         }
     }

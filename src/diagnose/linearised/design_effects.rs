@@ -3,14 +3,12 @@
 use super::super::fit::DiagnoseError;
 use super::super::select::{Known, Nature, Set};
 use super::super::settings::Settings;
-use super::super::test::System;
-use super::super::test::design_effect::{ClusterOfValues, Clusters, Share, of_values, shares_of};
-use super::{Linearised, at_zero};
+use super::Linearised;
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{GROUPINGS, ImageCell, ImageCells, NullModel, Parts};
+use crate::score::design_effect::{ClusterOfValues, Clusters, Share, of_values, shares_of};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Laws of more columns are fields, of which no part by image is asked: each would have thousands of numbers.
@@ -19,7 +17,7 @@ const MOST_COLUMNS: usize = 64;
 impl Linearised {
     /// Design effects, which make a p-value larger and never smaller: of what would be significant without, and of what is in.
     pub(super) fn widen(&mut self, laws: bool, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
-        let situation = self.situation(settings, &BTreeSet::new());
+        let situation = self.situation(settings);
         let beside = situation.beside();
         let asked = |set: &usize| {
             situation.has(&self.sets[*set].id)
@@ -43,13 +41,13 @@ impl Linearised {
         // Let go, so that what is changed need not be copied.
         drop(beside);
         (self.system.information, self.known) = (Arc::default(), Known::default());
-        let Parts { columns, mut parts } = self.null.parts(&mut self.scores, &columns)?;
+        let Parts { columns, mut of_images, mut of_cells } = self.null.parts(&mut self.scores, &columns)?;
         columns.iter().enumerate().for_each(|(position, column)| self.clustered[*column] = Some(position));
         // Surveyed coordinates are no cluster: each is a measurement of its own.
-        parts.pop();
-        self.clusters = Clusters { parts };
-        let System { least, redundancy, .. } = &self.system;
-        self.system = at_zero(&self.scores, &self.values, least, self.null.chi_square(), *redundancy);
+        of_images.pop();
+        of_cells.pop();
+        self.clusters = Clusters { groupings: vec![of_images, of_cells] };
+        self.system = self.zero.of(&self.scores, &self.values);
         Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! What is plausible of a column, and how little of it counts as known.
 
+use super::super::priors::SHARES;
 use crate::effects::Role;
 use crate::problem::Problem;
 
@@ -16,6 +17,31 @@ pub fn least_information(problem: &Problem, unknown: usize) -> f64 {
         (Role::Estimated, Some([min, max])) => (max - min).recip().powi(2),
         (Role::Estimated, None) => crate::adjust::native::EFFECT_DOMAIN.powi(-2),
         _ => 0.0,
+    }
+}
+
+/// Information that the prior of a size adds, in scaled units and of unit weight: half of what is plausible is its standard deviation. Zero where nothing is
+/// said of it.
+pub fn prior_information(problem: &Problem, unknown: usize) -> f64 {
+    if let Some((camera, k)) = problem.layout().camera_parameter(unknown) {
+        return (problem.camera_scales[camera][k] / (SHARES[k] * problem.camera_domains[camera][k])).powi(2);
+    }
+    plausible_values(problem, unknown).map_or(0.0, |[min, max]| (0.5 * (max - min)).powi(-2))
+}
+
+/// Information of the prior that a free parameter has in a fit, in scaled units.
+pub fn prior_in_fit(problem: &Problem, unknown: usize) -> f64 {
+    let layout = problem.layout();
+    let information = |scale: f64, sigma: f64| (scale / sigma).powi(2);
+    match layout.camera_parameter(unknown) {
+        Some((camera, k)) => {
+            let own = problem.camera_priors.iter().filter(|p| (p.camera as usize, p.parameter as usize) == (camera, k));
+            own.map(|prior| information(problem.camera_scales[camera][k], prior.sigma)).sum()
+        }
+        None => {
+            let entry = &problem.theta[unknown - layout.theta(0)];
+            entry.prior_sigma.map_or(0.0, |sigma| information(entry.scale, sigma))
+        }
     }
 }
 

@@ -11,21 +11,24 @@ use super::added::Added;
 use super::candidate::Candidate;
 use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
-use super::scan::{self, Places};
-use super::select::{Known, Searched, Set, Situation, Taken};
+use super::priors::WEAK_PRIOR;
+use super::scan;
+use super::select::{Known, Nature, Searched, Set, Situation, Taken};
 use super::settings::Settings;
-use super::test::design_effect::Clusters;
-use super::test::{System, random};
 use crate::adjust::native::null_model::{Columns, NoColumns, NullModel, ScoreSystem};
 use crate::block::Block;
 use crate::effects::{Role, Stage};
 use crate::model::EffectTerm;
 use crate::problem::State;
-use limits::{least_information, plausible_values};
+use crate::score::design_effect::Clusters;
+use crate::score::{System, random};
+pub use limits::prior_information;
+use limits::{least_information, plausible_values, prior_in_fit};
 use nalgebra::{DMatrix, DVector};
 use sets::Laid;
 use std::collections::BTreeSet;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A fit with everything that is asked of it.
 pub struct Linearised {
@@ -35,6 +38,7 @@ pub struct Linearised {
     pub scores: ScoreSystem,
     /// The same at zero.
     pub system: System,
+    zero: Zero,
     known: Known,
     /// Sets of columns.
     pub sets: Vec<Set>,
@@ -54,7 +58,6 @@ pub struct Linearised {
     in_effects: Range<usize>,
     /// Further columns, behind those of the sets.
     pub extra_columns: Range<usize>,
-    elsewhere: usize,
 }
 
 /// What is asked of a fit.
@@ -67,33 +70,28 @@ pub struct Questions<'a> {
     pub extra: &'a dyn Columns,
     /// Are design effects of laws wanted? They need every image's own part of each column.
     pub clustered: bool,
-    /// Candidates of the same family that are asked elsewhere.
-    pub elsewhere: usize,
 }
 
 impl Questions<'_> {
     /// Nothing.
     pub fn nothing() -> Self {
-        Self { tested: Vec::new(), untested: Vec::new(), extra: &NoColumns, clustered: false, elsewhere: 0 }
+        Self { tested: Vec::new(), untested: Vec::new(), extra: &NoColumns, clustered: false }
     }
 }
 
-/// Linearises a fit with every candidate of the catalogue beside it; `fields`: empirical fields, too, which may not enter; `known`: candidates
-/// whose place on the sensor need not be searched.
+/// Linearises a fit with every candidate of the catalogue beside it.
+///
+/// # Errors
+/// A fit that cannot be linearised.
 pub fn linearise(
     block: &Block,
     fit: &Fit,
     added: &Added,
-    fields: bool,
-    known: &Places,
     settings: &Settings<'_>,
 ) -> Result<Linearised, DiagnoseError> {
     let (mut tested, mut untested) = catalogue::candidates(block, fit, added, settings.plugins, |_| true);
-    let all = tested.len();
-    tested.retain(|(candidate, _)| fields || candidate.physical);
-    let elsewhere = all - tested.len();
-    scan::place(fit, &mut tested, &mut untested, known, settings.options.threads)?;
-    let asked = Questions { tested, untested, clustered: true, elsewhere, ..Questions::nothing() };
+    scan::place(fit, &mut tested, &mut untested, settings.options.threads)?;
+    let asked = Questions { tested, untested, clustered: true, ..Questions::nothing() };
     with_candidates(block, fit, added, asked, settings)
 }
 
@@ -115,7 +113,7 @@ pub fn with_candidates(
     asked: Questions<'_>,
     settings: &Settings<'_>,
 ) -> Result<Linearised, DiagnoseError> {
-    let Questions { tested, untested, extra, clustered, elsewhere } = asked;
+    let Questions { tested, untested, extra, clustered } = asked;
     let Fit { model, problem, solution, null_base } = fit;
     let threads = settings.options.threads;
     let terms: Vec<EffectTerm> = tested.iter().filter_map(|(candidate, _)| candidate.term().cloned()).collect();
@@ -126,35 +124,43 @@ pub fn with_candidates(
     let taken = laid.taken();
     laid.ask(&problem, tested, model.effects.len());
     let Laid { sets, candidates, columns, mut values, .. } = laid;
+    let count = columns.len() + extra.dense() + extra.local();
+    let laws_in = sets[..taken.len()].iter().filter(|set| set.nature == Nature::Law);
+    let columns_in = laws_in.flat_map(|set| &set.columns);
+    let in_fit = columns_in.map(|column| (*column, prior_in_fit(&problem, columns[*column]))).collect::<Vec<_>>();
     for unknown in columns.iter().filter(|unknown| **unknown < layout.theta(0)) {
         problem.camera_free[unknown / 12][unknown % 12] = false;
     }
     // The base has none of them, neither as unknowns nor by their priors.
+    let free = problem.camera_free.clone();
+    problem.camera_priors.retain(|prior| free[prior.camera as usize][prior.parameter as usize]);
     for entry in problem.theta.iter_mut().filter(|entry| entry.effect as usize >= added.own) {
         entry.free = false;
         entry.prior_sigma = None;
     }
     let mut least: Vec<f64> = columns.iter().map(|unknown| least_information(&problem, *unknown)).collect();
-    let count = columns.len() + extra.dense() + extra.local();
     let mut plausible: Vec<Option<[f64; 2]>> =
         columns.iter().map(|unknown| plausible_values(&problem, *unknown)).collect();
     plausible.resize(count, None);
     least.resize(count, 0.0);
+    in_fit.iter().for_each(|(column, _)| least[*column] = 0.0);
     values.resize(count, 0.0);
     let redundancy = problem.redundancy().2 as f64;
     let null = NullModel::sharing(null_base, problem, state, columns, threads)?;
     let apart = if extra.families().is_empty() { Vec::new() } else { apart(&sets[taken.len()..]) };
     let scores = null.test_apart(extra, &apart)?;
-    let system = at_zero(&scores, &values, &least, null.chi_square(), redundancy);
+    let zero = Zero { least, in_fit, chi_square: null.chi_square(), redundancy };
+    let system = zero.of(&scores, &values);
     let extra_columns = count - (extra.dense() + extra.local())..count;
     let mut linearised = Linearised {
-        clusters: Clusters { parts: Vec::new() },
+        clusters: Clusters { groupings: Vec::new() },
         clustered: vec![None; values.len()],
         design_effects: vec![1.0; sets.len()],
         in_effects: added.own..model.effects.len(),
         null,
         scores,
         system,
+        zero,
         known: Known::default(),
         sets,
         candidates,
@@ -163,7 +169,6 @@ pub fn with_candidates(
         plausible,
         taken,
         extra_columns,
-        elsewhere,
     };
     linearised.widen(clustered, settings)?;
     Ok(linearised)
@@ -179,17 +184,39 @@ fn apart(asked: &[Set]) -> Vec<Range<usize>> {
     asked.chunk_by(|a, b| a.id == b.id).filter_map(columns).collect()
 }
 
-/// Score, information and `v'Pv` where all columns are zero.
-fn at_zero(scores: &ScoreSystem, values: &[f64], least: &[f64], chi_square: f64, redundancy: f64) -> System {
-    let moved = times(&scores.information, values);
-    let values = DVector::from_column_slice(values);
-    System {
-        chi_square: chi_square + 2.0 * scores.score.dot(&values) + values.dot(&moved),
-        score: &scores.score + moved,
-        information: scores.information.clone(),
-        length: scores.length.clone(),
-        least: least.to_vec(),
-        redundancy,
+/// What the system at zero is made of beside the scores.
+struct Zero {
+    /// See [`System::least`].
+    least: Vec<f64>,
+    /// Columns of the laws that are in, and the information that their priors have in the fit.
+    in_fit: Vec<(usize, f64)>,
+    /// `v'Pv` of the fit.
+    chi_square: f64,
+    /// See [`System::redundancy`].
+    redundancy: f64,
+}
+
+impl Zero {
+    /// Score, information and `v'Pv` where all columns are zero. What is in the fit is in, however little is known of it: with its prior, and without a limit below which
+    /// it would be left out. Left out, its value would be left over.
+    fn of(&self, scores: &ScoreSystem, values: &[f64]) -> System {
+        let moved = times(&scores.information, values);
+        let (mut information, mut length) = (scores.information.clone(), scores.length.clone());
+        let by_values = DVector::from_column_slice(values);
+        let score = &scores.score + &moved;
+        for (column, prior) in &self.in_fit {
+            let own = Arc::make_mut(&mut information);
+            own[(*column, *column)] += prior;
+            length[*column] = own[(*column, *column)];
+        }
+        System {
+            chi_square: self.chi_square + 2.0 * scores.score.dot(&by_values) + by_values.dot(&moved),
+            score,
+            information,
+            length,
+            least: self.least.clone(),
+            redundancy: self.redundancy,
+        }
     }
 }
 
@@ -203,27 +230,39 @@ fn times(information: &DMatrix<f64>, values: &[f64]) -> DVector<f64> {
 }
 
 impl Linearised {
-    /// Is a set one that was put at a place on the sensor?
-    pub fn is_placed(&self, set: usize) -> bool {
-        matches!(self.sets[set].search, Searched::Places { .. })
+    /// Information that the prior of each column adds beside what the fit has of it already; zero where nothing is known of it.
+    pub fn prior_of_columns(&self) -> Vec<f64> {
+        let mut prior = self.prior_of_refit();
+        for column in self.sets.iter().filter(|set| set.nature == Nature::Law).flat_map(|set| &set.columns) {
+            prior[*column] += prior_information(self.null.problem(), self.null.unknown(*column));
+        }
+        for (column, own) in &self.zero.in_fit {
+            prior[*column] = (prior[*column] - own).max(0.0);
+        }
+        prior
     }
 
-    /// Is a set a law of the image, that is of the lens and the sensor?
-    pub fn is_of_lens(&self, set: usize) -> bool {
+    /// Information that the prior of each column has in a refit with its set: that of effects of several coefficients is weak, one coefficient has none.
+    pub fn prior_of_refit(&self) -> Vec<f64> {
+        let mut prior = vec![0.0; self.values.len()];
+        let first_effect = self.null.problem().layout().theta(0);
+        for set in self.sets.iter().filter(|set| set.nature == Nature::Law && set.columns.len() > 1) {
+            let of_effect = set.columns.iter().filter(|column| self.null.unknown(**column) >= first_effect);
+            of_effect.for_each(|column| prior[*column] = WEAK_PRIOR.powi(-2));
+        }
+        prior
+    }
+
+    /// Stage of a set's effect; `None` for parameters of the camera.
+    pub fn stage(&self, set: usize) -> Option<Stage> {
         let problem = self.null.problem();
-        let unknown = self.sets[set].columns.first().map(|column| self.null.unknown(*column));
-        let theta = unknown.and_then(|unknown| problem.theta.get(unknown.checked_sub(problem.layout().theta(0))?));
-        theta.is_some_and(|entry| problem.effects[entry.effect as usize].effect.descriptor().stage == Stage::Image)
+        let unknown = self.null.unknown(*self.sets[set].columns.first()?);
+        let entry = &problem.theta[unknown.checked_sub(problem.layout().theta(0))?];
+        Some(problem.effects[entry.effect as usize].effect.descriptor().stage)
     }
 
-    /// The candidates that were.
-    pub fn places(&self) -> Places {
-        let placed = (0..self.sets.len()).filter(|set| self.is_placed(*set));
-        placed.filter_map(|set| Some((self.candidates[set].clone()?, self.sets[set].search))).collect()
-    }
-
-    /// What the rules see.
-    pub fn situation(&self, settings: &Settings<'_>, refused: &BTreeSet<String>) -> Situation<'_> {
+    /// What the tests see.
+    pub fn situation(&self, settings: &Settings<'_>) -> Situation<'_> {
         Situation {
             system: &self.system,
             known: &self.known,
@@ -235,15 +274,13 @@ impl Linearised {
             design_effects: &self.design_effects,
             taken: self.taken.clone(),
             ln_level: self.ln_level(settings.significance),
-            refused: refused.clone(),
-            unresolved: BTreeSet::new(),
         }
     }
 
     /// Logarithm of the level of a single test: family-wise over the candidates of the catalogue, in or not.
     pub fn ln_level(&self, significance: f64) -> f64 {
         let ids: BTreeSet<&str> = self.sets.iter().map(|set| set.id.as_str()).collect();
-        (significance / (ids.len() + self.elsewhere).max(1) as f64).ln()
+        (significance / ids.len().max(1) as f64).ln()
     }
 
     /// Values of all columns when the sets of `situation` are fitted together.
@@ -289,13 +326,11 @@ impl Linearised {
         self.null.moved(&self.scores, &change.collect::<Vec<f64>>())
     }
 
-    /// Variance of chance values of largest likelihood beside what else is in, in the units of their columns squared.
+    /// Variance of chance values of largest likelihood beside what else is in, in units of the variance of unit weight and of their columns squared.
     pub fn variance(&self, situation: &Situation<'_>, set: usize) -> f64 {
-        let without = situation.without(&self.sets[set].id);
-        let beside = without.beside();
-        let judged = random::test(&beside, &self.sets[set].columns, self.design_effects[set], situation.ln_level);
-        let unit = judged.map_or(1.0, |component| component.variance);
-        random::estimate(&beside, &self.sets[set].columns, unit, 0.0)
+        let beside = situation.without(&self.sets[set].id).beside();
+        let values = random::values(&beside, &self.sets[set].columns);
+        values.and_then(|values| values.likeliest_ratio(beside.chi_square, beside.redundancy)).unwrap_or(0.0)
     }
 
     /// Raw value of a column per scaled unit.

@@ -1,9 +1,9 @@
 //! Columns of a null model, laid out by the sets that they belong to: what is in, then what is asked.
 
 use super::super::added::Added;
-use super::super::candidate::{Addition, Candidate};
+use super::super::candidate::{Addition, Candidate, is_random};
 use super::super::select::{Nature, Searched, Set, Taken};
-use crate::effects::{Kind, Parameter, Role};
+use crate::effects::{Kind, Role};
 use crate::model::{EffectTerm, Model};
 use crate::problem::{Problem, State};
 
@@ -60,7 +60,7 @@ impl Laid {
     pub fn taken(&self) -> Vec<Taken> {
         let variance = |set: &Set| set.columns.first().map_or(0.0, |column| self.variances[*column]);
         let sets = self.sets.iter().enumerate();
-        sets.map(|(set, own)| Taken { set, variance: variance(own), removable: true }).collect()
+        sets.map(|(set, own)| Taken { set, variance: variance(own) }).collect()
     }
 
     /// What is asked; `effect`: that of the first candidate in the problem.
@@ -111,6 +111,5 @@ fn is_used(problem: &Problem, camera: usize) -> bool {
 }
 
 fn nature_of(term: &EffectTerm) -> Nature {
-    let random = |parameter: &Parameter| matches!(parameter.role, Role::Random(_));
-    if term.effect.descriptor().parameters.iter().any(random) { Nature::Chance } else { Nature::Law }
+    if is_random(&term.effect) { Nature::Chance } else { Nature::Law }
 }

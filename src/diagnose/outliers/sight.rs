@@ -80,10 +80,7 @@ impl<'a> Sight<'a> {
         };
         let numbers = rows.map(|m| first + m).filter(|number| !self.idle[self.row(*number).image.index()]);
         let numbers: SmallVec<[usize; FEW_RAYS]> = numbers.collect();
-        let sighted = numbers.iter().map(|number| {
-            let Measurement { image, x, y, .. } = *self.row(*number);
-            Sighted { image: image.index(), observed: [x, y], point: *point }
-        });
+        let sighted = numbers.iter().map(|number| Sighted { image: self.row(*number).image.index(), point: *point });
         let seen = |(number, predicted): (&usize, Option<ImagePoint>)| {
             let (number, row) = (*number, *self.row(*number));
             // What cannot be projected was left out before, or it could not have been adjusted.

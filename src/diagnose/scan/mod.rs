@@ -51,25 +51,15 @@ struct Scan<'a> {
 /// A shape and its statistic.
 type Found = (f64, Shape);
 
-/// Candidates at places that were found on the sensor, each in its variants.
-pub type Places = Vec<(Candidate, Searched)>;
-
-/// Puts every candidate that has a place on the sensor where it fits best, or where it is `known` to; one that no place can be found for lists
-/// what it needs.
+/// Puts every candidate that has a place on the sensor where it fits best; one that no place can be found for lists what it needs.
 pub fn place(
     fit: &Fit,
     tested: &mut Vec<(Candidate, Searched)>,
     untested: &mut Vec<Candidate>,
-    known: &Places,
     threads: usize,
 ) -> Result<(), DiagnoseError> {
-    let is_known = |candidate: &Candidate| known.iter().any(|(known, _)| known.id == candidate.id);
     let (scanned, others): (Vec<_>, Vec<_>) = tested.drain(..).partition(|(candidate, _)| candidate.scanned());
     *tested = others;
-    let (at_their_places, scanned): (Vec<_>, Vec<_>) =
-        scanned.into_iter().partition(|(candidate, _)| is_known(candidate));
-    let wanted = |(known, _): &&(Candidate, Searched)| at_their_places.iter().any(|(own, _)| own.id == known.id);
-    tested.extend(known.iter().filter(wanted).cloned());
     if scanned.is_empty() {
         return Ok(());
     }

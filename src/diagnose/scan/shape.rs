@@ -102,8 +102,8 @@ impl<'a> Moves<'a> {
         let context = Context {
             block: &search.problem.block_context,
             image,
-            column_px: observation.x,
-            row_px: observation.y,
+            column_px: predicted[0],
+            row_px: predicted[1],
             surveyed: None,
         };
         let mut input = [Lane::default(); Stage::Image.inputs()];
@@ -234,8 +234,8 @@ mod tests {
         let context = Context {
             block: &problem.block_context,
             image: &problem.image_contexts[observation.image as usize],
-            column_px: observation.x,
-            row_px: observation.y,
+            column_px: predicted[0],
+            row_px: predicted[1],
             surveyed: None,
         };
         for (effect, least) in [(&LocalFlaw as &'static dyn Effect, 0.0), (&Narrow, LEAST)] {

@@ -1,8 +1,8 @@
 //! The system beside what is in. Of hundreds of columns it is dear, and asked for again and again: what may be asked for once more is kept.
 
 use super::Situation;
-use crate::diagnose::test::pivoted::Pivoted;
-use crate::diagnose::test::{Penalised, System};
+use crate::score::pivoted::Pivoted;
+use crate::score::{Penalised, System};
 use std::ops::Deref;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -17,11 +17,6 @@ pub struct Beside {
 }
 
 impl Beside {
-    /// The system beside further columns.
-    pub fn and(&self, columns: &[usize]) -> Self {
-        Self { all: self.all.beside(&[columns], &[]), ..self.clone() }
-    }
-
     /// The system itself.
     pub fn into_system(self) -> System {
         self.all

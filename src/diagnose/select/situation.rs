@@ -1,10 +1,10 @@
 //! What the rules see: sets of columns, which of them are in, and what each says beside those.
 
 use super::beside::{Beside, Known};
-use crate::diagnose::test::design_effect::Clusters;
-use crate::diagnose::test::pivoted::Pivoted;
-use crate::diagnose::test::{Penalised, System, fixed, multiple, random, separability, variance_factor};
 use crate::math::statistics::f_ln_sf;
+use crate::score::design_effect::Clusters;
+use crate::score::pivoted::Pivoted;
+use crate::score::{Penalised, System, fixed, multiple, random, separability, variance_factor};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -57,14 +57,6 @@ impl Searched {
         };
         multiple::best_of(f_ln_sf(statistic, dof, rest).min(0.0), count)
     }
-
-    /// The same search where all that was found is smaller.
-    fn scaled(self, share: f64) -> Self {
-        match self {
-            Searched::Places { count, drop, elsewhere } => Searched::Places { count, drop: share * drop, elsewhere },
-            search => search,
-        }
-    }
 }
 
 /// A set of columns: an effect, or a group of camera parameters that the model holds.
@@ -89,8 +81,6 @@ pub struct Taken {
     pub set: usize,
     /// Variance of its values where they are chance, in the units of their columns squared; unused for laws.
     pub variance: f64,
-    /// The diagnosis took it in and may take it out.
-    pub removable: bool,
 }
 
 /// What the rules see.
@@ -106,7 +96,7 @@ pub struct Situation<'a> {
     pub values: &'a [f64],
     /// Values (scaled) that physics allows each column; `None` where it says nothing.
     pub plausible: &'a [Option<[f64; 2]>],
-    /// Parts by image of the columns `clustered`, at that fit.
+    /// Parts by image and by cell of the sensor of the columns `clustered`, at that fit.
     pub clusters: &'a Clusters,
     /// Position of each column in the parts.
     pub clustered: &'a [Option<usize>],
@@ -116,10 +106,6 @@ pub struct Situation<'a> {
     pub taken: Vec<Taken>,
     /// Logarithm of the level of a single test: family-wise over all candidates.
     pub ln_level: f64,
-    /// Ids that may not enter any more.
-    pub refused: BTreeSet<String>,
-    /// Ids of a size that physics does not allow, of which the refits beside what is in did not tell what they are.
-    pub unresolved: BTreeSet<String>,
 }
 
 /// What a set says beside what is in.
@@ -143,14 +129,10 @@ pub struct Judged {
     pub pivoted: Pivoted,
     /// Variance component, of chance.
     pub component: Option<random::Component>,
-    /// Drop of `v'Pv` in images that the estimate did not see; `None` where that cannot be told.
-    pub predicted_drop: Option<f64>,
     /// An estimate lies beyond what physics allows by more than chance: a shape that looks like the effect, but not its cause.
     pub implausible: bool,
 }
 
-/// Share of its drop that the finest grid of places costs a shape at most, for each of two shapes that are compared.
-const GRID_LOSS: f64 = 2.0 * 0.01;
 /// Standard deviations by which an estimate must be beyond its plausible range to be no chance: one in 700.
 const BEYOND_SIGMAS: f64 = 3.0;
 
@@ -158,36 +140,6 @@ impl Situation<'_> {
     /// Is an effect in?
     pub fn has(&self, id: &str) -> bool {
         self.taken.iter().any(|taken| self.sets[taken.set].id == id)
-    }
-
-    /// Significant, the name of a cause, of a size that physics allows, not refused, and of use where it was not fitted?
-    pub fn may_enter(&self, judged: &Judged) -> bool {
-        self.is_there(judged) && !judged.implausible
-    }
-
-    /// Would a law enter, but for its size?
-    pub fn resembles(&self, judged: &Judged) -> bool {
-        let set = &self.sets[judged.set];
-        let is_law = set.nature == Nature::Law;
-        is_law && judged.implausible && self.is_there(judged) && !self.unresolved.contains(&set.id)
-    }
-
-    fn is_there(&self, judged: &Judged) -> bool {
-        let set = &self.sets[judged.set];
-        set.physical
-            && judged.ln_p < self.ln_level
-            && !self.refused.contains(&set.id)
-            && judged.predicted_drop.is_none_or(|drop| drop > 0.0)
-    }
-
-    /// The other variants of a set that was placed on the sensor, each at its own best place, that explain as much to within what a grid of places
-    /// loses: which of them it is, only their refits tell.
-    pub fn rivals(&self, set: usize, beside: &Beside) -> Vec<usize> {
-        let is_placed = |s: &usize| matches!(self.sets[*s].search, Searched::Places { .. });
-        let Some(own) = Some(set).filter(is_placed).and_then(|set| self.judge(set, beside)) else { return Vec::new() };
-        let as_good = |s: &usize| self.judge(*s, beside).is_some_and(|other| other.drop > (1.0 - GRID_LOSS) * own.drop);
-        let others = (0..self.sets.len()).filter(|s| *s != set && self.sets[*s].id == self.sets[set].id);
-        others.filter(is_placed).filter(as_good).collect()
     }
 
     /// The same without one of the effects that are in.
@@ -241,17 +193,14 @@ impl Situation<'_> {
                     pivoted: beside.pivoted(&[]),
                     implausible: self.beyond(columns[0], component.deviation, component.sigma),
                     component: Some(component),
-                    predicted_drop: None,
                 })
             }
         }
     }
 
     fn judge_law(&self, set: usize, columns: &[usize], search: Searched, beside: &Beside) -> Option<Judged> {
-        let mut predicted_drop = None;
         let tested = fixed::test(beside, columns, |pivoted| {
             let Some((directions, change)) = self.directions(pivoted, beside) else { return 1.0 };
-            predicted_drop = self.clusters.predicted_drop(&directions, &change);
             let rest = beside.redundancy - pivoted.kept.len() as f64;
             let variance = variance_factor(beside.chi_square - pivoted.drop(), rest);
             self.clusters.design_effect(&directions, &change, variance)
@@ -271,18 +220,7 @@ impl Situation<'_> {
             inflation: tested.inflation(),
             pivoted: tested.set,
             component: None,
-            predicted_drop,
         })
-    }
-
-    /// Natural logarithm of the p-value that a set would have if it took only a share of its drop away.
-    pub fn ln_p_of_share(&self, judged: &Judged, beside: &Beside, share: f64) -> f64 {
-        let Judged { dof, inflation, .. } = judged;
-        let search = self.sets[judged.set].search;
-        let ln_p =
-            |share: f64| search.scaled(share).ln_p(share * judged.drop, *dof, *inflation, beside.redundancy - dof);
-        // What was corrected for besides, a choice of variants, stays.
-        (judged.ln_p + ln_p(share) - ln_p(1.0)).min(0.0)
     }
 
     /// Is a value of a column beyond its plausible range?
@@ -294,7 +232,7 @@ impl Situation<'_> {
     /// Over the clustered columns: directions that whiten a set beside the laws that are in, and what all columns change by when it is fitted.
     /// `None` where a column of the set has no parts.
     fn directions(&self, set: &Pivoted, beside: &Beside) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        let count = self.clusters.parts.first()?.0.len();
+        let count = self.clusters.columns()?;
         let (fixed, _) = self.parts_in();
         let whitening = set.whitening();
         let dof = set.kept.len();

@@ -2,9 +2,9 @@
 
 use super::context::Noise;
 use crate::adjust::native::null_model::ScoreSystem;
-use crate::diagnose::test::pivoted::KEPT_SHARE;
-use crate::diagnose::test::{System, variance_factor};
 use crate::math::statistics::f_ln_sf;
+use crate::score::pivoted::KEPT_SHARE;
+use crate::score::{System, variance_factor};
 use nalgebra::{DVector, Matrix2, Vector2};
 use std::ops::Range;
 

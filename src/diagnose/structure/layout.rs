@@ -11,9 +11,9 @@ use super::{
 };
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{Columns, Coordinate, Local};
-use crate::diagnose::test::{System, is_noise};
-use crate::evaluate::Comparison;
+use crate::diagnose::check_points::Heights;
 use crate::problem::{Problem, State};
+use crate::score::{System, is_noise};
 use std::ops::Range;
 
 /// Coordinates of antennas whose redundancy is taken; of more, an even sample.
@@ -72,7 +72,7 @@ impl<'a> Layout<'a> {
     /// Hands the columns of all tests to `test`, and judges what comes back: a system in which they are the last columns, and their spread.
     pub fn analyse<T, E>(
         &mut self,
-        comparison: Option<&Comparison>,
+        heights: &Result<Heights, &'static str>,
         significance: f64,
         test: impl FnOnce(&dyn Columns) -> Result<(T, System, Spread), E>,
     ) -> Result<(T, Structure), E> {
@@ -130,7 +130,7 @@ impl<'a> Layout<'a> {
         } else {
             found.skip("sensor", "no redundancy");
         }
-        check::test(comparison, &mut found);
+        check::describe(heights, &mut found);
         holm(&mut found.tests);
         let of_name = |name: &'static str| {
             let shape = found.shapes.iter().find(|(other, _)| *other == name).map(|(_, columns)| columns.clone());
@@ -139,7 +139,8 @@ impl<'a> Layout<'a> {
         };
         let columns = found.tests.iter().filter(|test| test.decides).filter_map(|test| of_name(test.against)).collect();
         let Found { tests, skipped, pictures, .. } = found;
-        Ok((tested, Structure { tests, skipped, pictures, significance, columns }))
+        let sentence = heights.as_ref().ok().map(|heights| heights.sentence.clone());
+        Ok((tested, Structure { tests, skipped, pictures, significance, columns, check_points: sentence }))
     }
 }
 

@@ -36,11 +36,11 @@ pub use columns::Families;
 pub use layout::Layout;
 pub use pictures::{Cell, ImageValue, Peak, Pictures, Profile, ProfileBin, SensorGrid, SpectrumGrid};
 
-use super::test::System;
+use super::check_points::Heights;
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{Columns, NullModel};
-use crate::evaluate::Comparison;
 use crate::problem::{Problem, State};
+use crate::score::System;
 
 /// One test of residual structure.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,6 +76,8 @@ pub struct Structure {
     pub significance: f64,
     /// Columns that stand for each test that decides, by their numbers among its own.
     pub columns: Vec<(&'static str, Vec<usize>)>,
+    /// Check points in a sentence, where there are enough of them.
+    pub check_points: Option<String>,
 }
 
 impl Structure {
@@ -97,15 +99,16 @@ impl Structure {
         describe::unexplained(self)
     }
 }
-/// Tests the residuals of `problem` at its solution `state`; `comparison` is of the same solution, for the check points. `significance` is
-/// that of the family of tests.
+
+/// Tests the residuals of `problem` at its solution `state`; `heights` are those of the check points at the same
+/// solution. `significance` is that of the family of tests.
 ///
 /// # Errors
 /// A state that cannot be evaluated, or at which the cameras are not determined.
 pub fn analyse(
     problem: &Problem,
     state: &State,
-    comparison: Option<&Comparison>,
+    heights: &Result<Heights, &'static str>,
     significance: f64,
     threads: usize,
 ) -> Result<Structure, AdjustError> {
@@ -124,7 +127,6 @@ pub fn analyse(
         };
         Ok(((), system, spread))
     };
-    let ((), structure) =
-        Layout::new(problem, state, &measurements, threads)?.analyse(comparison, significance, test)?;
+    let ((), structure) = Layout::new(problem, state, &measurements, threads)?.analyse(heights, significance, test)?;
     Ok(structure)
 }

@@ -1,10 +1,9 @@
 //! One variance factor per group of observations: a wrong `tie_px` must not mis-scale what GNSS positions say.
 //!
-//! The factor of images is that of their residuals. Those of control and GNSS are variance components of their coordinates, estimated from
-//! the null model beside everything that the candidates of their stages could explain: a missing lever arm does not pass for noise. Where a
-//! group looks less precise than stated, what the camera could explain is asked, too: seen from the air, a focal length that varies by image is
-//! nearly a height that does, and of the two that one stands which is likelier. A group is never let go: beyond [`MOST`] times the stated
-//! standard deviation it is no question of precision any more but a finding, and the block would bend freely.
+//! The factor of images is that of their residuals. Those of control and GNSS are variance components of their coordinates, estimated from the null model
+//! conditional on the model as it stands: weights and causes take turns on one likelihood, and a cause that a loosened group had hidden still lowers the
+//! objective. A group is never let go: beyond [`MOST`] times the stated standard deviation it is no question of precision any more but a finding, and the
+//! block would bend freely.
 //!
 //! Where the model has factors of single flights, those of images and GNSS are estimated by flight.
 //!
@@ -15,19 +14,15 @@ mod flights;
 mod tests;
 
 use super::added::Added;
-use super::candidate::Candidate;
-use super::catalogue;
 use super::fit::{DiagnoseError, Fit};
 use super::linearised::{Linearised, Questions, with_candidates};
-use super::select::Nature;
 use super::settings::Settings;
-use super::test::{System, random};
 use crate::adjust::native::null_model::{Columns, Coordinate, Entries, Measured};
 use crate::block::Block;
-use crate::effects::Stage;
 use crate::math::statistics::chi_square_quantile;
 use crate::model::{Model, SigmaFactors};
 use crate::problem::Problem;
+use crate::score::{System, random};
 use flights::{Flights, Share};
 
 /// A group's stated precision is believed unless its variance factor is improbable at this level.
@@ -36,8 +31,9 @@ const BELIEVED: f64 = 0.01;
 pub const MOST: f64 = 3.0;
 /// Relative change of a factor below which the weights stand: it changes statistics by twice that.
 const CHANGE: f64 = 0.02;
-/// Least variance that is left of a group, as a share of the stated one: no receiver is ten times better than its maker says.
-const LEAST_SHARE: f64 = 0.01;
+/// Smallest factor on a stated standard deviation: no receiver is thirty times better than its maker says. An exact (simulated) survey would otherwise make
+/// every rounding of a formula significant.
+const LEAST: f64 = 1.0 / 30.0;
 /// Least factor on the standard deviation of image measurements: none is a hundred times better than stated. The weights of an error-free block
 /// would leave nothing to control and GNSS.
 const LEAST_IMAGE: f64 = 0.01;
@@ -118,34 +114,51 @@ impl Columns for Extra<'_> {
     }
 }
 
-/// Stages whose effects move observed coordinates.
-const OF_COORDINATES: [Stage; 4] = [Stage::Position, Stage::Exposure, Stage::Control, Stage::Frame];
+/// Weights that the residuals of a fit ask for.
+pub struct Weights {
+    /// The model with them.
+    pub model: Model,
+    /// What the objective falls by: twice the logarithm of the likelihood ratio, less the price of every group that is not believed as stated.
+    pub gain: f64,
+}
 
-/// A model with the weights that the residuals of its fit ask for; `None` where they are those that it has.
+/// The weights that the residuals of a fit ask for, conditional on its model; `None` where they are those that it has.
+///
+/// # Errors
+/// A fit that cannot be linearised.
 pub fn reweighted(
     block: &Block,
     fit: &Fit,
     added: &Added,
     settings: &Settings<'_>,
-) -> Result<Option<Model>, DiagnoseError> {
+) -> Result<Option<Weights>, DiagnoseError> {
     let by_flight = !fit.model.flight_factors.is_empty();
     let flights = by_flight.then(|| Flights::new(&fit.problem, block.flights.len()));
     let extra = Extra { coordinates: Coordinates::new(&fit.problem), flights: flights.as_ref() };
-    let beside = |stages: &[Stage]| -> Result<Model, DiagnoseError> {
-        let wanted = |candidate: &Candidate| {
-            candidate.physical && candidate.term().is_some_and(|term| stages.contains(&term.effect.descriptor().stage))
-        };
-        let (tested, untested) = catalogue::candidates(block, fit, added, settings.plugins, wanted);
-        let asked = Questions { tested, untested, extra: &extra, ..Questions::nothing() };
-        let linearised = with_candidates(block, fit, added, asked, settings)?;
-        weighed(block, fit, &linearised, &extra, settings)
-    };
-    let mut next = beside(&OF_COORDINATES)?;
-    if less_precise(&fit.model, &next) {
-        let [position, exposure, control, frame] = OF_COORDINATES;
-        next = beside(&[position, exposure, control, frame, Stage::Interior])?;
+    let asked = Questions { extra: &extra, ..Questions::nothing() };
+    let linearised = with_candidates(block, fit, added, asked, settings)?;
+    let next = weighed(block, fit, &linearised, &extra, settings)?;
+    Ok((!same(&next.model, &fit.model)).then_some(next))
+}
+
+/// `model` with the precision of the survey that another model states; `None` where it is the same.
+pub fn with_survey_of(model: &Model, stated: &Model) -> Option<Model> {
+    let mut other = model.clone();
+    other.sigma_factors = SigmaFactors { image: model.sigma_factors.image, ..stated.sigma_factors };
+    for (flight, own) in &mut other.flight_factors {
+        if let Some(stated) = stated.flight_factors.get(flight) {
+            (own.gnss, own.gnss_z) = (stated.gnss, stated.gnss_z);
+        }
     }
-    Ok((!same(&next, &fit.model)).then_some(next))
+    (!same(&other, model)).then_some(other)
+}
+
+/// What the groups of the survey cost, whose precision in `model` is not the stated one, when they compete with causes: each explains something that was not expected, as a cause does, and pays what
+/// one pays. (Weights are estimated at the lower price of `BELIEVED`, for wrong ones make every test wrong.)
+pub fn dearer_as_causes(model: &Model, stated: &Model, ln_level: f64) -> f64 {
+    let price = |level: f64| chi_square_quantile(1.0 - level, 1.0);
+    let differ = of_coordinates(model).into_iter().zip(of_coordinates(stated)).filter(|(own, stated)| own != stated);
+    differ.count() as f64 * (price(ln_level.exp()) - price(BELIEVED))
 }
 
 /// The model with the weights that a linearisation of its fit asks for.
@@ -155,7 +168,7 @@ fn weighed(
     linearised: &Linearised,
     extra: &Extra<'_>,
     settings: &Settings<'_>,
-) -> Result<Model, DiagnoseError> {
+) -> Result<Weights, DiagnoseError> {
     let problem = &fit.problem;
     let now = fit.model.sigma_factors;
     let first = linearised.extra_columns.start;
@@ -163,20 +176,29 @@ fn weighed(
     let groups = Coordinated::of(linearised, of_coordinates.start, settings);
     let coordinates = &extra.coordinates;
     let mut next = fit.model.clone();
+    let mut gain = 0.0;
     let in_plan_and_height = |plan: (Vec<usize>, f64), height: (Vec<usize>, f64)| {
         rayon::join(|| groups.factor(&plan.0, plan.1), || groups.factor(&height.0, height.1))
     };
+    let mut noted = |((plan, of_plan), (height, of_height)): ((f64, f64), (f64, f64))| {
+        gain += of_plan + of_height;
+        (plan, height)
+    };
     let factors = &mut next.sigma_factors;
-    (factors.control, factors.control_z) =
-        in_plan_and_height((coordinates.control(false), now.control), (coordinates.control(true), now.control_z));
+    (factors.control, factors.control_z) = noted(in_plan_and_height(
+        (coordinates.control(false), now.control),
+        (coordinates.control(true), now.control_z),
+    ));
     if let Some(flights) = extra.flights {
         let shares = flights.shares(linearised, fit)?;
         for (flight, (name, share)) in block.flights.iter().zip(shares).enumerate() {
             let Some(own) = next.flight_factors.get_mut(name) else { continue };
             let of = |number: usize| flights.of_image(problem.gnss[number].index) == flight;
             own.image = share.factor(own.image);
-            (own.gnss, own.gnss_z) =
-                in_plan_and_height((coordinates.gnss(false, of), own.gnss), (coordinates.gnss(true, of), own.gnss_z));
+            (own.gnss, own.gnss_z) = noted(in_plan_and_height(
+                (coordinates.gnss(false, of), own.gnss),
+                (coordinates.gnss(true, of), own.gnss_z),
+            ));
         }
     } else {
         // What is left of the redundancy and of v'Pv is the images'.
@@ -187,10 +209,12 @@ fn weighed(
         }
         factors.image = images.factor(now.image);
         let all = |_| true;
-        (factors.gnss, factors.gnss_z) =
-            in_plan_and_height((coordinates.gnss(false, all), now.gnss), (coordinates.gnss(true, all), now.gnss_z));
+        (factors.gnss, factors.gnss_z) = noted(in_plan_and_height(
+            (coordinates.gnss(false, all), now.gnss),
+            (coordinates.gnss(true, all), now.gnss_z),
+        ));
     }
-    Ok(next)
+    Ok(Weights { model: next, gain })
 }
 
 impl Share {
@@ -223,11 +247,6 @@ fn same(a: &Model, b: &Model) -> bool {
     near(image(a), image(b)) && near(of_coordinates(a), of_coordinates(b))
 }
 
-/// Is a group of coordinates that was believed as stated less precise in the other model?
-fn less_precise(now: &Model, next: &Model) -> bool {
-    of_coordinates(now).iter().zip(of_coordinates(next)).any(|(now, next)| *now == 1.0 && next > 1.0)
-}
-
 /// Factors of the groups of coordinates.
 fn of_coordinates(model: &Model) -> Vec<f64> {
     let SigmaFactors { control, control_z, gnss, gnss_z, .. } = model.sigma_factors;
@@ -236,47 +255,39 @@ fn of_coordinates(model: &Model) -> Vec<f64> {
 }
 
 /// Groups of observed coordinates.
-struct Coordinated<'a> {
-    /// Beside everything that is in or asked for, but for the values per image that are not in.
+struct Coordinated {
+    /// Conditional on the model.
     beside: System,
-    /// Columns of these values.
-    chances: Vec<&'a [usize]>,
     /// Column of the first coordinate.
     first: usize,
 }
 
-impl<'a> Coordinated<'a> {
-    fn of(linearised: &'a Linearised, first: usize, settings: &Settings<'_>) -> Self {
-        let situation = linearised.situation(settings, &Default::default());
-        let (mut fixed, random) = situation.parts_in();
-        let is_in = |s: &usize| situation.taken.iter().any(|taken| taken.set == *s);
-        let asked = (0..linearised.sets.len()).filter(|s| !is_in(s)).map(|s| &linearised.sets[s]);
-        let (laws, chances): (Vec<_>, Vec<_>) = asked.partition(|set| set.nature == Nature::Law);
-        fixed.extend(laws.into_iter().map(|set| set.columns.clone()));
-        let beside = linearised.system.beside(&fixed, &random);
-        Self { beside, chances: chances.into_iter().map(|set| set.columns.as_slice()).collect(), first }
+impl Coordinated {
+    fn of(linearised: &Linearised, first: usize, settings: &Settings<'_>) -> Self {
+        Self { beside: linearised.situation(settings).beside().into_system(), first }
     }
 
-    /// Factor on the stated standard deviations of a group of coordinates, which were multiplied by `now` in the fit. What is stated stands
-    /// unless it is improbable, whatever an effect that was missing before has made of it.
-    fn factor(&self, group: &[usize], now: f64) -> f64 {
-        let Self { beside, chances, first } = self;
+    /// Factor on the stated standard deviations of a group of coordinates, which were multiplied by `now` in the fit, and what the objective falls by. What is
+    /// stated stands unless it is improbable.
+    fn factor(&self, group: &[usize], now: f64) -> (f64, f64) {
+        let Self { beside, first } = self;
         let own: Vec<usize> = group.iter().map(|column| first + column).collect();
         if own.is_empty() {
-            return now;
+            return (now, 0.0);
         }
-        let Some(values) = random::values(beside, &own) else { return 1.0 };
-        let variance = 1.0;
-        let size = values.variance(variance, LEAST_SHARE - 1.0);
+        let price = chi_square_quantile(1.0 - BELIEVED, 1.0);
+        let paid = if now == 1.0 { 0.0 } else { price };
         let as_stated = now.powi(-2) - 1.0;
-        let gain = values.likelihood_ratio(variance, size) - values.likelihood_ratio(variance, as_stated);
-        let improbable = gain > chi_square_quantile(1.0 - BELIEVED, 1.0);
-        // Likelihoods of both are of the same weights only where the group has its stated one, and of the same noise only with the same variance:
-        // where images are less precise than stated, too, what is likelier is seen when they have their own weight.
-        let by_images = || {
-            let of = |columns: &&[usize]| random::largest_likelihood_ratio(beside, columns, variance);
-            size > 0.0 && now == 1.0 && chances.iter().filter_map(of).any(|by_images| by_images > gain)
-        };
-        if improbable && !by_images() { (now * (1.0 + size).sqrt()).min(MOST) } else { 1.0 }
+        let Some(values) = random::values(beside, &own) else { return (1.0, paid) };
+        let variance = 1.0;
+        let of = |size: f64| values.likelihood_ratio(variance, size);
+        let most = (MOST / now).powi(2) - 1.0;
+        let least = (LEAST / now).powi(2) - 1.0;
+        let size = values.variance(variance, least).min(most);
+        if of(size) - of(as_stated) > price {
+            (now * (1.0 + size).sqrt(), of(size) - price + paid)
+        } else {
+            (1.0, of(as_stated) + paid)
+        }
     }
 }

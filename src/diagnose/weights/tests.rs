@@ -6,7 +6,7 @@ use crate::adjust::ceres::Ceres;
 use crate::adjust::native::Native;
 use crate::block::Role;
 use crate::diagnose::imprecise;
-use crate::diagnose::run::base;
+use crate::diagnose::run::{base, diagnose};
 use crate::inject;
 use crate::model::{Datum, FlightFactors};
 use crate::run::adjust_from;
@@ -56,15 +56,28 @@ fn vertical(focal_px: f64, times_height: f64) -> Block {
 
 #[test]
 fn focal_lengths_that_vary_do_not_pass_for_imprecise_heights_nor_these_for_focal_lengths() {
-    let factors = |focal_px, times| based(&vertical(focal_px, times), false).model.sigma_factors;
-    let hunting = factors(5.0, 1.0);
-    assert_eq!((hunting.gnss, hunting.gnss_z), (1.0, 1.0), "{hunting:?}");
-    // Nor where images are half as precise as stated.
-    let mut optimistic = vertical(5.0, 1.0);
+    let settings = Settings {
+        plugins: &[],
+        options: Options { threads: 1, ..Options::default() },
+        significance: 0.001,
+        snoop: false,
+        tell: &|_| {},
+    };
+    let model = Model { datum: Datum::All, ..Model::default() };
+    let hunting = vertical(5.0, 1.0);
+    // The same where images are half as precise as stated.
+    let mut optimistic = hunting.clone();
     optimistic.sigma.tie_px = 0.5 * NOISE;
     optimistic.sigma.mark_px = 0.5 * NOISE;
-    let hunting = based(&optimistic, false).model.sigma_factors;
-    assert_eq!((hunting.gnss, hunting.gnss_z), (1.0, 1.0), "{hunting:?}");
+    let diagnosed = diagnose(&hunting, &model, &settings).expect("a diagnosis");
+    assert_eq!(diagnosed.diagnosis.recommended, ["focal-image"]);
+    let factors = diagnosed.improvement.fit.model.sigma_factors;
+    assert_eq!(factors.gnss_z, 1.0, "{factors:?}");
+    // There both explain as much of this small block: one of them is named, never neither.
+    let diagnosed = diagnose(&optimistic, &model, &settings).expect("a diagnosis");
+    let factors = diagnosed.improvement.fit.model.sigma_factors;
+    assert!(diagnosed.diagnosis.recommended == ["focal-image"] || factors.gnss_z > 1.2, "{factors:?}");
+    let factors = |focal_px, times| based(&vertical(focal_px, times), false).model.sigma_factors;
     let imprecise = factors(0.0, 2.0);
     // The variance of some ninety heights is known to a sixth.
     assert!((imprecise.gnss_z / 2.0 - 1.0).abs() < 0.3, "{imprecise:?}");
@@ -76,7 +89,7 @@ fn based(block: &Block, by_flight: bool) -> Fit {
     let model = Model { datum: Datum::All, flight_factors, ..Model::default() };
     let options = Options { threads: 1, ..Options::default() };
     let settings = Settings { plugins: &[], options, significance: 0.001, snoop: false, tell: &|_| {} };
-    let (_, fit) = base(block, &model, &settings).expect("a base");
+    let fit = base(block, &model, &settings).expect("a base").fit;
     let near = Some((&fit.problem, &fit.solution.state));
     let solvers: [&dyn crate::adjust::Solver; 2] = [&Native, &Ceres];
     let run = adjust_from(block, &fit.model, near, &solvers, &settings.options, &mut |_, _| ControlFlow::Continue(()));

@@ -3,7 +3,7 @@
 #![allow(unsafe_code)] // the ABI
 
 use super::*;
-use crate::effects::{Descriptor, Domain, Kind, Need, Parameter, Role, Scope, Stage};
+use crate::effects::{Descriptor, Domain, Kind, Need, Parameter, Picture, Role, Scope, Stage};
 use std::borrow::Cow;
 use std::ffi::CStr;
 
@@ -165,9 +165,10 @@ impl CEffect {
                 Need::Control,
                 Need::Vertical,
             ];
+            let stage = field("stage", Stage::ALL.get(table.stage as usize).copied())?;
             let descriptor = Descriptor {
                 id: text("id", table.id)?,
-                stage: field("stage", Stage::ALL.get(table.stage as usize).copied())?,
+                stage,
                 kind: field("kind", [Kind::Physical, Kind::Empirical].get(table.kind as usize).copied())?,
                 summary: text("summary", table.summary)?,
                 formula: text("formula", table.formula)?,
@@ -178,6 +179,8 @@ impl CEffect {
                     .collect::<Result<_, _>>()?,
                 confused_with: text("confused_with", table.confused_with)?,
                 source: text("source", table.source)?,
+                picture: Picture::of_stage(stage),
+                words: None,
             };
             field("eval", table.eval)?;
             Ok(Self { raw, descriptor })

@@ -58,7 +58,7 @@ impl Watched {
 impl Called {
     /// Keeps the fault that comes first in the block, whichever thread met it first.
     fn note(&self, fault: Fault) {
-        let place = |fault: &Fault| (fault.image, fault.observed.map(f64::to_bits));
+        let place = |fault: &Fault| (fault.image, fault.place.map(f64::to_bits));
         let mut first = self.fault.lock().unwrap_or_else(PoisonError::into_inner);
         if first.as_ref().is_none_or(|first| place(&fault) < place(first)) {
             *first = Some(fault);
@@ -81,8 +81,11 @@ unsafe extern "C" fn call_watched(
     // SAFETY: arguments are handed on as they came.
     let answer = unsafe { guarded_eval(called.effect.raw(), context, input, theta, out, d_in, d_theta) };
     if answer != DONE {
-        let (what, observed) = (fault_of(answer), [context.column_px, context.row_px]);
-        called.note(Fault { what, image: context.image, observed });
+        let stage = called.effect.descriptor().stage;
+        // SAFETY: as many numbers as the stage has inputs, by effect.h.
+        let input = unsafe { std::slice::from_raw_parts(input, stage.inputs()) };
+        let place = Fault::place_of(context.column_px, context.row_px, stage, input);
+        called.note(Fault { what: fault_of(answer), image: context.image, place });
     }
     answer
 }

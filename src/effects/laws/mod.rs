@@ -1,12 +1,13 @@
 //! Test kit: the laws that every effect must keep, checked at random places. Built-in effects and plug-ins alike.
 //!
-//! [`check`] runs them all: descriptor, null law, purity, threads, eights, derivatives, finiteness, needs, surveyed. Each is also callable alone.
+//! [`check`] runs them all: descriptor, null law, purity, threads, eights, derivatives, place, finiteness, needs, surveyed. Each is also callable alone.
 //! The random places ([`Sample`]) are those of a small aerial block: 40 to 120 m above ground, nadir and oblique, a 20
 //! megapixel camera.
 
 mod admission;
 mod derivatives;
 mod eights;
+mod place;
 mod sample;
 mod surveyed;
 mod threads;
@@ -14,6 +15,7 @@ mod threads;
 pub use admission::admission;
 pub use derivatives::{DERIVATIVE_TOLERANCE, derivatives};
 pub use eights::eights;
+pub use place::{place, reads_place};
 pub use sample::{Sample, value};
 pub use surveyed::surveyed;
 pub use threads::threads;
@@ -52,7 +54,7 @@ fn violation(effect: &dyn Effect, law: &'static str, detail: String) -> Violatio
 
 /// Every law; all violations that were found, at most one per law.
 pub fn check(effect: &dyn Effect, seed: u64) -> Vec<Violation> {
-    let laws = [null_law, purity, threads, eights, derivatives, finiteness, needs, surveyed];
+    let laws = [null_law, purity, threads, eights, derivatives, place, finiteness, needs, surveyed];
     let found = laws.into_iter().filter_map(|law| law(effect, seed).err());
     description(effect).err().into_iter().chain(found).collect()
 }

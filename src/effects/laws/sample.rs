@@ -17,8 +17,8 @@ pub struct Sample {
     pub block: BlockContext,
     /// Constants of the image.
     pub image: ImageContext,
-    /// Observed image point, px.
-    pub observed: [f64; 2],
+    /// Image point at the end of the chain, px.
+    pub place: [f64; 2],
     /// Of the frame stage: what the coordinate belongs to.
     pub surveyed: Option<SurveyedKind>,
     /// Input of the stage.
@@ -50,7 +50,7 @@ impl Sample {
         };
         let index = between(0.0, 40.0) as usize;
         let [time_s, temperature_c] = temperature_history[index];
-        let observed = [between(0.0, SENSOR[0]), between(0.0, SENSOR[1])];
+        let place = [between(0.0, SENSOR[0]), between(0.0, SENSOR[1])];
         let image = ImageContext {
             image: index as u32,
             flight: (index / 14) as u32,
@@ -100,26 +100,26 @@ impl Sample {
             Stage::Exposure | Stage::Position => [r.as_slice(), centre.as_slice()].concat(),
             Stage::Ray => [r.as_slice(), centre.as_slice(), point.as_slice()].concat(),
             Stage::Interior => [&interior, r.as_slice()].concat(),
-            Stage::Image => [&observed.map(|value| value + between(-2.0, 2.0)), &interior[..]].concat(),
+            Stage::Image => [&place.map(|value| value + between(-2.0, 2.0)), &interior[..]].concat(),
             Stage::Frame if surveyed == Some(SurveyedKind::Antenna) => centre.as_slice().to_vec(),
             Stage::Control | Stage::Frame => point.as_slice().to_vec(),
         };
         let theta = draw_theta(descriptor, |parameter, u| parameter.typical * (4.0 * u - 2.0), random);
-        Self { block, image, observed, surveyed, input, theta }
+        Self { block, image, place, surveyed, input, theta }
     }
 
     /// What the effect sees there.
     pub fn context(&self) -> Context<'_> {
-        let Self { block, image, observed: [column_px, row_px], surveyed, .. } = self;
+        let Self { block, image, place: [column_px, row_px], surveyed, .. } = self;
         Context { block, image, column_px: *column_px, row_px: *row_px, surveyed: *surveyed }
     }
 }
 
 impl std::fmt::Display for Sample {
-    /// What decides: the input, the parameters, and where the measurement was made.
+    /// What decides: the input, the parameters, and where the measurement lies.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let [x, y] = self.observed;
-        write!(f, "input {:?}, parameters {:?}, observed ({x:.1}, {y:.1}) px", self.input, self.theta)
+        let [x, y] = self.place;
+        write!(f, "input {:?}, parameters {:?}, at ({x:.1}, {y:.1}) px", self.input, self.theta)
     }
 }
 
@@ -167,20 +167,20 @@ pub(super) fn output(effect: &dyn Effect, sample: &Sample) -> Result<Vec<f64>, O
     Ok(out)
 }
 
-/// Output of an effect at one place of a block of which nothing is known; row and column observed are the input's
+/// Output of an effect at one place of a block of which nothing is known; column and row are the input's
 /// first two values at the image stage, else the sensor's centre when the image's size is known.
 ///
 /// # Panics
 /// Outside the effect's domain: for tests with worked numbers.
 pub fn value(effect: &dyn Effect, image: &ImageContext, input: &[f64], theta: &[f64]) -> Vec<f64> {
-    let observed = match effect.descriptor().stage {
+    let place = match effect.descriptor().stage {
         Stage::Image => [input[0], input[1]],
         _ => [0.5 * image.width_px, 0.5 * image.height_px],
     };
     let sample = Sample {
         block: BlockContext::default(),
         image: *image,
-        observed,
+        place,
         surveyed: None,
         input: input.to_vec(),
         theta: theta.to_vec(),

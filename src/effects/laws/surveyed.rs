@@ -19,7 +19,7 @@ pub fn surveyed(effect: &dyn Effect, seed: u64) -> Result<(), Violation> {
         let mut bare = place.clone();
         let unknown = ImageContext::default();
         bare.image = ImageContext { image: NO_IMAGE, flight: NO_IMAGE, camera: NO_IMAGE, ..unknown };
-        bare.observed = [f64::NAN; 2];
+        bare.place = [f64::NAN; 2];
         if output(effect, &place) != output(effect, &bare) {
             return fail(format!("it reads something of an image, at {place}"));
         }

@@ -1,9 +1,9 @@
 //! What receivers and cameras recorded, put into the images of a block where these have nothing: what is there stays.
 
 use super::Note;
-use super::geographic::Geographic;
 use super::system::BlockSystem;
 use crate::block::{Block, Gnss, ImageId};
+use crate::geodesy::geographic::Geographic;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 

@@ -6,15 +6,15 @@
 //! ```
 
 use super::super::error::{Error, Place, shown};
-use super::crs::Crs;
 use super::fill::ImagesByName;
 use super::gcp_cells::Cells;
-use super::geographic::{Geographic, stated_sigma};
 use super::opensfm::{pixels, reconstruction};
 use super::system::BlockSystem;
 use super::text::Lines;
 use super::{Addition, GUESSED, ImportOptions, Note, gcp_list, refuse};
 use crate::block::{Block, Measurement, PointId, Role, SurveyedPoint};
+use crate::geodesy::crs::Crs;
+use crate::geodesy::geographic::{Geographic, stated_sigma};
 use std::path::{Path, PathBuf};
 
 /// What Metashape writes before the coordinate system of a table.

@@ -8,11 +8,11 @@
 //! Source: OpenSfM, `doc/source/gcp`, and ODM, "Ground control points". Rows of one point have one name, or the same coordinates.
 
 use super::super::error::{Error, Place, shown};
-use super::crs::Crs;
-use super::geographic::Geographic;
 use super::text::{Line, Lines};
 use super::{HALF_PIXEL, Note};
 use crate::block::{ImageId, Measurement, PointId, Role, SurveyedPoint};
+use crate::geodesy::crs::Crs;
+use crate::geodesy::geographic::Geographic;
 use nalgebra::Vector3;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;

@@ -1,12 +1,12 @@
 //! ODM's `geo.txt`: the coordinate system, then of each image `name x y [z [yaw pitch roll [horizontal vertical accuracy]]]`.
 
 use super::super::error::Error;
-use super::crs::Crs;
 use super::fill::{ImagesByName, Recorded, fill};
-use super::geographic::stated_sigma;
 use super::text::Lines;
 use super::{Addition, ImportOptions, Note, refuse};
 use crate::block::Block;
+use crate::geodesy::crs::Crs;
+use crate::geodesy::geographic::stated_sigma;
 use std::path::PathBuf;
 
 /// The addition.

@@ -3,13 +3,12 @@
 //!
 //! A format reads into our own block (`CONVENTIONS.md`), exactly where its formulas allow it; whatever is guessed on the way, or lost,
 //! is a [`Note`]. What formats share stands beside them: text ([`text`]), poses ([`pose`]), tie points ([`tracks`]), cameras that are
-//! no Fraser camera ([`fit`]), geographic coordinates ([`geographic`]), and points that prove a transfer ([`verification`]).
+//! no Fraser camera ([`fit`]), geographic coordinates ([`crate::geodesy`]), and points that prove a transfer ([`verification`]).
 
 mod aicon;
 mod binary;
 mod blocks_exchange;
 mod colmap;
-pub mod crs;
 mod exif;
 mod fill;
 pub mod fit;
@@ -17,7 +16,6 @@ mod gcp;
 mod gcp_cells;
 mod gcp_list;
 mod geo;
-pub mod geographic;
 mod metashape;
 mod micmac;
 mod mrk;

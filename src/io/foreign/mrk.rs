@@ -10,10 +10,10 @@
 
 use super::super::error::{Error, shown};
 use super::fill::{Recorded, fill};
-use super::geographic::{Geographic, stated_sigma};
 use super::text::{Line, Lines};
 use super::{Addition, ImportOptions, Note, refuse};
 use crate::block::{Block, ImageId};
+use crate::geodesy::geographic::{Geographic, stated_sigma};
 use std::path::{Path, PathBuf};
 
 const SECONDS_OF_WEEK: f64 = 604_800.0;

@@ -1,9 +1,9 @@
 //! Where places on the Earth lie in a block.
 
 use super::Note;
-use super::crs::Crs;
-use super::geographic::{Geographic, LocalSystem};
 use crate::block::Block;
+use crate::geodesy::crs::Crs;
+use crate::geodesy::geographic::{Geographic, LocalSystem};
 use nalgebra::Vector3;
 
 /// The coordinate system of a block that has a place on the Earth.

@@ -23,7 +23,7 @@ pub use source::{
 pub use write::{Pictures, gnss_rows, write, write_diagnosis, write_outliers, write_residuals};
 
 /// Every file that a run may have, its last apart.
-pub const FILES: [&str; 13] = [
+pub const FILES: [&str; 14] = [
     MODEL,
     SOURCE,
     OutlierRow::FILE,
@@ -37,6 +37,7 @@ pub const FILES: [&str; 13] = [
     ImageScaleRow::FILE,
     ProfileRow::FILE,
     FoundRow::FILE,
+    MENDED,
 ];
 
 /// Which block was adjusted.
@@ -47,6 +48,8 @@ const MODEL: &str = "model.toml";
 pub const SUMMARY: &str = "summary.json";
 /// The page of a run.
 pub const REPORT: &str = "report.html";
+/// Which mistakes were undone in the block that was adjusted.
+pub const MENDED: &str = "mended.toml";
 /// What a diagnosis found.
 const DIAGNOSIS: &str = "diagnosis.json";
 

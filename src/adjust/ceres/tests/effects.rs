@@ -63,6 +63,9 @@ impl effects::Effect for Borrowed {
     fn descriptor(&self) -> &effects::Descriptor {
         effects::find(&self.0).unwrap().descriptor()
     }
+    fn reads_place(&self) -> [bool; 2] {
+        effects::find(&self.0).unwrap().reads_place()
+    }
     fn eval(
         &self,
         context: &Context<'_>,

@@ -67,6 +67,18 @@ fn jacobian_by_differences_with_every_kind_of_residual() {
 }
 
 #[test]
+fn jacobian_by_differences_where_the_row_follows() {
+    let (_, mut problem) = problem();
+    for (i, image) in problem.image_contexts.iter_mut().enumerate() {
+        image.velocity = Vector3::new(5.0, -3.0 + i as f64, 0.5);
+        image.angular_velocity = Vector3::new(0.2, -0.1, 0.1 * i as f64);
+    }
+    // Ten times as slow as any: from row to row the point moves by a tenth of a row.
+    add_effect(&mut problem, builtin("rolling-shutter"), &[0.3]);
+    check_jacobian(&problem);
+}
+
+#[test]
 fn jacobian_by_differences_with_tied_centre() {
     let mut problem = full_problem();
     tie_centre(&mut problem);

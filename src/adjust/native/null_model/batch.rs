@@ -4,10 +4,21 @@ use crate::adjust::native::MAX_DIM;
 use crate::adjust::native::structure::NONE;
 use std::ops::Range;
 
+/// What rows are grouped by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum By {
+    /// Their image.
+    Image,
+    /// The cell of the sensor that they were measured in.
+    Cell,
+}
+
 /// One row.
 pub(super) struct Row {
     /// Rank of its image; [`NONE`] for surveyed coordinates.
     pub rank: u32,
+    /// Cell of the sensor ([`super::cells::SensorCells`]); [`NONE`] where cells are not asked for, and for rows of coordinates.
+    pub cell: u32,
     /// By the image's unknowns.
     pub image: [f64; MAX_DIM],
     /// By the point.
@@ -51,6 +62,8 @@ pub(super) struct Batch {
     pub squares: Vec<f64>,
     /// Numbers of the rows, those of an image side by side; those of none at the end.
     by_image: Vec<u32>,
+    /// The same of a cell of the sensor.
+    by_cell: Vec<u32>,
     /// Row and value of the entries of local columns, those of a column side by side.
     by_local: Vec<(u32, f64)>,
     /// Where each of these columns begins.
@@ -76,10 +89,13 @@ impl Batch {
 
     /// Puts finished rows in order: by image, and by the `local` local columns.
     pub fn put_in_order(&mut self, local: usize) {
-        let Self { rows, by_image, by_local, local_start, locals, .. } = self;
-        by_image.clear();
-        by_image.extend(0..rows.len() as u32);
+        let Self { rows, by_image, by_cell, by_local, local_start, locals, .. } = self;
+        for order in [&mut *by_image, by_cell] {
+            order.clear();
+            order.extend(0..rows.len() as u32);
+        }
         by_image.sort_by_key(|row| rows[*row as usize].rank);
+        by_cell.sort_by_key(|row| rows[*row as usize].cell);
         // Counted first: where a column begins is where those before it end.
         local_start.clear();
         local_start.resize(local + 1, 0);
@@ -103,15 +119,33 @@ impl Batch {
 
     /// Numbers of the rows of each image whose rank lies in a range.
     pub fn of_images(&self, ranks: Range<usize>) -> impl Iterator<Item = &[u32]> {
-        let rank = |row: &u32| self.rows[*row as usize].rank;
-        let first = self.by_image.partition_point(|row| (rank(row) as usize) < ranks.start);
-        let end = self.by_image.partition_point(|row| (rank(row) as usize) < ranks.end);
-        self.by_image[first..end].chunk_by(move |a, b| rank(a) == rank(b))
+        self.of(By::Image, ranks)
     }
 
-    /// Numbers of the rows of no image.
-    pub fn of_no_image(&self) -> &[u32] {
-        &self.by_image[self.by_image.partition_point(|row| self.rows[*row as usize].rank != NONE)..]
+    /// Numbers of the rows of each image or cell whose number lies in a range.
+    pub fn of(&self, by: By, numbers: Range<usize>) -> impl Iterator<Item = &[u32]> {
+        let (order, number) = self.order(by);
+        let first = order.partition_point(|row| (number(&self.rows[*row as usize]) as usize) < numbers.start);
+        let end = order.partition_point(|row| (number(&self.rows[*row as usize]) as usize) < numbers.end);
+        order[first..end].chunk_by(move |a, b| number(&self.rows[*a as usize]) == number(&self.rows[*b as usize]))
+    }
+
+    /// Image or cell of a row.
+    pub fn group(&self, by: By, row: u32) -> u32 {
+        self.order(by).1(&self.rows[row as usize])
+    }
+
+    /// Numbers of the rows of no image, or of no cell.
+    pub fn of_none(&self, by: By) -> &[u32] {
+        let (order, number) = self.order(by);
+        &order[order.partition_point(|row| number(&self.rows[*row as usize]) != NONE)..]
+    }
+
+    fn order(&self, by: By) -> (&[u32], fn(&Row) -> u32) {
+        match by {
+            By::Image => (&self.by_image, |row| row.rank),
+            By::Cell => (&self.by_cell, |row| row.cell),
+        }
     }
 
     /// Row and value of the entries of a local column.

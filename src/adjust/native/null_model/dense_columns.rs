@@ -1,6 +1,6 @@
 //! Products of the dense columns of batches among each other, added to sums.
 
-use super::batch::Batch;
+use super::batch::{Batch, By};
 use super::products::{LANES, add_rows};
 use pulp::{Simd, WithSimd};
 
@@ -103,15 +103,17 @@ pub(super) struct Informations<'a> {
     pub d: usize,
     /// The first register of columns.
     pub block: usize,
-    /// Sums of the images from `first` on.
-    pub of_images: &'a mut [Information],
-    /// See `of_images`.
+    /// What the rows are summed by.
+    pub by: By,
+    /// Sums of the groups from `first` on; the last of all are those of the rows of none.
+    pub sums: &'a mut [Information],
+    /// See `sums`.
     pub first: usize,
-    /// Rank that rows of no image have.
-    pub no_image: usize,
+    /// Number of groups.
+    pub groups: usize,
 }
 
-/// Score and information of some columns in the rows of an image.
+/// Score and information of some columns in the rows of a group.
 #[derive(Clone)]
 pub(super) struct Information {
     /// `D'v`.
@@ -132,15 +134,15 @@ impl WithSimd for Informations<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { batches, d, block, of_images, first, no_image } = self;
-        let end = first + of_images.len();
+        let Self { batches, d, block, by, sums, first, groups } = self;
+        let end = first + sums.len();
         for batch in batches {
-            for rows in batch.of_images(first..end.min(no_image)) {
-                let rank = batch.rows[rows[0] as usize].rank as usize;
-                add_information(&mut of_images[rank - first], batch, d, block, rows);
+            for rows in batch.of(by, first..end.min(groups)) {
+                let group = batch.group(by, rows[0]) as usize;
+                add_information(&mut sums[group - first], batch, d, block, rows);
             }
-            if (first..end).contains(&no_image) {
-                add_information(&mut of_images[no_image - first], batch, d, block, batch.of_no_image());
+            if (first..end).contains(&groups) {
+                add_information(&mut sums[groups - first], batch, d, block, batch.of_none(by));
             }
         }
     }

@@ -14,10 +14,11 @@
 //!
 //! A pass over the points takes each of them out of all columns (`rows`), one factorisation takes cameras and poses out. A second pass
 //! projects chosen columns row by row ([`NullModel::parts`]): what is left of a column of which the base takes 99.9 % keeps its digits there,
-//! and the parts of `s` and `M` by image come with it.
+//! and the parts of `s` and `M` by image and by cell of the sensor come with it.
 
 mod base;
 mod batch;
+mod cells;
 mod columns;
 mod dense_columns;
 mod families;
@@ -25,6 +26,7 @@ mod image_cells;
 mod measurements;
 mod parts;
 mod products;
+mod propagation;
 mod rows;
 mod score_system;
 mod source;
@@ -35,7 +37,7 @@ pub use base::SharedBase;
 pub use columns::{Columns, Coordinate, Entries, Measured, NoColumns};
 pub use image_cells::{GROUPINGS, ImageCell, ImageCells};
 pub use measurements::{Local, measurements_at};
-pub use parts::Parts;
+pub use parts::{Part, Parts};
 pub use score_system::ScoreSystem;
 
 use super::pool::Pool;
@@ -219,6 +221,7 @@ impl NullModel {
             effect_columns: self.effect_columns,
             extra,
             carry: None,
+            cells: None,
         }
     }
 

@@ -65,9 +65,9 @@ impl<'a> Filler<'a> {
     }
 
     /// Appends an empty row; gives its number.
-    fn row(&mut self, rank: u32, image: [f64; MAX_DIM], point: [f64; 3], v: f64) -> usize {
+    fn row(&mut self, rank: u32, cell: u32, image: [f64; MAX_DIM], point: [f64; 3], v: f64) -> usize {
         let group = self.batch.groups.len() as u32;
-        self.batch.rows.push(Row { rank, image, point, v, locals: 0..0, group });
+        self.batch.rows.push(Row { rank, cell, image, point, v, locals: 0..0, group });
         self.batch.rows.len() - 1
     }
 
@@ -166,6 +166,11 @@ impl<'a> Filler<'a> {
         let (image, weight) = (observation.image as usize, eight.weights[lane]);
         let base = structure.rank[image] as usize * structure.dim;
         let first = self.batch.rows.len();
+        let cell = self.source.cells.map_or(NONE, |cells| {
+            // At its predicted place: that of the measurement goes with its own error.
+            let [x, y] = [0, 1].map(|axis| predictions.rows[axis][MISCLOSURE][lane]);
+            cells.of(image, [observation.x - x, observation.y - y])
+        });
         for row in &predictions.rows {
             let weighed = |place: usize| row[place][lane] * weight;
             let mut by_image = [0.0; MAX_DIM];
@@ -178,7 +183,7 @@ impl<'a> Filler<'a> {
                 by_image[column.row as usize] = weighed(THETA + column.source as usize) * column.scale;
             }
             let by_point = std::array::from_fn(|k| weighed(POINT + k));
-            self.row(structure.rank[image], by_image, by_point, weighed(MISCLOSURE));
+            self.row(structure.rank[image], cell, by_image, by_point, weighed(MISCLOSURE));
         }
         self.fill_measured(first, image, predictions, lane, weight);
         let predicted = predictions.point.map(|coordinate| coordinate[lane]);
@@ -206,7 +211,7 @@ impl<'a> Filler<'a> {
         let weights: [f64; 3] = std::array::from_fn(|i| 1.0 / observation.sigma[i]);
         for i in 0..3 {
             let by_point = std::array::from_fn(|k| p.derivative[(i, 3 + k)] * weights[i]);
-            self.row(NONE, [0.0; MAX_DIM], by_point, (observation.position[i] - p.position[i]) * weights[i]);
+            self.row(NONE, NONE, [0.0; MAX_DIM], by_point, (observation.position[i] - p.position[i]) * weights[i]);
         }
         // Control effects have no image of their own: any image's list of global parameters serves.
         self.fill_effects(first, 0, &weights, |i, source| if source < 12 { 0.0 } else { p.d_theta[source - 12][i] });
@@ -250,7 +255,7 @@ impl<'a> Filler<'a> {
                 by_image[column.row as usize] = p.d_theta[column.source as usize][i] * weights[i] * column.scale;
             }
             let v = (observation.position[i] - p.position[i]) * weights[i];
-            self.row(structure.rank[image], by_image, [0.0; 3], v);
+            self.row(structure.rank[image], NONE, by_image, [0.0; 3], v);
         }
         let derivative = |i: usize, source: usize| if source < 12 { 0.0 } else { p.d_theta[source - 12][i] };
         self.fill_effects(first, image, &weights, derivative);

@@ -1,5 +1,6 @@
 //! What the rows of the design matrix are made from: a fit, the effects that are looked at, and further columns.
 
+use super::cells::SensorCells;
 use super::columns::Columns;
 use super::products::LANES;
 use crate::adjust::native::structure::Structure;
@@ -35,6 +36,8 @@ pub(super) struct Source<'a> {
     pub extra: &'a dyn Columns,
     /// Moves of the base that take it out of the dense columns, too.
     pub carry: Option<&'a Carry>,
+    /// Cells of the sensor, where rows are summed by them.
+    pub cells: Option<&'a SensorCells>,
 }
 
 /// Moves of the base's unknowns (scaled units) that go with one unit of each dense column behind the base's own.

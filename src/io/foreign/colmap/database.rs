@@ -4,9 +4,9 @@
 //! to the datum of a sensor (`corr_data_id`, of `corr_sensor_type` 0 for cameras), which is an image too.
 
 use super::super::super::error::{Error, shown};
-use super::super::geographic::{Geographic, LocalSystem};
 use super::super::{Note, refuse};
 use crate::block::{Block, Gnss};
+use crate::geodesy::geographic::{Geographic, LocalSystem};
 use nalgebra::Vector3;
 use rusqlite::{Connection, OpenFlags, Row};
 use std::collections::HashMap;

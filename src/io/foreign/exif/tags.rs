@@ -2,10 +2,10 @@
 
 use super::super::super::error::{Error, shown};
 use super::super::fill::Recorded;
-use super::super::geographic::{Geographic, stated_sigma};
 use super::super::refuse;
 use super::super::xml::{self, Element};
 use super::time;
+use crate::geodesy::geographic::{Geographic, stated_sigma};
 use exif::{Exif, In, Rational, Tag, Value};
 use nalgebra::Vector3;
 use std::collections::HashMap;

@@ -6,12 +6,12 @@ use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 use zip::ZipArchive;
 
-/// Longest member that is unpacked, bytes: it is held as a whole.
+/// Longest member, unpacked, bytes. The program holds a member as a whole.
 const MOST_BYTES: u64 = 2 << 30;
-/// A member is unpacked to so many times its packed bytes at most: documents of projects have 10 to 30, tables of points 1 to 3. What has
-/// more repeats itself to fill the memory.
+/// Largest ratio of unpacked to packed bytes. Documents of projects have 10 to 30, tables of points 1 to 3; a file with
+/// a larger ratio was made to fill memory.
 const MOST_TIMES: u64 = 100;
-/// A member may be unpacked to so many bytes whatever it was packed to.
+/// A member of up to this many unpacked bytes may have any ratio.
 const HARMLESS_BYTES: u64 = 16 << 20;
 
 /// An open zip file.
@@ -41,12 +41,12 @@ impl Archive {
         let name = self.name_of(member);
         let refuse = |problem: String| Error::content(&name, Place::File, problem);
         let file = self.zip.by_name(member).map_err(|error| refuse(format!("cannot be unpacked: {error}")))?;
-        // The file says how much it packs, and has no more than its own length.
+        // The packed size is the file's claim: it cannot exceed the length of the file.
         let packed = file.compressed_size().min(self.length);
         let most = packed.saturating_mul(MOST_TIMES).clamp(HARMLESS_BYTES, MOST_BYTES);
         let too_long =
             || refuse(format!("is packed to {packed} bytes, expected at most {most} when unpacked, found more"));
-        // As the file says; it may say too little, so what comes is counted.
+        // The unpacked size is a claim too, so the program counts the bytes as it reads.
         if file.size() > most {
             return Err(too_long());
         }

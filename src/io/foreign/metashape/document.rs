@@ -1,8 +1,8 @@
 //! What the XML documents of a project say, as they say it.
 
 use super::super::super::error::{Error, shown};
-use super::super::geographic::stated_sigma;
 use super::super::xml::Element;
+use crate::geodesy::geographic::stated_sigma;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
 

@@ -1,10 +1,10 @@
 //! From the coordinates of a chunk to those of the block.
 
-use super::super::crs::Crs;
-use super::super::geographic::{Geographic, LocalSystem};
 use super::super::{Note, pose};
 use super::document::{Chunk, Similarity};
 use crate::block::Pose;
+use crate::geodesy::crs::Crs;
+use crate::geodesy::geographic::{Geographic, LocalSystem};
 use nalgebra::{Matrix3, Vector3};
 
 /// Where the block's coordinates come from.

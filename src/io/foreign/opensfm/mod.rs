@@ -17,10 +17,10 @@ mod tracks;
 
 use super::super::error::{Error, Place, shown};
 use super::fit::{Fit, Formula, fit_fraser};
-use super::geographic::{Geographic, LocalSystem};
 use super::{Format, ImportOptions, Imported, Note, flight_of, guessed_sigma, pose, refuse};
 use crate::block::{Block, Gnss, Image, ImageId};
 use crate::camera::Camera;
+use crate::geodesy::geographic::{Geographic, LocalSystem};
 use nalgebra::{UnitQuaternion, Vector3};
 use reconstruction::{Reconstruction, Reference, Shot};
 use std::collections::HashMap;

@@ -2,11 +2,11 @@
 
 use super::super::super::error::{Error, Place, shown};
 use super::super::gcp_list;
-use super::super::geographic::{Geographic, LocalSystem};
 use super::super::tracks::Tracks;
 use super::super::{Note, refuse};
 use super::reconstruction::{self, GroundControl, GroundControlPoint};
 use crate::block::{ImageId, Measurement, PointId, Role, SurveyedPoint};
+use crate::geodesy::geographic::{Geographic, LocalSystem};
 use std::collections::HashMap;
 use std::path::Path;
 

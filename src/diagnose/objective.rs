@@ -1,0 +1,226 @@
+//! The objective that decides: what a set of hypotheses leaves unexplained, how implausible its sizes are, and its price.
+//!
+//! ```text
+//! J(S) = r ln(chi(S) / r) + ln|I + t^2 M_RR|        -2 ln L, the variance factor by profile, random effects R by their variance t^2
+//!        + sum over h in S of kappa_h                what chance would reach
+//! ```
+//!
+//! `chi(S)` is `v'Pv` of the fit with `S`, where every size of a law is a pseudo-observation of its nominal value (half its plausible range is the
+//! standard deviation) and every random value one of zero. `kappa_h` is the drop that `h` alone reaches by chance with probability `alpha / m`, `m`
+//! hypotheses being compared: for one hypothesis `J` falls exactly where its test is significant.
+//!
+//! To first order all of this is linear algebra of one small system `(s, M)` at zero ([`Objective::value`]); a refit decides.
+
+use super::hypothesis::Hypothesis;
+use crate::score::{LEAST_NOISE, Penalised, System};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// `-2 ln L` of a fit that leaves `chi_square` with redundancy `redundancy`, but for a constant: the variance factor takes its likeliest value. Where
+/// residuals are much smaller than stated they are rounding, and the stated variance stands.
+pub fn misfit(chi_square: f64, redundancy: f64) -> f64 {
+    let least = LEAST_NOISE * redundancy;
+    if chi_square >= least {
+        redundancy * (chi_square / redundancy).ln()
+    } else {
+        redundancy * LEAST_NOISE.ln() + chi_square - least
+    }
+}
+
+/// Some hypotheses, by their position.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Members {
+    /// Laws, in ascending order.
+    pub laws: Vec<usize>,
+    /// Random effects with the variance of their values, in the units of their columns squared; in ascending order.
+    pub random: Vec<(usize, f64)>,
+}
+
+impl Members {
+    /// Position of every member.
+    pub fn all(&self) -> impl Iterator<Item = usize> + '_ {
+        self.laws.iter().copied().chain(self.random.iter().map(|(h, _)| *h))
+    }
+
+    /// Is a hypothesis one of them?
+    pub fn has(&self, hypothesis: usize) -> bool {
+        self.all().any(|own| own == hypothesis)
+    }
+
+    /// The same without one.
+    pub fn without(&self, hypothesis: usize) -> Self {
+        let mut members = self.clone();
+        members.laws.retain(|own| *own != hypothesis);
+        members.random.retain(|(own, _)| *own != hypothesis);
+        members
+    }
+
+    /// The same with a law.
+    pub fn with_law(&self, law: usize) -> Self {
+        let mut members = self.clone();
+        members.laws.push(law);
+        members.laws.sort_unstable();
+        members
+    }
+
+    /// The same with a random effect.
+    pub fn with_random(&self, hypothesis: usize, variance: f64) -> Self {
+        let mut members = self.without(hypothesis);
+        members.random.push((hypothesis, variance));
+        members.random.sort_unstable_by_key(|(own, _)| *own);
+        members
+    }
+
+    /// Do both have the same members, whatever the variances?
+    pub fn same(&self, other: &Self) -> bool {
+        let random = |members: &Self| members.random.iter().map(|(h, _)| *h).collect::<Vec<_>>();
+        self.laws == other.laws && random(self) == random(other)
+    }
+}
+
+/// The columns of the laws, conditional on random effects.
+pub(super) struct Conditional {
+    /// Over the columns of all laws ([`Objective::of_laws`]).
+    pub system: System,
+    /// `ln|I + t^2 M_RR|`, and the prices of the random effects.
+    pub cost: f64,
+}
+
+/// A random configuration and the system conditional on it.
+type Known = (Vec<(usize, f64)>, Arc<Conditional>);
+
+/// All hypotheses and the system in which they compete.
+pub struct Objective<'a> {
+    /// Score and information at zero, sizes of laws as pseudo-observations.
+    pub(super) system: System,
+    /// Hypotheses, variants of one effect under the same id.
+    pub hypotheses: &'a [Hypothesis],
+    /// Columns of all laws, ascending: the columns of a [`Conditional`].
+    law_columns: Vec<usize>,
+    /// Columns of each law among those.
+    pub(super) of_laws: Vec<Vec<usize>>,
+    /// Logarithm of the level of a single hypothesis.
+    pub ln_level: f64,
+    known: Mutex<Vec<Known>>,
+}
+
+impl<'a> Objective<'a> {
+    /// `system`: all columns at zero; `prior`: information that the prior of each column adds, zero where nothing is known.
+    pub fn new(system: &System, prior: &[f64], hypotheses: &'a [Hypothesis], ln_level: f64) -> Self {
+        let mut system = system.clone();
+        let information = Arc::make_mut(&mut system.information);
+        prior.iter().enumerate().for_each(|(c, own)| information[(c, c)] += own);
+        system.least.fill(0.0);
+        let laws = || hypotheses.iter().filter(|h| !h.random);
+        let mut law_columns: Vec<usize> = laws().flat_map(|law| law.columns.iter().copied()).collect();
+        law_columns.sort_unstable();
+        law_columns.dedup();
+        let of = |h: &Hypothesis| match h.random {
+            true => Vec::new(),
+            false => h.columns.iter().filter_map(|column| law_columns.binary_search(column).ok()).collect(),
+        };
+        let of_laws = hypotheses.iter().map(of).collect();
+        Self { system, hypotheses, law_columns, of_laws, ln_level, known: Mutex::default() }
+    }
+
+    /// Redundancy of the base.
+    pub fn redundancy(&self) -> f64 {
+        self.system.redundancy
+    }
+
+    /// Prices of some members.
+    pub fn price(&self, members: &Members) -> f64 {
+        members.all().map(|h| self.hypotheses[h].price).sum()
+    }
+
+    /// Are the lower terms in of every term of a series that is in? (Principle of marginality, Nelder 1977.) Terms that the base has are no hypotheses.
+    pub fn allows(&self, members: &Members) -> bool {
+        let is_in = |id: &str| members.all().any(|own| self.hypotheses[own].id == id);
+        let lower = members.all().filter_map(|own| self.hypotheses[own].above);
+        lower.into_iter().all(|lower| is_in(lower) || !self.hypotheses.iter().any(|other| other.id == lower))
+    }
+
+    /// `J` of some hypotheses to first order.
+    pub fn value(&self, members: &Members) -> f64 {
+        self.value_within(&self.conditional(&members.random), &members.laws)
+    }
+
+    /// `J` of laws beside random effects to first order.
+    pub(super) fn value_within(&self, conditional: &Conditional, laws: &[usize]) -> f64 {
+        let columns: Vec<&[usize]> = laws.iter().map(|law| self.of_laws[*law].as_slice()).collect();
+        let drop = conditional.system.pivoted_in_turn(&columns).drop();
+        let price: f64 = laws.iter().map(|law| self.hypotheses[*law].price).sum();
+        misfit(conditional.system.chi_square - drop, self.redundancy()) + conditional.cost + price
+    }
+
+    /// `v'Pv` that some members leave to first order, their priors included.
+    pub fn chi_square(&self, members: &Members) -> f64 {
+        let conditional = self.conditional(&members.random);
+        let columns: Vec<&[usize]> = members.laws.iter().map(|law| self.of_laws[*law].as_slice()).collect();
+        conditional.system.chi_square - conditional.system.pivoted_in_turn(&columns).drop()
+    }
+
+    /// `ln|I + t^2 M_RR|` of the random effects among some members.
+    pub fn log_determinant(&self, members: &Members) -> f64 {
+        let price: f64 = members.random.iter().map(|(h, _)| self.hypotheses[*h].price).sum();
+        self.conditional(&members.random).cost - price
+    }
+
+    /// The laws conditional on random effects.
+    pub(super) fn conditional(&self, random: &[(usize, f64)]) -> Arc<Conditional> {
+        let find = |known: &[Known]| known.iter().find(|(of, _)| of == random).map(|(_, own)| own.clone());
+        if let Some(own) = find(&self.known.lock().unwrap_or_else(PoisonError::into_inner)) {
+            return own;
+        }
+        let own = Arc::new(self.conditional_on(random));
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        find(&known).unwrap_or_else(|| {
+            known.push((random.to_vec(), own.clone()));
+            own
+        })
+    }
+
+    fn conditional_on(&self, random: &[(usize, f64)]) -> Conditional {
+        let mut system = self.with_columns_of(&random.iter().map(|(h, _)| *h).collect::<Vec<_>>());
+        let mut first = self.law_columns.len();
+        let mut cost = 0.0;
+        for (h, variance) in random {
+            let count = self.hypotheses[*h].columns.len();
+            let values = Penalised { columns: (first..first + count).collect(), variance: *variance };
+            first += count;
+            cost += self.hypotheses[*h].price + system.log_determinant(&values);
+            system = system.beside::<Vec<usize>>(&[], &[values]);
+        }
+        let laws: Vec<usize> = (0..self.law_columns.len()).collect();
+        Conditional { system: if random.is_empty() { system } else { system.excerpt(&laws) }, cost }
+    }
+
+    /// The columns of all laws, and behind them those of some random effects.
+    fn with_columns_of(&self, random: &[usize]) -> System {
+        let behind = random.iter().flat_map(|h| &self.hypotheses[*h].columns);
+        let columns: Vec<usize> = self.law_columns.iter().chain(behind).copied().collect();
+        self.system.excerpt(&columns)
+    }
+
+    /// Score and information of the values of a random effect beside some members.
+    pub(super) fn of_random(&self, hypothesis: usize, members: &Members) -> System {
+        let others: Vec<(usize, f64)> = members.random.iter().copied().filter(|(h, _)| *h != hypothesis).collect();
+        let names: Vec<usize> = others.iter().map(|(h, _)| *h).chain([hypothesis]).collect();
+        let all = self.with_columns_of(&names);
+        // Of the laws those that are members alone.
+        let mut kept: Vec<usize> = members.laws.iter().flat_map(|law| self.of_laws[*law].iter().copied()).collect();
+        let of_laws = kept.len();
+        kept.extend(self.law_columns.len()..all.len());
+        let mut system = all.excerpt(&kept);
+        let mut first = of_laws;
+        for (h, variance) in &others {
+            let count = self.hypotheses[*h].columns.len();
+            let values = Penalised { columns: (first..first + count).collect(), variance: *variance };
+            system = system.beside::<Vec<usize>>(&[], &[values]);
+            first += count;
+        }
+        let laws: Vec<usize> = (0..of_laws).collect();
+        let system = system.beside(&[laws], &[]);
+        let own: Vec<usize> = (first..system.len()).collect();
+        system.excerpt(&own)
+    }
+}

@@ -1,0 +1,54 @@
+//! The screening for mistakes before a diagnosis: the values of the tables, then the block oriented by its tie points alone and its surveyed groups beside that.
+
+mod aside;
+mod heights;
+mod lost;
+mod marks;
+mod network;
+mod rays;
+mod survey;
+mod undone;
+mod values;
+
+pub use aside::{of_outliers, without};
+
+use crate::adjust::Options;
+use crate::block::Block;
+use crate::mistakes::{Mistake, screen};
+use crate::model::Model;
+use network::free_network;
+use survey::Network;
+use undone::with_conventions;
+
+/// Mistakes in a block: in the values of its tables, and in its surveyed groups where the images can be oriented without them. Each kind of a subject once, the
+/// first that found it.
+pub fn mistakes(block: &Block, model: &Model, significance: f64, options: &Options) -> Vec<Mistake> {
+    let mut found = values::of_values(block);
+    let of_rays = rays::of_rays(&with_conventions(block, &found));
+    add(&mut found, of_rays);
+    // What is surveyed is held against images as they should be.
+    let block = with_conventions(block, &found);
+    add(&mut found, of_survey(&block, model, significance, options));
+    found
+}
+
+/// Adds mistakes of a kind and subject that nothing found before.
+fn add(found: &mut Vec<Mistake>, mut others: Vec<Mistake>) {
+    others.retain(|other| !found.iter().any(|own| (&own.kind, &own.subject) == (&other.kind, &other.subject)));
+    found.append(&mut others);
+}
+
+fn of_survey(block: &Block, model: &Model, significance: f64, options: &Options) -> Vec<Mistake> {
+    let has_gnss = block.images.iter().any(|image| image.gnss.is_some());
+    if !has_gnss && block.surveyed.is_empty() {
+        return Vec::new();
+    }
+    let oriented = free_network(block, model, options);
+    let Some(network) = oriented.as_ref().and_then(Network::new) else { return Vec::new() };
+    let of_images = oriented.as_ref().map_or_else(Vec::new, |oriented| rays::of_images(block, &oriented.fit));
+    let (block, mut found) = network.marks(block, significance);
+    found.extend(of_images);
+    let survey = network.survey(&block);
+    found.extend(screen(&survey, significance));
+    heights::refined(found, &block, model, &survey, options)
+}

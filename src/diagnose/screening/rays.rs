@@ -1,0 +1,78 @@
+//! Conventions of image measurements, cameras and orientations, examined at the start values of a block; and single images beside a free network.
+
+use super::super::fit::Fit;
+use crate::block::{Block, ByPoint, Measurement, PointId};
+use crate::camera::Camera;
+use crate::mistakes::Mistake;
+use crate::mistakes::rays::{self, Scene, Sight, View, single};
+use nalgebra::Vector3;
+
+/// Rays of each image that are examined: their median is known to a tenth.
+const RAYS_PER_IMAGE: usize = 40;
+/// Rays in all that are examined of a whole block: a few hundred points.
+const RAYS: usize = 2000;
+/// Rays of each image that decide whether it fits: it loses most of them where its neighbours do not fit.
+const RAYS_PER_SINGLE: usize = 80;
+/// And in all: a few hundred images.
+const RAYS_OF_SINGLES: usize = 40_000;
+
+/// Conventions that are wrong in a whole block, at its start values.
+pub fn of_rays(block: &Block) -> Vec<Mistake> {
+    let ties = sample(block, &block.ties, block.tie_points.len(), RAYS_PER_IMAGE, RAYS);
+    let marks = sample(block, &block.marks, block.surveyed.len(), RAYS_PER_IMAGE, RAYS);
+    rays::conventions(&ties, &marks)
+}
+
+/// Single images that do not fit a network of the block; the poses of the block are their approximate ones.
+pub fn of_images(block: &Block, network: &Fit) -> Vec<Mistake> {
+    let state = &network.solution.state;
+    let mut scene = sample(block, &block.ties, block.tie_points.len(), RAYS_PER_SINGLE, RAYS_OF_SINGLES);
+    if state.poses.len() != scene.views.len() || state.interiors.len() != scene.cameras.len() {
+        return Vec::new();
+    }
+    let approximate: Vec<_> = scene.views.iter().map(|view| view.pose).collect();
+    scene.views.iter_mut().zip(&state.poses).for_each(|(view, pose)| view.pose = *pose);
+    scene.cameras.iter_mut().zip(&state.interiors).for_each(|(camera, interior)| camera.interior = *interior);
+    single::images(&scene, &approximate)
+}
+
+/// Images and cameras of the block, and so many points of a table that each image has `per_image` rays, as long as they are no more than `most`. Points of
+/// many rays come first: they are seen by several strips, and two images of one strip can meet under nearly every convention.
+fn sample(block: &Block, table: &[Measurement], points: usize, per_image: usize, most: usize) -> Scene {
+    let by_point = ByPoint::new(table, points);
+    let mut order: Vec<PointId> = (0..points).map(PointId::from).filter(|p| by_point.count(*p) > 1).collect();
+    order.sort_by_key(|point| std::cmp::Reverse(by_point.count(*point)));
+    let mut seen = vec![0; block.images.len()];
+    let mut rays = 0;
+    let mut chosen = Vec::new();
+    for point in order {
+        if rays >= most {
+            break;
+        }
+        let sights: Vec<Sight> = by_point.of(point).map(|row| sight(&table[row])).collect();
+        if sights.iter().any(|sight| seen[sight.view] < per_image) {
+            sights.iter().for_each(|sight| seen[sight.view] += 1);
+            rays += sights.len();
+            chosen.push(sights);
+        }
+    }
+    Scene { cameras: cameras(block), views: views(block), points: chosen, origin: origin(block) }
+}
+
+fn sight(row: &Measurement) -> Sight {
+    Sight { view: row.image.index(), xy: [row.x, row.y] }
+}
+
+fn cameras(block: &Block) -> Vec<Camera> {
+    block.cameras.clone()
+}
+
+fn views(block: &Block) -> Vec<View> {
+    let view =
+        |image: &crate::block::Image| View { name: image.name.clone(), camera: image.camera.index(), pose: image.pose };
+    block.images.iter().map(view).collect()
+}
+
+fn origin(block: &Block) -> Vector3<f64> {
+    block.origin
+}

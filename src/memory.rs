@@ -1,0 +1,61 @@
+//! Memory that the system refuses: the program says so and ends with a code, whoever was refused.
+//!
+//! Rust ends a program with a signal where an allocation fails, and lets nobody change that. `cpp/faults.cc` catches
+//! the signal; it has to know that memory was the reason.
+
+#![allow(unsafe_code)] // the allocator's interface
+
+use crate::adjust::ceres::{end_if_memory_is_short, memory_was_refused};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::panic;
+
+/// What a thread, its stack or its signal stack is refused with: the end of a panic's message.
+const REFUSALS: [&str; 3] = ["Cannot allocate memory", "(os error 12)", "Resource temporarily unavailable"];
+
+/// The system's allocator. It notes that memory was refused.
+#[derive(Debug)]
+pub struct Allocator;
+
+/// Passes a pointer on; null is a refusal.
+fn noted(pointer: *mut u8) -> *mut u8 {
+    if pointer.is_null() {
+        memory_was_refused();
+    }
+    pointer
+}
+
+// SAFETY: each function is the system allocator's, with its arguments and its result unchanged.
+unsafe impl GlobalAlloc for Allocator {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        noted(unsafe { System.alloc(layout) })
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        noted(unsafe { System.alloc_zeroed(layout) })
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        noted(unsafe { System.realloc(pointer, layout, size) })
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+/// A panic for want of memory, such as that of a thread that cannot be started, is no bug: it ends the program with the
+/// message about memory.
+pub(crate) fn watch_panics() {
+    let usual = panic::take_hook();
+    panic::set_hook(Box::new(move |info| {
+        let payload = info.payload();
+        let text =
+            payload.downcast_ref::<&str>().copied().or_else(|| payload.downcast_ref::<String>().map(String::as_str));
+        let text = text.unwrap_or_default();
+        if REFUSALS.iter().any(|refusal| text.contains(refusal)) {
+            memory_was_refused();
+        }
+        end_if_memory_is_short();
+        usual(info);
+    }));
+}

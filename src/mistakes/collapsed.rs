@@ -1,0 +1,52 @@
+//! Positions that stand for several places: zeros for missing values, one line copied down a list.
+
+use super::align::align;
+use super::survey::{Group, Member, Survey};
+use super::words;
+use super::{BEYOND, Mistake};
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+
+/// Equal positions that are no coincidence: two names may be given to one nail.
+const FEWEST: usize = 3;
+
+/// The group without positions that stand for several places, and those as a mistake.
+pub fn without(group: &Group, survey: &Survey) -> (Group, Option<Mistake>) {
+    let mut places: BTreeMap<[u64; 3], Vec<usize>> = BTreeMap::new();
+    for (k, member) in group.members.iter().enumerate() {
+        places.entry([0, 1, 2].map(|axis| (member.recorded[axis] + 0.0).to_bits())).or_default().push(k);
+    }
+    let Some(same) = places.into_values().filter(|same| same.len() >= FEWEST).max_by_key(Vec::len) else {
+        return (group.clone(), None);
+    };
+    let keep = |wanted: bool| -> Vec<Member> {
+        let of = |(k, member): (usize, &Member)| (same.contains(&k) == wanted).then(|| member.clone());
+        group.members.iter().enumerate().filter_map(of).collect()
+    };
+    let rest = Group { members: keep(false), ..group.clone() };
+    let together = keep(true);
+    if !apart(&together, &rest, survey) {
+        return (group.clone(), None);
+    }
+    let all = rest.members.is_empty();
+    let names = if all { Vec::new() } else { together.iter().map(|member| member.name.clone()).collect() };
+    let mistake = words::collapsed(group.subject, names, &together[0].recorded, together.len());
+    (rest, Some(mistake))
+}
+
+/// Are the places apart in the free network? By more than what the rest of the group leaves unexplained, by an order of magnitude; without a rest, by more
+/// than the same share of the distance from which they are seen.
+fn apart(together: &[Member], rest: &Group, survey: &Survey) -> bool {
+    let places: Vec<Vector3<f64>> = together.iter().filter_map(|member| member.computed).collect();
+    let Some(first) = places.first() else { return false };
+    let extent = places.iter().map(|p| (p - first).norm()).fold(0.0, f64::max);
+    let (source, target): (Vec<_>, Vec<_>) =
+        rest.members.iter().filter_map(|member| Some((member.computed?, member.recorded))).unzip();
+    match align(&source, &target, rest.sigma) {
+        Some(aligned) => {
+            let [xy, z] = aligned.deviation();
+            extent * aligned.similarity.scale > BEYOND * xy.max(z)
+        }
+        None => extent * BEYOND > survey.distance,
+    }
+}

@@ -1,0 +1,91 @@
+//! A network of images whose rays meet: where each point lies by most of its rays, and images whose measurements do not fit there.
+
+use super::super::meet::{error, intersect};
+use super::super::scene::{Scene, Sight};
+use super::resect::Row;
+use crate::math::statistics::median;
+use crate::mistakes::BEYOND;
+use nalgebra::Vector3;
+
+/// Two rays intersected, of a point at most: of five rays these are all.
+const MOST_PAIRS: usize = 10;
+/// Rays below which nothing says which of them is wrong.
+const FEWEST_RAYS: usize = 3;
+/// Error that counts as wrong without knowing the usual one, as a share of the sensor: what is larger costs no more.
+const CAP: f64 = 0.02;
+/// Measurements below which an image is not judged.
+pub const FEWEST_ROWS: usize = 12;
+/// A measurement fits within so many usual errors: of Rayleigh-distributed errors one in a hundred million does not.
+pub const FITS: f64 = 5.0;
+/// Usual errors below that are as good, px: nobody measures better.
+const LEAST_USUAL_PX: f64 = 0.2;
+
+/// What the rays of a network say.
+pub struct Known {
+    /// Place of each point by most of its rays.
+    pub places: Vec<Option<Vector3<f64>>>,
+    /// The usual error, px.
+    pub usual: f64,
+    /// Which images do not fit.
+    pub bad: Vec<bool>,
+}
+
+/// `None` where there is nothing to judge by.
+pub fn known(scene: &Scene) -> Option<Known> {
+    let all = |_: usize| true;
+    let places: Vec<_> = scene.points.iter().map(|sights| place_of_most(scene, sights, &all, FEWEST_RAYS)).collect();
+    let mut errors = vec![Vec::new(); scene.views.len()];
+    for (sights, place) in scene.points.iter().zip(&places) {
+        let Some(place) = place else { continue };
+        sights.iter().for_each(|sight| errors[sight.view].push(error(scene, sight, place)));
+    }
+    let every: Vec<f64> = errors.iter().flatten().copied().collect();
+    let usual = Some(median(&every)).filter(|usual| usual.is_finite())?.max(LEAST_USUAL_PX);
+    let is_bad = |errors: &Vec<f64>| {
+        let beyond = errors.iter().filter(|error| **error > BEYOND * usual).count();
+        errors.len() >= FEWEST_ROWS && 2 * beyond > errors.len()
+    };
+    let bad: Vec<bool> = errors.iter().map(is_bad).collect();
+    let good = |view: usize| !bad[view];
+    let limit = FITS * usual;
+    let again = |sights: &Vec<Sight>| {
+        let place = place_of_most(scene, sights, &good, 2)?;
+        let is_met = sights.iter().filter(|sight| good(sight.view)).filter(|s| error(scene, s, &place) < limit).count();
+        (is_met >= 2).then_some(place)
+    };
+    let places = scene.points.iter().map(again).collect();
+    Some(Known { places, usual, bad })
+}
+
+/// Rows of an image: its measurements of points that other images know.
+pub fn rows(scene: &Scene, known: &Known, view: usize) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for (sights, place) in scene.points.iter().zip(&known.places) {
+        let Some(place) = place else { continue };
+        rows.extend(sights.iter().filter(|sight| sight.view == view).map(|sight| Row { place: *place, xy: sight.xy }));
+    }
+    rows
+}
+
+/// The place where two rays meet that lies nearest to all of them; a wrong ray costs the same everywhere.
+fn place_of_most(scene: &Scene, sights: &[Sight], may: &dyn Fn(usize) -> bool, fewest: usize) -> Option<Vector3<f64>> {
+    let used: Vec<Sight> = sights.iter().filter(|sight| may(sight.view)).copied().collect();
+    if used.len() < fewest.max(2) {
+        return None;
+    }
+    let cost = |place: &Vector3<f64>| -> f64 {
+        used.iter().map(|sight| error(scene, sight, place).min(CAP * scene.diagonal(sight))).sum()
+    };
+    let pairs: Vec<[Sight; 2]> =
+        (0..used.len()).flat_map(|a| (0..a).map(move |b| (a, b))).map(|(a, b)| [used[a], used[b]]).collect();
+    let step = pairs.len().div_ceil(MOST_PAIRS).max(1);
+    let all = intersect(scene, &used).into_iter();
+    let of_pairs = pairs.iter().step_by(step).filter_map(|pair| intersect(scene, pair));
+    let best = all.chain(of_pairs).map(|place| (cost(&place), place)).min_by(|(a, _), (b, _)| a.total_cmp(b));
+    let (least, place) = best?;
+    // The rays that meet there, together.
+    let near = used.iter().filter(|sight| error(scene, sight, &place) < CAP * scene.diagonal(sight));
+    let near: Vec<Sight> = near.copied().collect();
+    let together = intersect(scene, &near).filter(|together| cost(together) < least);
+    Some(together.unwrap_or(place))
+}

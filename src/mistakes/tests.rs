@@ -1,0 +1,155 @@
+//! The screening on small surveys that are made here: a free network of its own scale and direction, recorded with millimetres of noise.
+
+use super::*;
+use crate::evaluate::Similarity;
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+const ALPHA: f64 = 1e-3;
+
+/// Points on rolling ground and images above it; noise of some millimetres that repeats.
+fn survey() -> Survey {
+    let network = Similarity {
+        scale: 0.25,
+        rotation: UnitQuaternion::from_scaled_axis(Vector3::new(0.02, -0.01, 0.3)),
+        translation: Vector3::new(10.0, -20.0, 3.0),
+    };
+    let place = |k: usize| {
+        let k = k as f64;
+        Vector3::new(37.0 * k % 200.0, 53.0 * k % 170.0, 4.0 * (0.7 * k).sin())
+    };
+    let noise = |k: usize| 0.003 * Vector3::new((3.1 * k as f64).sin(), (5.3 * k as f64).sin(), (7.7 * k as f64).cos());
+    let group = |subject, from: usize, count: usize, height: f64, flights: &[&str]| {
+        let members = (from..from + count).map(|k| {
+            let truth = place(k) + Vector3::new(0.0, 0.0, height);
+            let flight = if flights.is_empty() { 0 } else { (k - from) * flights.len() / count };
+            Member {
+                name: format!("p{k}"),
+                recorded: truth + noise(k),
+                computed: Some(network.apply(&truth)),
+                covariance: Matrix3::zeros(),
+                flight,
+            }
+        });
+        let flights = flights.iter().map(|name| name.to_string()).collect();
+        Group { subject, sigma: [0.005, 0.005], members: members.collect(), flights }
+    };
+    let groups = vec![
+        group(Subject::Control, 0, 10, 0.0, &[]),
+        group(Subject::Check, 30, 20, 0.0, &[]),
+        group(Subject::Gnss, 100, 60, 80.0, &["a", "b", "c"]),
+    ];
+    Survey { groups, up: Vector3::z(), distance: 0.25 * 85.0, pixel: 0.25 * 0.01, focal: Focal::Stated }
+}
+
+fn rewrite(survey: &mut Survey, group: usize, change: impl Fn(usize, Vector3<f64>) -> Vector3<f64>) {
+    let members = survey.groups[group].members.iter_mut().enumerate();
+    members.for_each(|(k, member)| member.recorded = change(k, member.recorded));
+}
+
+fn kinds(survey: &Survey) -> Vec<(String, String)> {
+    screen(survey, ALPHA).into_iter().map(|mistake| (mistake.kind, mistake.subject)).collect()
+}
+
+fn is(found: &[(String, String)], kind: &str, subject: &str) -> bool {
+    found.len() == 1 && found[0].0 == kind && found[0].1 == subject
+}
+
+#[test]
+fn nothing_is_wrong_with_noise_or_with_centimetres() {
+    assert!(kinds(&survey()).is_empty());
+    let mut bent = survey();
+    // A dome of centimetres, and antennas that are 0.2 m beside the cameras.
+    for group in 0..3 {
+        rewrite(&mut bent, group, |_, p| {
+            p + Vector3::new(0.0, 0.0, 3e-6 * (p.xy() - Vector3::new(100.0, 85.0, 0.0).xy()).norm_squared())
+        });
+    }
+    rewrite(&mut bent, 2, |_, p| p + Vector3::new(0.1, -0.1, 0.2));
+    assert!(kinds(&bent).is_empty(), "{:?}", screen(&bent, ALPHA));
+}
+
+#[test]
+fn lists_that_are_recorded_otherwise() {
+    type Rewrite = fn(Vector3<f64>) -> Vector3<f64>;
+    let changes: [(usize, Rewrite, &str, &str); 7] = [
+        (2, |p| p / 0.3048, "scale", "gnss"),
+        (1, |p| p * 1000.0, "scale", "check"),
+        (0, |p| Vector3::new(p.x, p.y, -p.z), "axis-reversed", "control"),
+        (0, |p| Vector3::new(p.x, p.y, p.z / 0.3048), "height-scale", "control"),
+        (2, |p| Vector3::new(p.y, p.x, p.z), "axes-exchanged", "gnss"),
+        (2, |p| p + Vector3::new(0.0, 0.0, 47.3), "height-offset", "control"),
+        (1, |p| p + Vector3::new(0.0, 0.0, 0.8), "height-offset", "check"),
+    ];
+    for (group, change, kind, subject) in changes {
+        let mut wrong = survey();
+        rewrite(&mut wrong, group, |_, p| change(p));
+        let found = kinds(&wrong);
+        assert!(is(&found, kind, subject), "{kind} of {subject}: {found:?}");
+    }
+}
+
+#[test]
+fn two_points_are_enough_to_show_another_height_system() {
+    let mut few = survey();
+    few.groups.remove(1);
+    few.groups[0].members.truncate(3);
+    assert!(kinds(&few).is_empty());
+    rewrite(&mut few, 0, |_, p| p - Vector3::new(0.0, 0.0, 47.3));
+    let found = screen(&few, ALPHA);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!((found[0].value.unwrap() + 47.3).abs() < 0.05 && found[0].sentence.contains("geoid"));
+}
+
+#[test]
+fn turned_and_scaled_lists() {
+    let mut turned = survey();
+    let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 2f64.to_radians());
+    rewrite(&mut turned, 1, |_, p| rotation * p);
+    let found = screen(&turned, ALPHA);
+    assert!(found.len() == 1 && found[0].kind == "rotation", "{found:?}");
+    assert!((found[0].value.unwrap() - 2.0).abs() < 0.01);
+    let mut scaled = survey();
+    rewrite(&mut scaled, 1, |_, p| p * 1.03);
+    let found = screen(&scaled, ALPHA);
+    assert!(found.len() == 1 && found[0].kind == "scale", "{found:?}");
+}
+
+#[test]
+fn single_members() {
+    let mut wrong = survey();
+    wrong.groups[0].members[4].recorded.z += 1.0;
+    let found = screen(&wrong, ALPHA);
+    assert!(found.len() == 1 && found[0].kind == "wrong-coordinate" && found[0].names == ["p4"], "{found:?}");
+    assert!((found[0].value.unwrap() - 1.0).abs() < 0.02);
+
+    let mut swapped = survey();
+    let [a, b] = [1, 6].map(|k| swapped.groups[0].members[k].recorded);
+    (swapped.groups[0].members[1].recorded, swapped.groups[0].members[6].recorded) = (b, a);
+    let found = screen(&swapped, ALPHA);
+    assert!(found.len() == 1 && found[0].kind == "exchanged" && found[0].names == ["p1", "p6"], "{found:?}");
+
+    let mut between = survey();
+    let (a, b) = (between.groups[0].members[1].recorded, between.groups[1].members[6].recorded);
+    (between.groups[0].members[1].recorded, between.groups[1].members[6].recorded) = (b, a);
+    let found = screen(&between, ALPHA);
+    assert!(found.len() == 1 && found[0].kind == "exchanged" && found[0].names == ["p1", "p36"], "{found:?}");
+}
+
+#[test]
+fn lists_of_positions_that_slipped() {
+    let mut slipped = survey();
+    let list: Vec<_> = slipped.groups[2].members.iter().map(|member| member.recorded).collect();
+    rewrite(&mut slipped, 2, |k, p| list.get(k + 1).copied().unwrap_or(p));
+    let found = screen(&slipped, ALPHA);
+    assert!(found.iter().any(|m| m.kind == "paired-with-neighbour" && m.value == Some(1.0)), "{found:?}");
+
+    let mut zeros = survey();
+    rewrite(&mut zeros, 2, |k, p| if k % 9 == 0 { Vector3::zeros() } else { p });
+    let found = screen(&zeros, ALPHA);
+    assert!(found.len() == 1 && found[0].kind == "collapsed" && found[0].names.len() == 7, "{found:?}");
+
+    let mut flight = survey();
+    rewrite(&mut flight, 2, |k, p| if k >= 40 { p + Vector3::new(0.0, 0.0, 15.0) } else { p });
+    let found = screen(&flight, ALPHA);
+    assert!(found.len() == 1 && found[0].kind == "flight-offset" && found[0].names.len() == 20, "{found:?}");
+}

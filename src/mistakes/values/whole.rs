@@ -1,0 +1,66 @@
+//! Measurements that are rounded to whole pixels.
+
+use super::tables::{Measured, Table};
+use crate::mistakes::Mistake;
+
+/// Fewest measurements: of values with one decimal, chance rounds so many to whole pixels never (1e-40).
+const FEWEST: usize = 20;
+/// Standard deviation that rounding to a pixel adds: `1 / sqrt(12)`. Marks that are known no better lose nothing.
+const ROUNDING_PX: f64 = 0.29;
+
+/// Measurements that are all whole pixels, or all half ones: centres of pixels.
+pub fn judge(table: &Table) -> Option<Mistake> {
+    if table.rows < FEWEST {
+        return None;
+    }
+    let all = |offset: f64| table.iter().all(|row| row.xy.iter().all(|value| (value + offset).fract() == 0.0));
+    let precise = table.of == Measured::Ties || table.iter().any(|row| row.sigma < ROUNDING_PX);
+    // Zeros are whole, too: they are no rounding.
+    let vary = table.iter().any(|row| row.xy.iter().any(|value| value.abs() > 2.0));
+    if !(precise && vary && (all(0.0) || all(0.5))) {
+        return None;
+    }
+    let sentence = format!(
+        "{}: all {} measurements are whole pixels; rounding adds {ROUNDING_PX} px to the standard deviation of each.",
+        table.of.words(),
+        table.rows
+    );
+    let remedy = format!(
+        "Export them with decimals, or state a standard deviation of at least {ROUNDING_PX} px ({}).",
+        table.of.file()
+    );
+    Some(Mistake::new("whole-pixels", table.of.key(), sentence, remedy).sized(1.0, None, "px"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tables::{Row, made};
+    use super::*;
+
+    fn judged(of: Measured, sigma: f64, change: impl Fn(f64) -> f64) -> Option<Mistake> {
+        let rows = made::rows(2).into_iter().map(|row| Row { xy: row.xy.map(&change), sigma, ..row }).collect();
+        judge(&made::table(of, rows))
+    }
+
+    #[test]
+    fn whole_and_half_pixels_are_rounded() {
+        let changes: [fn(f64) -> f64; 2] = [f64::round, |value| value.floor() + 0.5];
+        for change in changes {
+            let found = judged(Measured::Ties, 0.5, change).expect("rounded");
+            assert_eq!((found.kind.as_str(), found.value), ("whole-pixels", Some(1.0)));
+        }
+    }
+
+    #[test]
+    fn marks_may_be_whole_where_they_claim_no_more() {
+        assert!(judged(Measured::Marks, 0.1, f64::round).is_some());
+        assert!(judged(Measured::Marks, 0.5, f64::round).is_none());
+    }
+
+    #[test]
+    fn decimals_are_right() {
+        assert!(judged(Measured::Ties, 0.5, |value| (10.0 * value).round() / 10.0).is_none());
+        assert!(judged(Measured::Ties, 0.5, |_| 0.0).is_none());
+        assert!(judge(&made::table(Measured::Ties, Vec::new())).is_none());
+    }
+}

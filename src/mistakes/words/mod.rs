@@ -1,0 +1,13 @@
+//! Mistakes in sentences, with what to do about them and the edits that undo them.
+
+mod common;
+mod group;
+mod members;
+mod pair;
+mod set_aside;
+
+pub use common::list;
+pub use group::{changed, collapsed};
+pub use members::{exchanged, flight_offset, wrong_coordinate, wrong_position, wrong_positions};
+pub use pair::{height_offset, other_frame, plan_offset, recorded_otherwise, rotation, scale};
+pub use set_aside::{images_set_aside, points_set_aside, share_set_aside};
