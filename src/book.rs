@@ -5,7 +5,8 @@
 //! 3. [`crate::effects`]: the catalogue, one module for each effect with its formula and where that comes from.
 //! 4. [`effects_of_your_own`]: one that the catalogue has not, in C++ or Rust; [`effect_header`] is its reference, and
 //!    [`what_an_effect_is_not`] says where the rest would go.
-//! 5. [`crate::adjust`] and [`crate::diagnose`]: the solvers, and how a cause is told from another; [`how_it_decides`] explains the method.
+//! 5. [`crate::adjust`] and [`crate::diagnose`]: the solvers, and how a cause is told from another;
+//!    [`how_it_decides`] explains the method.
 //!    [`mistakes`] has what people get wrong, which is looked for first.
 //!    [`check_points`] says what a sentence on check points beside a verdict means.
 //! 6. [`your_own_block`]: a block from another program, diagnosed and taken back; [`your_odm_project`]: one of OpenDroneMap; [`formats`] has

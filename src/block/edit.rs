@@ -47,7 +47,8 @@ pub enum Change {
         /// Columns.
         columns: Vec<String>,
     },
-    /// Rows take the cells of the row so many places before them, of the same value in a column; those that have none are emptied.
+    /// Rows take the cells of the row so many places before them, of the same value in a column; those that have none
+    /// are emptied.
     Shift {
         /// Columns whose cells move.
         columns: Vec<String>,

@@ -1,4 +1,5 @@
-//! Edits of a block's tables, in memory: what a diagnosis goes on with where conventions are wrong. (Surveyed coordinates are left out instead, and are no part of
+//! Edits of a block's tables, in memory: what a diagnosis goes on with where conventions are wrong. (Surveyed
+//! coordinates are left out instead, and are no part of
 //! this.)
 
 use super::edit::{Change, Edit};
@@ -6,7 +7,8 @@ use super::{Block, Camera, Image};
 use crate::camera::PARAMETERS;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-/// The block with some edits; `None` where one of them is none of measurements, cameras, poses, or of what the platform recorded.
+/// The block with some edits; `None` where one of them is none of measurements, cameras, poses, or of what the
+/// platform recorded.
 pub fn edited(block: &Block, edits: &[Edit]) -> Option<Block> {
     let mut block = block.clone();
     edits.iter().try_for_each(|edit| apply(&mut block, edit))?;

@@ -45,7 +45,8 @@ pub struct Named {
     pub bent: bool,
 }
 
-/// Names the measurements that stand alone in an adjustment, in a robust one where they may have bent it; `None` where none does. Solvers that fail or
+/// Names the measurements that stand alone in an adjustment, in a robust one where they may have bent it; `None`
+/// where none does. Solvers that fail or
 /// disagree are a sign of that, too: what is bent far enough has no minimum that is known to all digits.
 pub fn named(block: &Block, model: &Model, options: &Options, run: &Run) -> Option<Named> {
     let solved = Solved { problem: &run.problem, state: &run.solution().state };

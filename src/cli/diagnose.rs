@@ -42,7 +42,8 @@ pub struct DiagnoseArguments {
 pub struct ImproveArguments {
     #[command(flatten)]
     common: Common,
-    /// Undo mistakes that can be undone (as `mend`) in a copy of the block, and go on with that; RUN/mended.toml says what was changed
+    /// Undo mistakes that can be undone (as `mend`) in a copy of the block, and go on with that; RUN/mended.toml says
+    /// what was changed
     #[arg(long)]
     mend: bool,
 }

@@ -10,7 +10,8 @@ use crate::model::EffectRef;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// The error of a command, with what a plug-in did where it gave no values: which, at which stage, in which image, near which point.
+/// The error of a command, with what a plug-in did where it gave no values: which, at which stage, in which image,
+/// near which point.
 pub(super) fn with_faults<'a>(
     error: anyhow::Error,
     effects: impl IntoIterator<Item = &'a EffectRef>,

@@ -7,7 +7,8 @@ use crate::model::{EffectRef, EffectTerm, Model};
 use crate::problem::{Problem, missing_need};
 use std::collections::BTreeMap;
 
-/// Effects that go on a series of the camera, with the group of its lower terms: a term of a series is tested beside the terms below it, never in their place
+/// Effects that go on a series of the camera, with the group of its lower terms: a term of a series is tested beside
+/// the terms below it, never in their place
 /// (principle of marginality, Nelder 1977).
 const SERIES: [(&str, &str); 2] = [("radial-high", "free:radial"), ("decentring-high", "free:decentring")];
 
@@ -16,7 +17,8 @@ pub fn lower_terms(id: &str) -> Option<&'static str> {
     SERIES.iter().find(|(higher, _)| *higher == id).map(|(_, group)| *group)
 }
 
-/// Are the values of an effect random, with a variance that is estimated? Those of random effects are, and the coefficients of a field.
+/// Are the values of an effect random, with a variance that is estimated? Those of random effects are, and the
+/// coefficients of a field.
 pub fn is_random(effect: &EffectRef) -> bool {
     let descriptor = effect.descriptor();
     let random = |parameter: &effects::Parameter| matches!(parameter.role, Role::Random(_));

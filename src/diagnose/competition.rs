@@ -51,8 +51,10 @@ impl Competition {
         Objective::new(&linearised.system, prior, &self.hypotheses, self.ln_level)
     }
 
-    /// Sets with each law of the lens in the place of those that join with some members, and with each alone. A distortion that the model lacks drives the camera far away from
-    /// where it belongs, and there the first order does not say which of them it is: refits do. None where no law of the lens joins.
+    /// Sets with each law of the lens in the place of those that join with some members, and with each alone. A
+    /// distortion that the model lacks drives the camera far away from
+    /// where it belongs, and there the first order does not say which of them it is: refits do. None where no law of
+    /// the lens joins.
     pub(super) fn with_other_lens_laws(&self, members: &Members) -> Vec<Members> {
         let current = &self.current;
         let joins: Vec<usize> =
@@ -131,7 +133,8 @@ pub fn next(linearised: &Linearised, known: &Prices, settings: &Settings<'_>) ->
     first.or_else(|| competition.ids_beyond(current, &best.members).into_iter().next().map(Next::Remove))
 }
 
-/// Alternatives of each member, by id: hypotheses in whose place it is no better than chance would make it. What is left with such an alternative is as little
+/// Alternatives of each member, by id: hypotheses in whose place it is no better than chance would make it. What is
+/// left with such an alternative is as little
 /// as with the member itself.
 pub fn alternatives(linearised: &Linearised, known: &Prices, settings: &Settings<'_>) -> BTreeMap<String, Vec<String>> {
     let competition = Competition::new(linearised, known, settings);

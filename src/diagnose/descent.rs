@@ -64,7 +64,8 @@ impl Improvement {
         Ok(true)
     }
 
-    /// The set whose refit has the lowest objective, `best` among them; `None` where none is lower than that of the model as it stands.
+    /// The set whose refit has the lowest objective, `best` among them; `None` where none is lower than that of the
+    /// model as it stands.
     fn best_of(
         &mut self,
         sets: Vec<Ranked>,

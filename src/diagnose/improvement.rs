@@ -1,4 +1,5 @@
-//! A model on its way: its fit, what the diagnosis took in, and the ledger of how it came about. Check points only watch.
+//! A model on its way: its fit, what the diagnosis took in, and the ledger of how it came about. Check points only
+//! watch.
 
 use super::added::Added;
 use super::competition::{Competition, Expected};
@@ -219,7 +220,8 @@ impl Improvement {
         Ok(changed)
     }
 
-    /// Estimates the weights of groups of observations anew and fits again where they changed, as a part of the step that is under way. Where that fails they stay.
+    /// Estimates the weights of groups of observations anew and fits again where they changed, as a part of the step
+    /// that is under way. Where that fails they stay.
     fn reweigh(&mut self, block: &Block, settings: &Settings<'_>) -> Result<bool, DiagnoseError> {
         let refit = || -> Result<Option<(Fit, f64)>, DiagnoseError> {
             let Some(weights) = weights::reweighted(block, &self.fit, &self.parts, settings)? else { return Ok(None) };
@@ -243,7 +245,8 @@ impl Improvement {
         Ok(changed)
     }
 
-    /// Solves the model as it stands to the last digit, and its row of the ledger with it. Where it does not come that far, the row stays.
+    /// Solves the model as it stands to the last digit, and its row of the ledger with it. Where it does not come
+    /// that far, the row stays.
     ///
     /// # Errors
     /// A centre of distortion that the block does not determine beside what is in.

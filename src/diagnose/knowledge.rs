@@ -1,4 +1,5 @@
-//! Knowledge is a prior: in a projected coordinate system the curvature of the Earth and the scale of the map are known, and need not be discovered. In one block at
+//! Knowledge is a prior: in a projected coordinate system the curvature of the Earth and the scale of the map are
+//! known, and need not be discovered. In one block at
 //! one height neither could be told from radial distortion or from the scale of the block.
 
 use crate::block::{Block, Role};
@@ -20,7 +21,8 @@ pub struct Known {
     pub source: String,
 }
 
-/// `model` with the effects that a block's coordinate system says are there, held at their known sizes. An effect of the user's own model stays as it is.
+/// `model` with the effects that a block's coordinate system says are there, held at their known sizes. An effect of
+/// the user's own model stays as it is.
 pub fn with_known(block: &Block, model: &Model) -> (Model, Vec<Known>) {
     let mut model = model.clone();
     let mut all = Vec::new();

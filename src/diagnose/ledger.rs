@@ -42,7 +42,8 @@ pub struct Step {
     pub drop: f64,
     /// Drop that the null model predicted.
     pub predicted: f64,
-    /// Logarithm of the p-value of the drop, among chi-squares of as many degrees of freedom as the step added; zero where nothing was tested.
+    /// Logarithm of the p-value of the drop, among chi-squares of as many degrees of freedom as the step added; zero
+    /// where nothing was tested.
     pub ln_p: f64,
     /// The objective, zero at the base: it falls from row to row.
     pub objective: f64,

@@ -1,4 +1,5 @@
-//! One model looked at as it stands: its residual structure, and what may be missing beside it. Nothing is added, nothing taken out.
+//! One model looked at as it stands: its residual structure, and what may be missing beside it. Nothing is added,
+//! nothing taken out.
 
 use super::competition::{Next, next};
 use super::conclusion::diagnosis;
@@ -16,7 +17,8 @@ pub struct Look {
     pub linearised: Linearised,
     /// Unexplained structure.
     pub left: Left,
-    /// The same as `diagnosis.json` has it. The verdict is of the model as it stands: `missing` where the objective prefers another set, whose first
+    /// The same as `diagnosis.json` has it. The verdict is of the model as it stands: `missing` where the objective
+    /// prefers another set, whose first
     /// member is then recommended; `unexplained` where structure remains all the same.
     pub diagnosis: Diagnosis,
     /// What the objective asks for next; `None`: nothing enters, nothing leaves.

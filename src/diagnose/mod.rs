@@ -1,10 +1,14 @@
-//! Which physical effect is missing, decided by one objective: calibrated best-subset selection on the small system of a converged fit.
+//! Which physical effect is missing, decided by one objective: calibrated best-subset selection on the small system
+//! of a converged fit.
 //!
 //! - [`linearised`]: a fit as `(s, M)`, every candidate a set of columns; [`select`]: tests conditional on the model.
-//! - [`hypothesis`]: everything that may be true, with prior and price; [`objective`]: what a set of hypotheses leaves, and what it costs.
+//! - [`hypothesis`]: everything that may be true, with prior and price; [`objective`]: what a set of hypotheses
+//!   leaves, and what it costs.
 //! - [`search`]: a beam over sets to first order; [`competition`]: a linearisation with its hypotheses;
-//!   [`refit`]: the objective of a fitted set, which counts; `descent`: a step of it; [`improvement`]: the model on its way and its ledger.
-//! - [`settle`] fits without outliers; [`run`] is a whole diagnosis; [`look`]: one model as it stands, without the descent.
+//!   [`refit`]: the objective of a fitted set, which counts; `descent`: a step of it; [`improvement`]: the model on
+//!   its way and its ledger.
+//! - [`settle`] fits without outliers; [`run`] is a whole diagnosis; [`look`]: one model as it stands, without the
+//!   descent.
 //! - [`structure`]: structure of the residuals, whatever its cause; [`outliers`]: data snooping.
 //! - [`screening`]: mistakes that people made, before anything else; they are left out.
 //! - [`check_points`]: height errors of check points against what the block's own errors allow.

@@ -1,21 +1,26 @@
-//! The objective that decides: what a set of hypotheses leaves unexplained, how implausible its sizes are, and its price.
+//! The objective that decides: what a set of hypotheses leaves unexplained, how implausible its sizes are, and its
+//! price.
 //!
 //! ```text
 //! J(S) = r ln(chi(S) / r) + ln|I + t^2 M_RR|        -2 ln L, the variance factor by profile, random effects R by their variance t^2
 //!        + sum over h in S of kappa_h                what chance would reach
 //! ```
 //!
-//! `chi(S)` is `v'Pv` of the fit with `S`, where every size of a law is a pseudo-observation of its nominal value (half its plausible range is the
-//! standard deviation) and every random value one of zero. `kappa_h` is the drop that `h` alone reaches by chance with probability `alpha / m`, `m`
+//! `chi(S)` is `v'Pv` of the fit with `S`, where every size of a law is a pseudo-observation of its nominal value
+//! (half its plausible range is the
+//! standard deviation) and every random value one of zero. `kappa_h` is the drop that `h` alone reaches by chance
+//! with probability `alpha / m`, `m`
 //! hypotheses being compared: for one hypothesis `J` falls exactly where its test is significant.
 //!
-//! To first order all of this is linear algebra of one small system `(s, M)` at zero ([`Objective::value`]); a refit decides.
+//! To first order all of this is linear algebra of one small system `(s, M)` at zero ([`Objective::value`]); a refit
+//! decides.
 
 use super::hypothesis::Hypothesis;
 use crate::score::{LEAST_NOISE, Penalised, System};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// `-2 ln L` of a fit that leaves `chi_square` with redundancy `redundancy`, but for a constant: the variance factor takes its likeliest value. Where
+/// `-2 ln L` of a fit that leaves `chi_square` with redundancy `redundancy`, but for a constant: the variance factor
+/// takes its likeliest value. Where
 /// residuals are much smaller than stated they are rounding, and the stated variance stands.
 pub fn misfit(chi_square: f64, redundancy: f64) -> f64 {
     let least = LEAST_NOISE * redundancy;
@@ -104,7 +109,8 @@ pub struct Objective<'a> {
 }
 
 impl<'a> Objective<'a> {
-    /// `system`: all columns at zero; `prior`: information that the prior of each column adds, zero where nothing is known.
+    /// `system`: all columns at zero; `prior`: information that the prior of each column adds, zero where nothing is
+    /// known.
     pub fn new(system: &System, prior: &[f64], hypotheses: &'a [Hypothesis], ln_level: f64) -> Self {
         let mut system = system.clone();
         let information = Arc::make_mut(&mut system.information);
@@ -132,7 +138,8 @@ impl<'a> Objective<'a> {
         members.all().map(|h| self.hypotheses[h].price).sum()
     }
 
-    /// Are the lower terms in of every term of a series that is in? (Principle of marginality, Nelder 1977.) Terms that the base has are no hypotheses.
+    /// Are the lower terms in of every term of a series that is in? (Principle of marginality, Nelder 1977.) Terms
+    /// that the base has are no hypotheses.
     pub fn allows(&self, members: &Members) -> bool {
         let is_in = |id: &str| members.all().any(|own| self.hypotheses[own].id == id);
         let lower = members.all().filter_map(|own| self.hypotheses[own].above);

@@ -1,4 +1,5 @@
-//! Priors of a diagnosis. On cameras: what lenses and sensors have. A block that determines its camera does not feel them. Where nothing determines a parameter,
+//! Priors of a diagnosis. On cameras: what lenses and sensors have. A block that determines its camera does not feel
+//! them. Where nothing determines a parameter,
 //! a distortion that the model lacks would drive it far away, and the linearisation there would say nothing.
 //!
 //! A plain adjustment stays least squares without them; the model that a diagnosis hands on states each one.
@@ -8,17 +9,20 @@ use crate::camera::{Interior, PARAMETERS};
 use crate::model::{Model, Prior};
 use crate::problem::{ProblemError, start_interiors};
 
-/// Standard deviation of each interior parameter as a share of its domain ([`crate::camera::Camera::domains`]: the focal length, the sensor, and half the diagonal at a corner).
+/// Standard deviation of each interior parameter as a share of its domain ([`crate::camera::Camera::domains`]: the
+/// focal length, the sensor, and half the diagonal at a corner).
 ///
 /// - `f`: nominal focal lengths of lenses are rounded and change with focus by some per cent.
-/// - `pp`: play of mounts and cropping leave less than a fiftieth of the sensor (Luhmann et al., Close-Range Photogrammetry, ch. 3).
+/// - `pp`: play of mounts and cropping leave less than a fiftieth of the sensor (Luhmann et al., Close-Range
+///   Photogrammetry, ch. 3).
 /// - `dc`: lenses are centred to a tenth of a millimetre, a hundredth of a sensor.
 /// - `k1, k2, k3`: a tenth of half the diagonal at a corner; wide angles reach three tenths.
 /// - `p1, p2`: a tenth of that (Brown 1971).
 /// - `b1, b2`: pixels are square to a part in a thousand.
 pub const SHARES: Interior = [0.05, 0.02, 0.02, 0.01, 0.01, 0.1, 0.1, 0.1, 0.01, 0.01, 1e-3, 1e-3];
 
-/// Standard deviation, in typical sizes, of the prior of an effect of several coefficients: no effect of this size is met, and what the
+/// Standard deviation, in typical sizes, of the prior of an effect of several coefficients: no effect of this size is
+/// met, and what the
 /// measurements determine to a typical size moves by a thousandth.
 pub const WEAK_PRIOR: f64 = 30.0;
 

@@ -1,4 +1,5 @@
-//! Refits: the model of a set of hypotheses fitted to the block, and its objective. What `(s, M)` promises counts only here.
+//! Refits: the model of a set of hypotheses fitted to the block, and its objective. What `(s, M)` promises counts
+//! only here.
 
 use super::added::Added;
 use super::candidate::is_random;
@@ -15,13 +16,15 @@ use crate::problem::{Problem, ThetaEntry};
 
 /// Refits for the standard deviation of random values at most.
 const VARIANCE_REFITS: usize = 3;
-/// What an estimate of it leaves of the error of the last one, at most: it is of a linear problem, of which the next fit moves the place alone.
+/// What an estimate of it leaves of the error of the last one, at most: it is of a linear problem, of which the next
+/// fit moves the place alone.
 const LEFT_OF_CHANGE: f64 = 0.1;
 /// Change of a standard deviation, in its own relative uncertainty `1 / sqrt(2 n)`, that asks for another refit.
 const VARIANCE_CHANGE: f64 = 0.1;
 /// Iterations of a refit at most: five times what one takes that starts where nearly the same model ended.
 const REFIT_ITERATIONS: usize = 50;
-/// A refit that ends this far from its first order (as a multiple of the drop) is nonlinear: its start says nothing of which minimum is the lower.
+/// A refit that ends this far from its first order (as a multiple of the drop) is nonlinear: its start says nothing
+/// of which minimum is the lower.
 const NONLINEAR: f64 = 0.5;
 /// Difference of `v'Pv` that two fits of one minimum may have: some times what either leaves.
 const SAME_MINIMUM: f64 = 1e-2;
@@ -34,7 +37,8 @@ pub struct Refitted {
     pub added: Added,
     /// `J`.
     pub value: f64,
-    /// The tie point in which most of the gain lies, where it has a large share: the objective is that of what remains without it.
+    /// The tie point in which most of the gain lies, where it has a large share: the objective is that of what
+    /// remains without it.
     pub carrier: Option<String>,
 }
 
@@ -89,7 +93,8 @@ impl Refits<'_> {
             max_iterations: REFIT_ITERATIONS.min(settings.options.max_iterations),
             ..settings.options.clone()
         };
-        // A distortion that is missing may have driven the present fit far away: the block's approximations are the second choice.
+        // A distortion that is missing may have driven the present fit far away: the block's approximations are the
+        // second choice.
         let anew = || fit(block, &at_approximations(&model), None, &settings.options);
         let predicted = self.predicted_drop(members);
         let refitted = match solve(&model, problem, &few) {
@@ -114,7 +119,8 @@ impl Refits<'_> {
         };
         let fit = settle(block, refitted, &added, settings)?;
         let mut value = self.value(&fit, &members_of(&fit, members, objective));
-        // What lies in one point alone a blunder there explains at least as well: an effect is worth what remains without it.
+        // What lies in one point alone a blunder there explains at least as well: an effect is worth what remains
+        // without it.
         let carrier = single::carrier(from, &fit, &settings.options)?;
         if let Some(found) = &carrier {
             let drop = from.chi_square() - fit.chi_square();
@@ -146,7 +152,8 @@ fn members_of(fit: &Fit, members: &Members, objective: &Objective<'_>) -> Member
     members
 }
 
-/// `theta' Lambda^-1 theta` of the laws that a diagnosis took in: how implausible their sizes are. Priors of random values are in `v'Pv` already.
+/// `theta' Lambda^-1 theta` of the laws that a diagnosis took in: how implausible their sizes are. Priors of random
+/// values are in `v'Pv` already.
 fn implausibility(fit: &Fit, own: usize) -> f64 {
     let problem = &fit.problem;
     let layout = problem.layout();

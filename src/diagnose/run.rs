@@ -27,7 +27,8 @@ use crate::run::RunError;
 
 /// Rounds of the weights: the second changes a factor by the square of what the first changed it.
 const WEIGHT_ROUNDS: usize = 3;
-/// Steps at the most. The objective falls with each, so that the loop ends by itself; a model of so many effects is no diagnosis any more.
+/// Steps at the most. The objective falls with each, so that the loop ends by itself; a model of so many effects is
+/// no diagnosis any more.
 const MOST_STEPS: usize = 40;
 
 const CENTRE_TIED: &str =
@@ -128,7 +129,8 @@ pub struct Base {
 }
 
 impl Base {
-    /// The same with the survey as precise as `model` states; `None` where it is. What a cause does to surveyed points looks like a survey that is less precise than
+    /// The same with the survey as precise as `model` states; `None` where it is. What a cause does to surveyed
+    /// points looks like a survey that is less precise than
     /// stated, and beside one the cause does not pay: the objective decides between the two once causes are in.
     ///
     /// # Errors
@@ -226,7 +228,8 @@ impl Descent {
     }
 }
 
-/// Judges every measurement anew at the model as it stands, loosely and then tightly: with the effects in the model, outliers that they hid stand out, and what
+/// Judges every measurement anew at the model as it stands, loosely and then tightly: with the effects in the model,
+/// outliers that they hid stand out, and what
 /// looked like an effect may be one. Did the objective fall?
 fn judged_again(
     whole: &Block,
@@ -266,7 +269,8 @@ fn judged_again(
     Ok(false)
 }
 
-/// What the objective changes by when other measurements are set aside: each has a mean shift in two coordinates of its own, and its price.
+/// What the objective changes by when other measurements are set aside: each has a mean shift in two coordinates of
+/// its own, and its price.
 fn objective_of_blunders(before: &Fit, after: &Fit, significance: f64) -> f64 {
     let count = |fit: &Fit| fit.problem.observations.len() as f64;
     let variance = after.chi_square() / after.problem.redundancy().2 as f64;

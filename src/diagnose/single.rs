@@ -1,14 +1,19 @@
-//! Does what an effect explains rest on a single tie point? An effect acts on many points and a blunder on one, and a shape that is put where it fits
-//! best fits a blunder best of all. Of two hypotheses that explain the same residuals the one that explains more is taken (Baarda 1968): whatever
-//! lies in one point alone, a blunder there explains entirely. So the effect has to be significant without that point, too.
+//! Does what an effect explains rest on a single tie point? An effect acts on many points and a blunder on one, and a
+//! shape that is put where it fits
+//! best fits a blunder best of all. Of two hypotheses that explain the same residuals the one that explains more is
+//! taken (Baarda 1968): whatever
+//! lies in one point alone, a blunder there explains entirely. So the effect has to be significant without that
+//! point, too.
 
 use super::fit::{Fit, solve};
 use super::squares;
 use crate::adjust::{AdjustError, Options};
 use crate::problem::PointSource;
 
-/// Share of the drop of `v'Pv` that lies in one point, from which it is worth two fits to see what is left without it. A blunder has most of the drop
-/// in its own point even where its images give way to it; of an effect that twenty points feel alike, none has that much.
+/// Share of the drop of `v'Pv` that lies in one point, from which it is worth two fits to see what is left without
+/// it. A blunder has most of the drop
+/// in its own point even where its images give way to it; of an effect that twenty points feel alike, none has that
+/// much.
 const CARRIED: f64 = 0.2;
 
 /// A tie point that carries an effect.
@@ -19,7 +24,8 @@ pub struct Carrier {
     pub left: f64,
 }
 
-/// The tie point in which most of the drop between two fits of the same measurements lies; `None` where none has a large share of it.
+/// The tie point in which most of the drop between two fits of the same measurements lies; `None` where none has a
+/// large share of it.
 ///
 /// # Errors
 /// A solution at which predictions fail.

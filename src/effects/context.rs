@@ -1,4 +1,5 @@
-//! What is known beside a measurement: constants of the block and of the image, and the place at which the measurement is predicted.
+//! What is known beside a measurement: constants of the block and of the image, and the place at which the
+//! measurement is predicted.
 
 use nalgebra::Vector3;
 
@@ -93,7 +94,8 @@ pub struct Context<'a> {
     pub block: &'a BlockContext,
     /// The image's.
     pub image: &'a ImageContext,
-    /// Column (x) of the image point as it is *predicted*, at the end of the chain, px; NaN where the stage has none. The measured one would carry
+    /// Column (x) of the image point as it is *predicted*, at the end of the chain, px; NaN where the stage has none.
+    /// The measured one would carry
     /// the noise of the residual that an effect is tested on.
     pub column_px: f64,
     /// Row (y) of the image point as it is predicted, px; NaN where the stage has none.

@@ -100,13 +100,15 @@ pub trait Effect: Send + Sync {
         answer::one_by_one(self, contexts, input, thetas, answer)
     }
 
-    /// Which of column and row of the context the answers depend on. They are the place at which the chain ends, which the effect itself moves:
+    /// Which of column and row of the context the answers depend on. They are the place at which the chain ends,
+    /// which the effect itself moves:
     /// whoever predicts looks for it ([`crate::measure`]), and only where an effect reads it.
     fn reads_place(&self) -> [bool; 2] {
         [false; 2]
     }
 
-    /// Derivatives of the output (m) by column (`axis` 0) or row (1) of the context, where it [reads](Self::reads_place) it. Here they are numerical.
+    /// Derivatives of the output (m) by column (`axis` 0) or row (1) of the context, where it
+    /// [reads](Self::reads_place) it. Here they are numerical.
     fn by_place(
         &self,
         context: &Context<'_>,

@@ -106,7 +106,8 @@ impl Effect for RollingShutter {
         [false, true]
     }
 
-    /// `dt` grows by `t / h` from row to row: `C'` moves by `v` times that, and the new rotation turns by `-omega` times that, camera axes.
+    /// `dt` grows by `t / h` from row to row: `C'` moves by `v` times that, and the new rotation turns by `-omega`
+    /// times that, camera axes.
     fn by_place(
         &self,
         context: &Context<'_>,

@@ -1,6 +1,7 @@
 //! Geographic coordinates in a local system: east, north, up at a point of the WGS84 ellipsoid.
 //!
-//! A block is Cartesian; latitude, longitude and ellipsoidal height go through the Earth-centred system, so that nothing is flattened.
+//! A block is Cartesian; latitude, longitude and ellipsoidal height go through the Earth-centred system, so that
+//! nothing is flattened.
 
 use map_3d::{Ellipsoid, ecef2enu, ecef2geodetic, geodetic2enu};
 use nalgebra::{Matrix3, Vector3};
@@ -61,7 +62,8 @@ impl Geographic {
     }
 }
 
-/// East, north, up (m) at a place. Its height is zero where the system is made from places ([`LocalSystem::about`]): heights above the
+/// East, north, up (m) at a place. Its height is zero where the system is made from places ([`LocalSystem::about`]):
+/// heights above the
 /// ellipsoid stay what they are, but for the curvature (8 mm at 300 m from the place).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalSystem {

@@ -8,10 +8,12 @@ use nalgebra::Vector3;
 /// Length over which the scale is measured, m: short beside the Earth, long beside rounding.
 const STEP_M: f64 = 100.0;
 
-/// Scale less one of horizontal distances at a place (easting, northing, height, m): what the map draws over what a tape measures at that height. The mean over
+/// Scale less one of horizontal distances at a place (easting, northing, height, m): what the map draws over what a
+/// tape measures at that height. The mean over
 /// the two directions of the map. `None` where the system is unknown, or no projection in metres.
 ///
-/// A projection draws the ellipsoid; what stands at height `h` above it is drawn smaller by `h / R`. So the scale has both parts.
+/// A projection draws the ellipsoid; what stands at height `h` above it is drawn smaller by `h / R`. So the scale has
+/// both parts.
 pub fn scale(crs: &str, [x, y, height]: [f64; 3]) -> Option<f64> {
     let crs = Crs::parse(crs).ok().filter(Crs::is_projected)?;
     let at = |x: f64, y: f64| crs.place([x, y, height]).ok().map(earth_centred);
@@ -34,7 +36,8 @@ mod tests {
 
     #[test]
     fn scale_of_utm_on_its_central_meridian_and_at_a_height() {
-        // 0.9996 by definition; the ellipsoid's mean radius of curvature at the equator, in the prime vertical and the meridian, is 6357 km.
+        // 0.9996 by definition; the ellipsoid's mean radius of curvature at the equator, in the prime vertical and
+        // the meridian, is 6357 km.
         let at_sea = scale("EPSG:32632", [500_000.0, 0.0, 0.0]).expect("UTM");
         assert!((at_sea + 4e-4).abs() < 1e-8, "{at_sea}");
         let above = scale("EPSG:32632", [500_000.0, 0.0, 1000.0]).expect("UTM");

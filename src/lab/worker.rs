@@ -119,7 +119,8 @@ fn improve(lab: &Lab, job: &Job) {
     }
 }
 
-/// What the objective asks for at a node: weights and outliers first once something was added, then what enters or leaves.
+/// What the objective asks for at a node: weights and outliers first once something was added, then what enters or
+/// leaves.
 fn asked(lab: &Lab, parent: u32, stop: &Stop) -> Result<Option<Change>> {
     let live = lab.live(parent)?;
     let saved = lab.saved(parent)?;

@@ -1,4 +1,5 @@
-//! Smoothing splines: a smooth curve through noisy values at some times, with its derivative and the standard deviation of that.
+//! Smoothing splines: a smooth curve through noisy values at some times, with its derivative and the standard
+//! deviation of that.
 //!
 //! The curve is a straight line and an integrated Wiener process, the values have independent errors of variance `s^2`:
 //!
@@ -7,7 +8,8 @@
 //! K(t, u) = m^2 (3 M - m) / 6              m, M the smaller and the larger of t and u
 //! ```
 //!
-//! The best prediction of `H b + f` is the cubic smoothing spline; `r` is the one ratio of all curves of a set, at its maximum of the restricted
+//! The best prediction of `H b + f` is the cubic smoothing spline; `r` is the one ratio of all curves of a set, at
+//! its maximum of the restricted
 //! likelihood. Source: Wahba (1978); Harville (1977).
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix2, Vector2};
@@ -35,7 +37,8 @@ pub struct Slopes {
     pub sigmas: Vec<f64>,
 }
 
-/// Derivatives of the smoothing splines of some curves of at least three times each, which have one ratio and one variance of errors.
+/// Derivatives of the smoothing splines of some curves of at least three times each, which have one ratio and one
+/// variance of errors.
 pub fn slopes(curves: &[Curve]) -> Vec<Slopes> {
     let scale = time_scale(curves);
     let exponents = (PER_DECADE * EXPONENTS.start()..=PER_DECADE * EXPONENTS.end()).map(f64::from);

@@ -15,7 +15,8 @@ const KNOWN: f64 = 1e-4;
 /// Eigenvalues below this share of the largest are rounding.
 const KEPT_SHARE: f64 = 1e-5;
 
-/// Smallest and largest information of a typical value, as multiples of its prior's, that a variance is searched between.
+/// Smallest and largest information of a typical value, as multiples of its prior's, that a variance is searched
+/// between.
 const RATIOS: [f64; 2] = [1e-5, 1e9];
 /// Places at which a variance is tried before the best is refined: the likelihood may have two maxima.
 const PLACES: usize = 60;
@@ -88,8 +89,10 @@ impl RandomValues {
         size
     }
 
-    /// Variance of a value as a multiple of the variance factor, which takes its likeliest value as well: the minimum of
-    /// `r ln(chi(rho) / r) + sum ln(1 + rho l)`, `chi_square` that of no variance and `r` the redundancy. `None` where zero is likeliest.
+    /// Variance of a value as a multiple of the variance factor, which takes its likeliest value as well: the minimum
+    /// of
+    /// `r ln(chi(rho) / r) + sum ln(1 + rho l)`, `chi_square` that of no variance and `r` the redundancy. `None`
+    /// where zero is likeliest.
     pub fn likeliest_ratio(&self, chi_square: f64, redundancy: f64) -> Option<f64> {
         let kept = self.left();
         let mean = kept.iter().map(|k| self.eigenvalues[*k]).sum::<f64>() / kept.len().max(1) as f64;

@@ -71,7 +71,8 @@ struct Work {
     d_own: Vec<f64>,
 }
 
-/// Predicts the image point of `object` in image number `image`, that of `frame`. `None`: behind the camera, or outside an effect's domain.
+/// Predicts the image point of `object` in image number `image`, that of `frame`. `None`: behind the camera, or
+/// outside an effect's domain.
 pub fn predict(
     problem: &Problem,
     stages: &Stages,

@@ -160,7 +160,8 @@ impl Seen<'_> {
         Ok(())
     }
 
-    /// Predicts at the places at which the chain ends; see [`super::place`]. A measurement whose place is near stays there while others move, so that
+    /// Predicts at the places at which the chain ends; see [`super::place`]. A measurement whose place is near stays
+    /// there while others move, so that
     /// it has the numbers that it has alone.
     fn predict_at_own_place<S: Simd>(
         &self,
@@ -213,7 +214,8 @@ impl Seen<'_> {
         searches.iter().position(|search| search.found.is_none()).map_or(Ok(()), Err)
     }
 
-    /// Looks for the places from those where the plain camera sees the points: until all are found, or so many answers were heard.
+    /// Looks for the places from those where the plain camera sees the points: until all are found, or so many
+    /// answers were heard.
     fn search<S: Simd>(
         &self,
         eight: &mut Eight<'_, S>,

@@ -28,13 +28,15 @@ pub struct Stages {
     pub local_len: usize,
     /// Per effect: whether its parameters have the same values in every image.
     pub alike: Vec<bool>,
-    /// Positions in the local list of the parameters of exposure and ray effects, and behind them of [`Self::place_columns`].
+    /// Positions in the local list of the parameters of exposure and ray effects, and behind them of
+    /// [`Self::place_columns`].
     pub ray_locals: Vec<usize>,
     /// Per effect: where its parameters stand in [`Self::ray_locals`].
     pub ray_places: Vec<Range<usize>>,
     /// Per effect: whether it reads column and row of the place at which the chain ends.
     pub reads_place: Vec<[bool; 2]>,
-    /// The axes of the place that any effect which acts in the image reads: 0 column, 1 row. The derivatives of the image point by them stand behind
+    /// The axes of the place that any effect which acts in the image reads: 0 column, 1 row. The derivatives of the
+    /// image point by them stand behind
     /// the local list.
     pub place_axes: Vec<usize>,
 }

@@ -1,8 +1,10 @@
 //! The place of a measurement, where the chain ends, for effects that read it.
 //!
 //! A row is exposed at the pose of its own instant, and that pose decides in which row a point appears: `p = h(p, u)`, `h` the chain at a given
-//! place, `u` everything else. The place is found from what the chain says without looking at the measurement: with the measured one, whose noise is
-//! that of the residual, an effect would be found in noise. With `D = dh/dp` all derivatives follow from those at a held place:
+//! place, `u` everything else. The place is found from what the chain says without looking at the measurement: with
+//! the measured one, whose noise is
+//! that of the residual, an effect would be found in noise. With `D = dh/dp` all derivatives follow from those at a
+//! held place:
 //!
 //! ```text
 //! p = s + (I - D)^-1 (h(s, u) - s)        dp/du = (I - D)^-1 dh/du
@@ -15,16 +17,19 @@ use super::lanes::{CAMERA, MISCLOSURE, THETA};
 use super::through::Derivatives;
 use crate::math::{Number, Several};
 
-/// A place this near, px, is one step from the end. What the chain does bends over hundreds of pixels or more, so that the step is exact to rounding,
+/// A place this near, px, is one step from the end. What the chain does bends over hundreds of pixels or more, so
+/// that the step is exact to rounding,
 /// and so are derivatives, relative to which this is below 1e-9.
 const NEAR_PX: f64 = 1e-7;
-/// Answers by values alone before derivatives are asked for, which cost several times as much: from the second on the slope along the last move is known.
+/// Answers by values alone before derivatives are asked for, which cost several times as much: from the second on the
+/// slope along the last move is known.
 pub(super) const ANSWERS_AHEAD: usize = 2;
 /// Where column and row are read, values alone tell the slope along their last move only, and come this near, px.
 const NEAR_BY_VALUES_PX: f64 = 1e-10;
 /// Moves, px, below which their quotient is rounding.
 const LEAST_MOVE_PX: f64 = 1e-6;
-/// Moves until a place is given up. Each gains the change of the effect from pixel to pixel, a hundredth or less for anything that a sensor does.
+/// Moves until a place is given up. Each gains the change of the effect from pixel to pixel, a hundredth or less for
+/// anything that a sensor does.
 pub(super) const MOST_MOVES: usize = 60;
 
 /// Is the place `at`, of which the chain makes `end`, near enough for the last step?
@@ -33,7 +38,8 @@ pub(super) fn is_near(stages: &Stages, at: [f64; 2], end: [f64; 2]) -> bool {
     stages.place_axes.iter().all(|axis| (end[*axis] - at[*axis]).abs() <= NEAR_PX)
 }
 
-/// From derivatives at the held place `at`, where the chain ends at `end`, to those of the end that is its own place, which it gives. `Err`: the first
+/// From derivatives at the held place `at`, where the chain ends at `end`, to those of the end that is its own place,
+/// which it gives. `Err`: the first
 /// measurement that several rows (or none) would see.
 #[inline(always)]
 pub(super) fn follow_place<D: Derivatives>(

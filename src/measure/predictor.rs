@@ -54,7 +54,8 @@ impl<'a> Predictor<'a> {
         Ok(Self { problem, state, stages, frames })
     }
 
-    /// Image point (px) of a world point, and its derivative by the point (px/m). `None`: behind the camera or outside an effect's domain.
+    /// Image point (px) of a world point, and its derivative by the point (px/m). `None`: behind the camera or
+    /// outside an effect's domain.
     pub fn image_point(&self, image: usize, point: &Vector3<f64>) -> Option<ImagePoint> {
         BUFFER.with_borrow_mut(|p| {
             chain::predict(self.problem, &self.stages, &self.frames[image], image, point, p)?;

@@ -118,7 +118,8 @@ pub(super) fn through_image<D: Derivatives>(
     }
 }
 
-/// Adds what image effect `e`, given `input`, does by itself as the place moves. `Err`: the place of the first measurement outside its domain.
+/// Adds what image effect `e`, given `input`, does by itself as the place moves. `Err`: the place of the first
+/// measurement outside its domain.
 #[inline(always)]
 pub(super) fn add_by_place<D: Derivatives, R: Rays<Number = D::Number>>(
     d: &mut D,

@@ -1,4 +1,5 @@
-//! A similarity that most points agree with: least median of squares over triples (Rousseeuw 1984), then least squares of those that agree.
+//! A similarity that most points agree with: least median of squares over triples (Rousseeuw 1984), then least
+//! squares of those that agree.
 
 use crate::evaluate::similarity::{Matrix7, Similarity, target_from_source};
 use crate::math::rotation::skew;
@@ -82,7 +83,8 @@ pub fn majority(members: usize) -> usize {
     (members + 4) / 2
 }
 
-/// The similarity from `source` to `target` that most members agree with; `None` where there are too few, or none is determined.
+/// The similarity from `source` to `target` that most members agree with; `None` where there are too few, or none is
+/// determined.
 pub fn align(source: &[Vector3<f64>], target: &[Vector3<f64>], sigma: [f64; 2]) -> Option<Aligned> {
     let n = source.len();
     if n < FEWEST {

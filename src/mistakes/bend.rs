@@ -1,7 +1,10 @@
-//! How a block that ties alone hold is bent: a quadratic surface of each coordinate over the plan, from the members that agree.
+//! How a block that ties alone hold is bent: a quadratic surface of each coordinate over the plan, from the members
+//! that agree.
 //!
-//! A free network of parallel images is a shallow dome: its corners stand out from the similarity, and nobody measured them wrongly. A member is held
-//! against the bent network, with the precision that the surface has at its place: far outside the others it has little.
+//! A free network of parallel images is a shallow dome: its corners stand out from the similarity, and nobody
+//! measured them wrongly. A member is held
+//! against the bent network, with the precision that the surface has at its place: far outside the others it has
+//! little.
 
 use super::align::{Aligned, majority};
 use crate::math::statistics::chi_square_quantile;
@@ -108,7 +111,8 @@ impl Bend {
         (self.terms(place).transpose() * self.coefficients).transpose()
     }
 
-    /// Standard deviation of a misfit there in units of `deviation`: smaller than one for a member that took part in the surface.
+    /// Standard deviation of a misfit there in units of `deviation`: smaller than one for a member that took part in
+    /// the surface.
     fn factor(&self, place: &Vector3<f64>, took_part: bool) -> f64 {
         let terms = self.terms(place);
         let leverage = terms.dot(&(self.inverse * terms));

@@ -46,7 +46,8 @@ impl Trial {
     }
 }
 
-/// Finds the change that takes a group to its shape in the free network, and judges its members under it. `None` where too few members agree under any.
+/// Finds the change that takes a group to its shape in the free network, and judges its members under it. `None`
+/// where too few members agree under any.
 pub fn judge(group: &Group, survey: &Survey, alpha: f64) -> Option<Judged> {
     let seen: Vec<usize> = (0..group.members.len()).filter(|k| group.members[*k].computed.is_some()).collect();
     let cap = chi_square_quantile(1.0 - alpha / seen.len().max(1) as f64, 3.0);
@@ -99,7 +100,8 @@ pub fn judge(group: &Group, survey: &Survey, alpha: f64) -> Option<Judged> {
     Some(judged)
 }
 
-/// How far a similarity turns the block from where it was approximated: the angle of its vertical, and a little of all its angle.
+/// How far a similarity turns the block from where it was approximated: the angle of its vertical, and a little of
+/// all its angle.
 fn turned(aligned: &Aligned, survey: &Survey) -> f64 {
     /// Where the vertical decides nothing the whole turn does.
     const LITTLE: f64 = 0.1;

@@ -1,6 +1,8 @@
-//! Marks of surveyed points against the free network: where rays of marks do not meet and others do once a convention is undone.
+//! Marks of surveyed points against the free network: where rays of marks do not meet and others do once a convention
+//! is undone.
 //!
-//! Ties orient the images, so that marks have to agree with them alone. What a lens, a shutter or a sensor does, it does to ties and marks alike.
+//! Ties orient the images, so that marks have to agree with them alone. What a lens, a shutter or a sensor does, it
+//! does to ties and marks alike.
 
 use super::{BEYOND, KINDS, Mistake};
 use crate::block::edit::{Change, Edit};
@@ -106,7 +108,8 @@ impl Meeting {
     }
 }
 
-/// The convention that is wrong for all marks. `trials`: the right one first; `usual`: what measurements that fit leave, px.
+/// The convention that is wrong for all marks. `trials`: the right one first; `usual`: what measurements that fit
+/// leave, px.
 pub fn convention(trials: &[Meeting], usual: f64) -> Option<(Recorded, Mistake)> {
     let (own, others) = trials.split_first()?;
     let best = others.iter().min_by(|a, b| a.typical().total_cmp(&b.typical()))?;

@@ -92,7 +92,8 @@ impl Fits {
         self.in_deviations(misfit, place).iter().map(|x| x * x).sum()
     }
 
-    /// Is a member, moved by `less`, significant among all, and an order of magnitude beyond them and beyond a pixel? What a lens, a shutter or a sensor does to
+    /// Is a member, moved by `less`, significant among all, and an order of magnitude beyond them and beyond a pixel?
+    /// What a lens, a shutter or a sensor does to
     /// points is some pixels; few members may agree by chance with all of it.
     fn is_wrong(&self, k: usize, less: &Vector3<f64>) -> bool {
         let misfit = self.misfits[k] - less;
@@ -101,7 +102,8 @@ impl Fits {
         beyond && f_ln_sf(self.square(&misfit, &self.places[k]) / 3.0, 3.0, self.bend.dof) < self.level.ln()
     }
 
-    /// Does a position stand out from those before and after it in its flight? A receiver that drifts moves neighbours together.
+    /// Does a position stand out from those before and after it in its flight? A receiver that drifts moves
+    /// neighbours together.
     fn stands_alone(&self, k: usize, judged: &Judged) -> bool {
         let flight = judged.group.members[k].flight;
         let from = k.saturating_sub(NEIGHBOURS);

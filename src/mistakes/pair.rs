@@ -14,7 +14,8 @@ use nalgebra::Vector3;
 const DATUMS_M: f64 = 110.0;
 /// Times its own standard deviation that the focal length of the network may be wrong by.
 const FOCAL_SIGMAS: f64 = 3.0;
-/// Share by which a stated focal length is off without a mistake: EXIF has tenths of a millimetre of lenses of five and more, and pixel sizes as rounded.
+/// Share by which a stated focal length is off without a mistake: EXIF has tenths of a millimetre of lenses of five
+/// and more, and pixel sizes as rounded.
 const FOCAL_ROUNDING: f64 = 0.02;
 /// Scales of maps differ from one by less (`map-scale`).
 const MAP_SCALE: f64 = 3e-3;
@@ -58,7 +59,8 @@ pub fn judge_all(judged: &[Judged], few: &[Few], survey: &Survey, alpha: f64) ->
         find(subject).map(Tested::judged).or_else(small)
     };
     let mut found = Vec::new();
-    // Positions of images against points; then points against points, which no antenna and no focal length stand between.
+    // Positions of images against points; then points against points, which no antenna and no focal length stand
+    // between.
     let points = tested(Subject::Control).or_else(|| tested(Subject::Check));
     if let (Some(gnss), Some(points)) = (find(Subject::Gnss), points) {
         found.extend(judge(gnss, &points, survey, alpha));

@@ -1,4 +1,5 @@
-//! What was set aside speaks: a point or an image of which little is left, or a large share of everything, is a finding with a name.
+//! What was set aside speaks: a point or an image of which little is left, or a large share of everything, is a
+//! finding with a name.
 
 pub use super::survey::Count;
 use super::{Mistake, words};
@@ -9,7 +10,8 @@ impl Count {
         2 * self.aside > self.all
     }
 
-    /// Bound on the probability (its logarithm) that outliers of a share `p` fall on so many of these measurements (Chernoff 1952).
+    /// Bound on the probability (its logarithm) that outliers of a share `p` fall on so many of these measurements
+    /// (Chernoff 1952).
     fn ln_chance(&self, p: f64) -> f64 {
         let share = self.aside as f64 / self.all as f64;
         let term = |share: f64, p: f64| if share > 0.0 { share * (share / p).ln() } else { 0.0 };
@@ -17,7 +19,8 @@ impl Count {
     }
 }
 
-/// Share of all measurements beyond which the rest is a choice: matching by machine leaves one or two false in a hundred, five in a bad one.
+/// Share of all measurements beyond which the rest is a choice: matching by machine leaves one or two false in a
+/// hundred, five in a bad one.
 pub const SHARE: f64 = 0.1;
 
 /// What was set aside of a block.
@@ -31,7 +34,8 @@ pub struct SetAside {
     pub all: Count,
 }
 
-/// Names what was set aside as a whole. `named`: names that a mistake explains already. An image of few measurements may lose most of them to false
+/// Names what was set aside as a whole. `named`: names that a mistake explains already. An image of few measurements
+/// may lose most of them to false
 /// matches; a control point that is lost is missing whatever the reason.
 pub fn judge(counts: &SetAside, named: &[String], alpha: f64) -> Vec<Mistake> {
     let lost = |list: &[Count]| -> Vec<Count> {

@@ -1,4 +1,5 @@
-//! The screening on small surveys that are made here: a free network of its own scale and direction, recorded with millimetres of noise.
+//! The screening on small surveys that are made here: a free network of its own scale and direction, recorded with
+//! millimetres of noise.
 
 use super::*;
 use crate::evaluate::Similarity;

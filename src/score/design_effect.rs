@@ -12,7 +12,8 @@ const DESIGN_SIGMAS: f64 = 3.0;
 /// Score and information over some columns.
 type Part = (DVector<f64>, DMatrix<f64>);
 
-/// Parts of score and information by cluster of measurements. Matching errs together within an image, and what nobody models of a sensor at one place of it.
+/// Parts of score and information by cluster of measurements. Matching errs together within an image, and what nobody
+/// models of a sensor at one place of it.
 #[derive(Debug, Clone)]
 pub struct Clusters {
     /// Per grouping and cluster, over the same columns.
@@ -25,8 +26,10 @@ impl Clusters {
         self.groupings.iter().flatten().next().map(|(score, _)| score.len())
     }
 
-    /// Factor by which the variance of a score exceeds what independent measurements would give: `directions` (columns x dof) whiten the set
-    /// that is tested, `change` is what the columns change by when the set is fitted. Of all groupings the largest; one unless it is above one by more than its
+    /// Factor by which the variance of a score exceeds what independent measurements would give: `directions`
+    /// (columns x dof) whiten the set
+    /// that is tested, `change` is what the columns change by when the set is fitted. Of all groupings the largest;
+    /// one unless it is above one by more than its
     /// own uncertainty allows. Source: Liang and Zeger (1986), the cluster sandwich.
     pub fn design_effect(&self, directions: &DMatrix<f64>, change: &DVector<f64>, variance: f64) -> f64 {
         // Columns that neither touches only cost.
@@ -51,7 +54,8 @@ impl Clusters {
     }
 }
 
-/// A cluster within an image: score, information, and covariance of the score if measurements are independent, over the image's own values.
+/// A cluster within an image: score, information, and covariance of the score if measurements are independent, over
+/// the image's own values.
 #[derive(Debug, Clone)]
 pub struct ClusterOfValues {
     /// Score.
@@ -71,7 +75,8 @@ pub struct Share {
     expected: f64,
 }
 
-/// The same for independent values per image, which take all that an image has in common: clusters are cells within each image, of which
+/// The same for independent values per image, which take all that an image has in common: clusters are cells within
+/// each image, of which
 /// these are the shares ([`shares_of`]), image by image.
 pub fn of_values<'a>(shares: impl Iterator<Item = &'a Share>) -> f64 {
     let mut spread = Spread::default();

@@ -10,7 +10,8 @@ pub fn best_of(ln_p: f64, count: f64) -> f64 {
     if small < -20.0 { small } else { (-(count * (-ln_p.exp()).ln_1p()).exp_m1()).ln().min(0.0) }
 }
 
-/// The same for the best over a range of a parameter, `angle` that through which the statistic's direction turns over it: Davies' bound
+/// The same for the best over a range of a parameter, `angle` that through which the statistic's direction turns over
+/// it: Davies' bound
 /// `P(sup > c) <= P(c) + angle / pi exp(-c^2 / 2)`. Source: Davies (1977), Biometrika 64.
 pub fn best_over_range(ln_p: f64, chi_square: f64, angle: f64) -> f64 {
     let bound = (angle / std::f64::consts::PI).ln() - 0.5 * chi_square;

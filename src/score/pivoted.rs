@@ -6,14 +6,17 @@ use nalgebra::{DMatrix, DVector};
 use pulp::{Simd, WithSimd};
 use std::array::from_fn;
 
-/// A direction of a set of which the base and the other directions leave less than this share of its squared length is absorbed: values of the
+/// A direction of a set of which the base and the other directions leave less than this share of its squared length
+/// is absorbed: values of the
 /// set that differ by hundreds of times what they do to the residuals would make a refit follow a curved valley.
 pub const KEPT_SHARE: f64 = 1e-5;
-/// The same for what a set has above all, its best direction: rounding alone. Most of a flat port or of a high radial term is a focal length and
+/// The same for what a set has above all, its best direction: rounding alone. Most of a flat port or of a high radial
+/// term is a focal length and
 /// a k1, whose freedom says nothing of the rest; whether that is known well enough says the plausible range.
 const ROUNDING_SHARE: f64 = 1e-9;
 
-/// A Cholesky factorisation with pivoting over the columns of a set: those that are left something of, in the order in which they were taken.
+/// A Cholesky factorisation with pivoting over the columns of a set: those that are left something of, in the order
+/// in which they were taken.
 #[derive(Debug, Clone)]
 pub struct Pivoted {
     /// Columns kept.
@@ -27,12 +30,14 @@ pub struct Pivoted {
 }
 
 impl System {
-    /// Factorises `M` over a set of columns, most independent first, and leaves out those that the others and the base absorb.
+    /// Factorises `M` over a set of columns, most independent first, and leaves out those that the others and the
+    /// base absorb.
     pub fn pivoted(&self, set: &[usize]) -> Pivoted {
         self.pivoted_in_turn(&[set])
     }
 
-    /// The same over several sets, one beside those before it: what counts as absorbed of a set does not depend on whether it is factorised
+    /// The same over several sets, one beside those before it: what counts as absorbed of a set does not depend on
+    /// whether it is factorised
     /// alone beside the others or together with them.
     pub fn pivoted_in_turn<S: AsRef<[usize]>>(&self, sets: &[S]) -> Pivoted {
         let of_set = |s: usize| sets[s].as_ref().iter().map(move |column| (*column, s));

@@ -1,8 +1,10 @@
 //! Random values per image, `a_i ~ N(0, t^2)`: is their variance zero, and how large is it?
 //!
-//! With `M` the information of the values and `l_i` its eigenvalues, the score has in the eigenbasis independent entries
+//! With `M` the information of the values and `l_i` its eigenvalues, the score has in the eigenbasis independent
+//! entries
 //! `s_i ~ N(0, phi l_i + t^2 l_i^2)`, `phi` the variance factor: their likelihood needs no refit.
-//! Sources: Lin (1997), variance component testing in generalised linear models with random effects; Liu, Tang and Zhang (2009) for the tail
+//! Sources: Lin (1997), variance component testing in generalised linear models with random effects; Liu, Tang and
+//! Zhang (2009) for the tail
 //! of a sum of weighted chi-squares.
 
 use super::{System, variance_factor};
@@ -32,7 +34,8 @@ pub fn values(system: &System, set: &[usize]) -> Option<RandomValues> {
     RandomValues::new(set.len(), |i, j| system.information[(set[i], set[j])], |i| system.score[set[i]])
 }
 
-/// Tests that the variance is zero. `design_effect`: factor on the variance of the scores from measurements that err together; `ln_level`: level
+/// Tests that the variance is zero. `design_effect`: factor on the variance of the scores from measurements that err
+/// together; `ln_level`: level
 /// of the smallest detectable deviation. `None` where the base leaves nothing.
 pub fn test(system: &System, set: &[usize], design_effect: f64, ln_level: f64) -> Option<Component> {
     let variance = design_effect * variance_factor(system.chi_square, system.redundancy);
@@ -66,10 +69,12 @@ pub fn test(system: &System, set: &[usize], design_effect: f64, ln_level: f64) -
     })
 }
 
-/// Share of the logarithm of a level at which [`may_vary`] lets a variance pass: its tail is that of two moments, lighter than the exact one.
+/// Share of the logarithm of a level at which [`may_vary`] lets a variance pass: its tail is that of two moments,
+/// lighter than the exact one.
 const SCREENED: f64 = 0.5;
 
-/// Could a test at this level find that the variance is not zero? By two moments of the sum of squares, in O(n^2): for screening before an exact look.
+/// Could a test at this level find that the variance is not zero? By two moments of the sum of squares, in O(n^2):
+/// for screening before an exact look.
 /// Source: Satterthwaite (1946).
 pub fn may_vary(system: &System, set: &[usize], design_effect: f64, ln_level: f64) -> bool {
     let variance = design_effect * variance_factor(system.chi_square, system.redundancy);
@@ -94,7 +99,8 @@ fn ln_tail(q: f64, moments: [f64; 4]) -> f64 {
     chi_square_ln_sf((standard * (2.0 * dof).sqrt() + dof).max(0.0), dof).min(0.0)
 }
 
-/// Standard deviation (unit weight) at which the mean of the sum reaches the threshold plus 0.84 of its own spread (80 % power).
+/// Standard deviation (unit weight) at which the mean of the sum reaches the threshold plus 0.84 of its own spread
+/// (80 % power).
 fn smallest_deviation(moments: [f64; 4], ln_level: f64) -> f64 {
     let spread = (2.0 * moments[1]).sqrt();
     let (mut low, mut high) = (moments[0], moments[0] + 100.0 * spread);
@@ -113,7 +119,8 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
 
-    /// Values of `n` images, each measured with information `m`: a law of size `law` times the image's place, chance of deviation `t`.
+    /// Values of `n` images, each measured with information `m`: a law of size `law` times the image's place, chance
+    /// of deviation `t`.
     fn images(n: usize, m: f64, law: f64, t: f64, seed: u64) -> System {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };

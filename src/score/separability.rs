@@ -4,10 +4,12 @@ use super::System;
 use super::pivoted::Pivoted;
 use nalgebra::{DMatrix, DVector};
 
-/// Correlation of two effects in the measurements, once the base is taken out, above which this block cannot tell them apart.
+/// Correlation of two effects in the measurements, once the base is taken out, above which this block cannot tell
+/// them apart.
 pub const INSEPARABLE: f64 = 0.9;
 
-/// Correlation between the estimated effect of a set and what another set can take of it: the root of the share of the drop of the first, if it
+/// Correlation between the estimated effect of a set and what another set can take of it: the root of the share of
+/// the drop of the first, if it
 /// were the truth, that the second alone would bring. The other way round it need not be the same.
 pub fn seen_by(system: &System, one: &Pivoted, other: &Pivoted) -> f64 {
     seen(system, &one.kept, &one.estimate(), other)

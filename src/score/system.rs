@@ -8,7 +8,8 @@ use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
-/// Standard deviations at which a value shows for certain among some dozens of candidates: 4.1 for one in 25000, 0.84 for a power of 80 %.
+/// Standard deviations at which a value shows for certain among some dozens of candidates: 4.1 for one in 25000, 0.84
+/// for a power of 80 %.
 const SHOWS: f64 = 4.94;
 
 /// Columns of the information that are computed together.
@@ -23,7 +24,8 @@ pub struct System {
     pub information: Arc<DMatrix<f64>>,
     /// Squared length of each column before anything was taken out of it.
     pub length: Vec<f64>,
-    /// Least information of a column for its value to be known to its plausible range, at unit weight; zero where there is none.
+    /// Least information of a column for its value to be known to its plausible range, at unit weight; zero where
+    /// there is none.
     pub least: Vec<f64>,
     /// `v'Pv` without any of the columns.
     pub chi_square: f64,
@@ -64,8 +66,10 @@ impl System {
         }
     }
 
-    /// The columns of a set that are worth an estimate of their own: of each the largest plausible value (half of its range) would show beside the
-    /// others. What is known worse is left out, the worst first: values in such a direction are noise for which the others have to make up, and
+    /// The columns of a set that are worth an estimate of their own: of each the largest plausible value (half of its
+    /// range) would show beside the
+    /// others. What is known worse is left out, the worst first: values in such a direction are noise for which the
+    /// others have to make up, and
     /// a refit follows them along a curved valley.
     pub fn determined(&self, set: &[usize]) -> Vec<usize> {
         let mut kept = self.pivoted(set).kept;
@@ -83,7 +87,8 @@ impl System {
         }
     }
 
-    /// The system beside what is taken in: random values first, then fixed sets in turn. Columns that are taken in keep no information.
+    /// The system beside what is taken in: random values first, then fixed sets in turn. Columns that are taken in
+    /// keep no information.
     pub fn beside<S: AsRef<[usize]>>(&self, fixed: &[S], random: &[Penalised]) -> System {
         let mut system = self.clone();
         for values in random {
@@ -128,7 +133,8 @@ impl System {
         })
     }
 
-    /// Lower factor `L` of `M + I / variance` over random values, and `L^-1 s`. `None` where they have no variance: positive definite by their
+    /// Lower factor `L` of `M + I / variance` over random values, and `L^-1 s`. `None` where they have no variance:
+    /// positive definite by their
     /// penalty, all others have it.
     fn penalised(&self, values: &Penalised) -> Option<(Mat<f64>, DVector<f64>)> {
         let set = &values.columns;

@@ -57,7 +57,8 @@ fn rotation_of([w, x, y, z]: [DoubleDouble; 4]) -> Mat3<DoubleDouble> {
 /// Unknowns that one measurement can depend on before those of effects: interior orientation, pose, point.
 pub const PLAIN: usize = PARAMETER_COUNT + 9;
 
-/// A point appears in the row that it was exposed in to this, px: some units of the last digit of a double-double of thousands.
+/// A point appears in the row that it was exposed in to this, px: some units of the last digit of a double-double of
+/// thousands.
 const EXACT_PX: f64 = 1e-26;
 /// Steps to there; where so many do not suffice, a row sees the point twice or never.
 const STEPS: usize = 40;
@@ -126,13 +127,15 @@ impl<'a> Forward<'a> {
     /// Predicted image point, px. `None`: behind the camera, outside the domain of an effect, or in no row of its own.
     pub fn image_point<T: Real>(&self, image: usize, given: &Given<T>) -> Option<[T; 2]> {
         let context = self.context(&self.problem.image_contexts[image]);
-        // The row in which the point appears is exposed at the pose that puts it there. Without the exposure stage no row is asked for.
+        // The row in which the point appears is exposed at the pose that puts it there. Without the exposure stage no
+        // row is asked for.
         let mut row = given.point[0].like(0.5 * context.image.height_px);
         let mut xy = self.in_row(&context, row, given)?;
         if self.of(Stage::Exposure).next().is_none() {
             return Some(xy);
         }
-        // From row to row the point moves by nearly the same: with that slope each step gains a hundred thousand times, of values and derivatives.
+        // From row to row the point moves by nearly the same: with that slope each step gains a hundred thousand
+        // times, of values and derivatives.
         let slope = (self.in_row(&context, row + row.like(1.0), given)?[1] - xy[1]).double();
         for _ in 0..STEPS {
             row = row + (xy[1] - row) / row.like(1.0 - slope);

@@ -262,7 +262,8 @@ fn derived_columns_are_what_they_say() {
         assert!((context.tau_order - (i as f64 - 0.5 * (n - 1.0)) / (n - 1.0)).abs() < 1e-12);
         assert_eq!(Some(context.velocity), block.images[i].velocity, "the measured one");
     }
-    // Without the columns, velocities are those of a smooth path through the positions: nearer to the flown ones than differences of positions, which scatter by half a metre.
+    // Without the columns, velocities are those of a smooth path through the positions: nearer to the flown ones than
+    // differences of positions, which scatter by half a metre.
     let flown: Vec<_> = block.images.iter().map(|image| image.velocity.expect("a velocity")).collect();
     block.images.iter_mut().for_each(|image| image.velocity = None);
     let problem = Problem::new(&block, &Model::default()).expect("a problem");

@@ -80,7 +80,8 @@ fn families_are_asked_apart_from_each_other() {
     }
 }
 
-/// The second pass takes the base out row by row, the first out of the sums; priors, which are nobody's rows, are in both.
+/// The second pass takes the base out row by row, the first out of the sums; priors, which are nobody's rows, are in
+/// both.
 #[test]
 fn parts_sum_to_what_the_null_model_says() {
     let block = block();

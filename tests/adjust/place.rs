@@ -1,4 +1,5 @@
-//! Effects that read the row and the column: the place is that of the prediction, nothing of the measurement is in it, and derivatives follow it.
+//! Effects that read the row and the column: the place is that of the prediction, nothing of the measurement is in
+//! it, and derivatives follow it.
 
 use crate::common::{SOLVERS, effect};
 use crate::noisy::{PRESETS, noisy};
@@ -9,12 +10,14 @@ use misclosure::model::{Datum, EffectRef, EffectTerm, Model};
 use misclosure::problem::Problem;
 use std::sync::Arc;
 
-/// Values of [`Placed`] at which the place moves by some hundredths of a pixel from pixel to pixel, many times what a sensor does.
+/// Values of [`Placed`] at which the place moves by some hundredths of a pixel from pixel to pixel, many times what a
+/// sensor does.
 const SIZE: f64 = 0.7;
 /// Differences of residuals in their hundreds over a step that moves image points by some hundredths of a pixel.
 const DERIVATIVE: f64 = 1e-6;
 
-/// Grows over the sensor, from column to column and from row to row, by waves: an effect whose place is not where its slope was taken first.
+/// Grows over the sensor, from column to column and from row to row, by waves: an effect whose place is not where its
+/// slope was taken first.
 struct Placed(Descriptor);
 
 impl Placed {
@@ -74,7 +77,8 @@ impl Effect for Placed {
     }
 }
 
-/// A block with noise and without, under a rolling shutter of a camera that turns (ten times slower than any, so that the row follows visibly), under one
+/// A block with noise and without, under a rolling shutter of a camera that turns (ten times slower than any, so that
+/// the row follows visibly), under one
 /// that stands still, and under effects of every stage that has a place.
 fn problems() -> Vec<Problem> {
     let (name, overrides, noise) = PRESETS[0];

@@ -56,7 +56,8 @@ pub struct Judgement {
     pub faults: Vec<String>,
     /// Recommended effects that are not there.
     pub not_there: Vec<String>,
-    /// Noncentrality of each effect of the catalogue that was put in, and whether it was named, by itself or by one that stands for it.
+    /// Noncentrality of each effect of the catalogue that was put in, and whether it was named, by itself or by one
+    /// that stands for it.
     pub named: Vec<(f64, bool)>,
 }
 

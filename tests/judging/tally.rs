@@ -62,7 +62,8 @@ fn hidden_in(truth: &Truth) -> String {
 /// Classes of noncentrality: below the first nothing can be seen, above the last everything should be.
 const CLASSES: [f64; 4] = [10.0, 30.0, 60.0, 200.0];
 
-/// Prints how often an effect was named, by kind of block (last word of its name) and by noncentrality, and how often nothing was invented.
+/// Prints how often an effect was named, by kind of block (last word of its name) and by noncentrality, and how often
+/// nothing was invented.
 pub fn print_hit_rates(all: &[Judged]) {
     let kind = |judged: &Judged| judged.name.rsplit(' ').next().unwrap_or("").to_string();
     let kinds: BTreeSet<String> = all.iter().map(kind).collect();

@@ -11,7 +11,8 @@ fn mirror(block: &mut Block, image: usize) {
     all.for_each(|row| row.x = width - row.x);
 }
 
-/// A mirrored image can spoil the network that would show it: not each one is named, but no other image, and nothing else, ever is.
+/// A mirrored image can spoil the network that would show it: not each one is named, but no other image, and nothing
+/// else, ever is.
 #[test]
 fn a_mirrored_image_is_named_or_nothing_is() {
     let mut count = 0;

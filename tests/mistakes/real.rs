@@ -1,4 +1,5 @@
-//! An aerial block with two height systems: control above the ellipsoid, positions above the geoid (`data/ign-borea`, reference.json).
+//! An aerial block with two height systems: control above the ellipsoid, positions above the geoid (`data/ign-borea`,
+//! reference.json).
 
 use super::made::{expect, named};
 use misclosure::io::block::read_block;

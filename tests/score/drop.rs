@@ -62,7 +62,8 @@ fn predicted_and_refitted(block: &Block, base: &Fit, candidate: &Candidate) -> O
     let linearised = with_candidates(block, base, added, Questions { tested, ..Questions::nothing() }, &settings)
         .expect("a null model");
     let competition = Competition::new(&linearised, &Default::default(), &settings);
-    // A refit has no prior of what is plausible: the objective adds that to what the refit leaves. Coefficients that are not determined are held.
+    // A refit has no prior of what is plausible: the objective adds that to what the refit leaves. Coefficients that
+    // are not determined are held.
     let mut prior = linearised.prior_of_refit();
     let columns = &linearised.sets[0].columns;
     let estimated = linearised.situation(&settings).beside().determined(columns);

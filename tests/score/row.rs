@@ -1,4 +1,5 @@
-//! A rolling shutter in noise: its expected score is zero, however many measurements there are. With the measured row in its column the score is
+//! A rolling shutter in noise: its expected score is zero, however many measurements there are. With the measured row
+//! in its column the score is
 //! that of noise with itself, and grows with their number.
 
 use super::blocks::{everything_free, fitted, options, preset, with_noise};
@@ -44,7 +45,8 @@ impl Columns for OfMeasuredRow<'_> {
     }
 }
 
-/// Score of the readout time over its standard deviation at the fit without it: of the effect, and with the row that was measured.
+/// Score of the readout time over its standard deviation at the fit without it: of the effect, and with the row that
+/// was measured.
 fn t_values(block: &Block) -> [f64; 2] {
     let fit = fitted(block, &everything_free());
     let sigma0 = (fit.chi_square() / fit.problem.redundancy().2 as f64).sqrt();

@@ -1,4 +1,5 @@
-//! Hypotheses: everything that may be true of a block beyond the plain model, each with its columns, its prior and its price.
+//! Hypotheses: everything that may be true of a block beyond the plain model, each with its columns, its prior and
+//! its price.
 //!
 //! | kind | values | examples |
 //! |---|---|---|
@@ -6,7 +7,8 @@
 //! | random effect | `N(0, t^2)`, one per image, `t` estimated | focal-image, pp-image |
 //! | field | `N(0, t^2)` in typical sizes, `t` estimated | image-fourier, image-grid, focal-spline |
 //!
-//! A field is a random effect, never a free fit of its many columns: as free columns it could take every smooth law for nothing, and a law beside it
+//! A field is a random effect, never a free fit of its many columns: as free columns it could take every smooth law
+//! for nothing, and a law beside it
 //! would never pay.
 
 mod price;
@@ -27,7 +29,8 @@ use std::collections::BTreeMap;
 pub struct Hypothesis {
     /// Id of the effect, `free:f` and so on.
     pub id: String,
-    /// Of those with the same key a set has one at most: of the variants of an effect, and of the fields of a stage, which are bases of the same unknown pattern.
+    /// Of those with the same key a set has one at most: of the variants of an effect, and of the fields of a stage,
+    /// which are bases of the same unknown pattern.
     pub key: String,
     /// Its set of the linearisation.
     pub set: usize,
@@ -39,7 +42,8 @@ pub struct Hypothesis {
     pub physical: bool,
     /// A law of the lens or the sensor without a place of its own: the camera takes most of it.
     pub lens: bool,
-    /// Id of the lower terms of its series: a term of a series is tested beside the terms below it, never in their place.
+    /// Id of the lower terms of its series: a term of a series is tested beside the terms below it, never in their
+    /// place.
     pub above: Option<&'static str>,
     /// See `price.rs`.
     pub price: f64,
@@ -47,11 +51,14 @@ pub struct Hypothesis {
     pub design_effect: f64,
 }
 
-/// Lowest price of each effect so far, by id. A hypothesis costs as much to take in as its removal saves, although its variants are candidates where it is out and its range a
-/// parameter where it is in; and noise looks less correlated as the model gets better. Prices that only fall make a descent end.
+/// Lowest price of each effect so far, by id. A hypothesis costs as much to take in as its removal saves, although
+/// its variants are candidates where it is out and its range a
+/// parameter where it is in; and noise looks less correlated as the model gets better. Prices that only fall make a
+/// descent end.
 pub type Prices = BTreeMap<String, f64>;
 
-/// All hypotheses of a linearisation: those in the model, then its candidates. `known`: prices at linearisations before.
+/// All hypotheses of a linearisation: those in the model, then its candidates. `known`: prices at linearisations
+/// before.
 pub fn all(linearised: &Linearised, known: &Prices, settings: &Settings<'_>) -> Vec<Hypothesis> {
     let situation = linearised.situation(settings);
     let base = Situation { taken: Vec::new(), ..situation.clone() };
@@ -95,7 +102,8 @@ pub fn all(linearised: &Linearised, known: &Prices, settings: &Settings<'_>) -> 
     sets.into_par_iter().filter_map(hypothesis).collect()
 }
 
-/// Degrees of freedom of each law that another one contains: values of the larger one do all that it can do. Where the smaller one is true, the larger one only adds to it.
+/// Degrees of freedom of each law that another one contains: values of the larger one do all that it can do. Where
+/// the smaller one is true, the larger one only adds to it.
 fn contained<'a>(
     linearised: &'a Linearised,
     base: &'a System,

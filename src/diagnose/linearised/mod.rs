@@ -197,7 +197,8 @@ struct Zero {
 }
 
 impl Zero {
-    /// Score, information and `v'Pv` where all columns are zero. What is in the fit is in, however little is known of it: with its prior, and without a limit below which
+    /// Score, information and `v'Pv` where all columns are zero. What is in the fit is in, however little is known of
+    /// it: with its prior, and without a limit below which
     /// it would be left out. Left out, its value would be left over.
     fn of(&self, scores: &ScoreSystem, values: &[f64]) -> System {
         let moved = times(&scores.information, values);
@@ -230,7 +231,8 @@ fn times(information: &DMatrix<f64>, values: &[f64]) -> DVector<f64> {
 }
 
 impl Linearised {
-    /// Information that the prior of each column adds beside what the fit has of it already; zero where nothing is known of it.
+    /// Information that the prior of each column adds beside what the fit has of it already; zero where nothing is
+    /// known of it.
     pub fn prior_of_columns(&self) -> Vec<f64> {
         let mut prior = self.prior_of_refit();
         for column in self.sets.iter().filter(|set| set.nature == Nature::Law).flat_map(|set| &set.columns) {
@@ -242,7 +244,8 @@ impl Linearised {
         prior
     }
 
-    /// Information that the prior of each column has in a refit with its set: that of effects of several coefficients is weak, one coefficient has none.
+    /// Information that the prior of each column has in a refit with its set: that of effects of several coefficients
+    /// is weak, one coefficient has none.
     pub fn prior_of_refit(&self) -> Vec<f64> {
         let mut prior = vec![0.0; self.values.len()];
         let first_effect = self.null.problem().layout().theta(0);
@@ -326,7 +329,8 @@ impl Linearised {
         self.null.moved(&self.scores, &change.collect::<Vec<f64>>())
     }
 
-    /// Variance of chance values of largest likelihood beside what else is in, in units of the variance of unit weight and of their columns squared.
+    /// Variance of chance values of largest likelihood beside what else is in, in units of the variance of unit
+    /// weight and of their columns squared.
     pub fn variance(&self, situation: &Situation<'_>, set: usize) -> f64 {
         let beside = situation.without(&self.sets[set].id).beside();
         let values = random::values(&beside, &self.sets[set].columns);

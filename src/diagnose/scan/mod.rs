@@ -51,7 +51,8 @@ struct Scan<'a> {
 /// A shape and its statistic.
 type Found = (f64, Shape);
 
-/// Puts every candidate that has a place on the sensor where it fits best; one that no place can be found for lists what it needs.
+/// Puts every candidate that has a place on the sensor where it fits best; one that no place can be found for lists
+/// what it needs.
 pub fn place(
     fit: &Fit,
     tested: &mut Vec<(Candidate, Searched)>,

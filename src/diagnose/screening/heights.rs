@@ -1,4 +1,5 @@
-//! The value of a height offset against GNSS positions. A free network is a little bent; the positions hold it straight, and then it is known better.
+//! The value of a height offset against GNSS positions. A free network is a little bent; the positions hold it
+//! straight, and then it is known better.
 
 use super::network::network_by_gnss;
 use crate::adjust::Options;

@@ -1,4 +1,5 @@
-//! The screening for mistakes before a diagnosis: the values of the tables, then the block oriented by its tie points alone and its surveyed groups beside that.
+//! The screening for mistakes before a diagnosis: the values of the tables, then the block oriented by its tie points
+//! alone and its surveyed groups beside that.
 
 mod aside;
 mod heights;
@@ -20,7 +21,8 @@ use network::free_network;
 use survey::Network;
 use undone::with_conventions;
 
-/// Mistakes in a block: in the values of its tables, and in its surveyed groups where the images can be oriented without them. Each kind of a subject once, the
+/// Mistakes in a block: in the values of its tables, and in its surveyed groups where the images can be oriented
+/// without them. Each kind of a subject once, the
 /// first that found it.
 pub fn mistakes(block: &Block, model: &Model, significance: f64, options: &Options) -> Vec<Mistake> {
     let mut found = values::of_values(block);

@@ -14,14 +14,17 @@ use std::ops::ControlFlow;
 
 /// Tie points of each image that orient it: ten times as many as an orientation needs, over the sensor.
 const POINTS_PER_IMAGE: usize = 60;
-/// What a focal length may move heights by to tell two height systems apart, m: a third of what these differ by at least.
+/// What a focal length may move heights by to tell two height systems apart, m: a third of what these differ by at
+/// least.
 const TOLD_M: f64 = 10.0 / 3.0;
-/// Variance factor with the camera held as stated, over that with a free one, up to which the ties allow the stated one: residuals twice as large.
+/// Variance factor with the camera held as stated, over that with a free one, up to which the ties allow the stated
+/// one: residuals twice as large.
 const AS_GOOD: f64 = 4.0;
 /// Images up to which the covariance of every pose is computed: it grows with the square of their number.
 const MOST_COVARIANCES: usize = 1000;
 
-/// The block by some of its tie points, with a loss that single false matches cannot bend. Where they do not tell the focal length well enough for
+/// The block by some of its tie points, with a loss that single false matches cannot bend. Where they do not tell the
+/// focal length well enough for
 /// heights, the camera is held as stated if the ties allow that.
 pub fn free_network(block: &Block, model: &Model, options: &Options) -> Option<Oriented> {
     let few = thinned(block);
@@ -43,7 +46,8 @@ pub fn free_network(block: &Block, model: &Model, options: &Options) -> Option<O
     }
 }
 
-/// The block by some of its tie points and its GNSS positions, which hold it straight; the focal length as stated where the ties do not tell it.
+/// The block by some of its tie points and its GNSS positions, which hold it straight; the focal length as stated
+/// where the ties do not tell it.
 pub fn network_by_gnss(block: &Block, model: &Model, focal: Focal, options: &Options) -> Option<Fit> {
     let few = thinned(block);
     let mut model = Model { datum: Datum::Gnss, effects: Vec::new(), ..model.clone() };

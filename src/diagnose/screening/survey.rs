@@ -103,7 +103,8 @@ impl<'f> Network<'f> {
 /// Residuals below are rounding, px.
 const LEAST_PX: f64 = 0.01;
 
-/// Images most of whose measurements meet the network: one that is mirrored, or that has the measurements of another image, stands anywhere.
+/// Images most of whose measurements meet the network: one that is mirrored, or that has the measurements of another
+/// image, stands anywhere.
 fn well_oriented(fit: &Fit, predictor: &Predictor<'_>) -> Vec<bool> {
     let mut sizes: Vec<Vec<f64>> = vec![Vec::new(); fit.problem.image_names.len()];
     predictor.each_measurement(|_, row, predicted| {

@@ -1,4 +1,5 @@
-//! The search for the hypotheses of the lowest objective, on `(s, M)`: a beam over sets with the moves add, drop, exchange, and add two.
+//! The search for the hypotheses of the lowest objective, on `(s, M)`: a beam over sets with the moves add, drop,
+//! exchange, and add two.
 
 use crate::diagnose::models::SMALLEST_DEVIATION;
 use crate::diagnose::objective::{Conditional, Members, Objective, misfit};
@@ -86,7 +87,8 @@ fn likeliest(objective: &Objective<'_>, members: &Members) -> Members {
     next
 }
 
-/// Variance of largest likelihood of a random effect beside some members, in units of the variance of unit weight; `None` where none is likelier.
+/// Variance of largest likelihood of a random effect beside some members, in units of the variance of unit weight;
+/// `None` where none is likelier.
 fn likeliest_variance(objective: &Objective<'_>, hypothesis: usize, members: &Members) -> Option<f64> {
     let system = objective.of_random(hypothesis, members);
     let all: Vec<usize> = (0..system.len()).collect();
@@ -94,7 +96,8 @@ fn likeliest_variance(objective: &Objective<'_>, hypothesis: usize, members: &Me
 }
 
 impl Objective<'_> {
-    /// Some members with a random effect of its likeliest variance; of the smallest one where none is likelier than zero.
+    /// Some members with a random effect of its likeliest variance; of the smallest one where none is likelier than
+    /// zero.
     pub fn with_likeliest(&self, members: &Members, hypothesis: usize) -> Members {
         let variance = likeliest_variance(self, hypothesis, members).unwrap_or(SMALLEST_DEVIATION.powi(2));
         members.with_random(hypothesis, variance)

@@ -3,7 +3,8 @@
 //!
 //! A format reads into our own block (`CONVENTIONS.md`), exactly where its formulas allow it; whatever is guessed on the way, or lost,
 //! is a [`Note`]. What formats share stands beside them: text ([`text`]), poses ([`pose`]), tie points ([`tracks`]), cameras that are
-//! no Fraser camera ([`fit`]), geographic coordinates ([`crate::geodesy`]), and points that prove a transfer ([`verification`]).
+//! no Fraser camera ([`fit`]), geographic coordinates ([`crate::geodesy`]), and points that prove a transfer
+//! ([`verification`]).
 
 mod aicon;
 mod binary;

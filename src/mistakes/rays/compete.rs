@@ -1,4 +1,5 @@
-//! The conventions of a whole block compete: under the right one rays meet, by an order of magnitude better than as recorded, and under no other.
+//! The conventions of a whole block compete: under the right one rays meet, by an order of magnitude better than as
+//! recorded, and under no other.
 
 use super::alternatives::{Alternative, alternatives};
 use super::cause::{Cause, Table};
@@ -8,15 +9,18 @@ use super::same::same_rays;
 use super::scene::Scene;
 use crate::mistakes::BEYOND;
 
-/// As recorded, rays must miss by more than that, rad: orientations of a flight controller are good to one degree, and positions to a metre or two from a
+/// As recorded, rays must miss by more than that, rad: orientations of a flight controller are good to one degree,
+/// and positions to a metre or two from a
 /// hundred, which is one degree as well.
 const APPROXIMATE: f64 = 0.02;
-/// Where rays meet to within that, px, poses come from an adjustment, and nothing is approximate: matching by machine is good to one pixel.
+/// Where rays meet to within that, px, poses come from an adjustment, and nothing is approximate: matching by machine
+/// is good to one pixel.
 const ADJUSTED_PX: f64 = 3.0;
 /// Alternatives within this factor of the best are as good: the medians of a few hundred points differ by less.
 const AS_GOOD: f64 = 2.0;
 
-/// Rays that miss by less than that share of the spread of measurements (half a pixel of a thousand) meet: nothing can be ten times better.
+/// Rays that miss by less than that share of the spread of measurements (half a pixel of a thousand) meet: nothing
+/// can be ten times better.
 const MEET: f64 = 5e-4;
 
 /// A convention that is wrong.
@@ -59,7 +63,8 @@ impl Tried {
     }
 }
 
-/// The convention of a scene that is wrong; `None` where rays meet as recorded, where no alternative lets them meet, and where two different ones do.
+/// The convention of a scene that is wrong; `None` where rays meet as recorded, where no alternative lets them meet,
+/// and where two different ones do.
 pub fn judge(scene: &Scene, table: Table) -> Option<Found> {
     let own = misfit(scene).filter(|own| own.share > MEET)?;
     let mut tried: Vec<Tried> = alternatives(scene, table)

@@ -44,7 +44,8 @@ pub enum Length {
 /// Coefficients of the distortion and the power of a length in each: `k1 r^2`, `k2 r^4`, `k3 r^6`, `p1 r`, `p2 r`.
 const POWERS: [(usize, i32); 5] = [(K1, 2), (K2, 4), (K3, 6), (P1, 1), (P2, 1)];
 
-/// Converts the principal point, and the centre of distortion where it has the same unit: where it lies in the same corner of the sensor.
+/// Converts the principal point, and the centre of distortion where it has the same unit: where it lies in the same
+/// corner of the sensor.
 fn in_pixels(interior: &mut Interior, px: f64, offset: [f64; 2]) {
     let has_the_unit = [DCX, DCY].iter().zip(offset).all(|(centre, offset)| {
         // Half of half the side, or of the pixels in a millimetre.

@@ -1,4 +1,5 @@
-//! A small block for tests: three strips above rolling ground, with tilts of some degrees and noise of a third of a pixel that repeats.
+//! A small block for tests: three strips above rolling ground, with tilts of some degrees and noise of a third of a
+//! pixel that repeats.
 
 use super::scene::{Scene, Sight, View};
 use crate::block::Pose;

@@ -22,7 +22,8 @@ pub struct Misfit {
 }
 
 impl Misfit {
-    /// By how many times `other` is smaller, in each of the three measures: a short focal length makes pixels small, a long one angles, and
+    /// By how many times `other` is smaller, in each of the three measures: a short focal length makes pixels small,
+    /// a long one angles, and
     /// measurements near one place make both small.
     pub fn times(&self, other: &Self) -> f64 {
         let [px, angle, share] =

@@ -1,4 +1,5 @@
-//! Rays know the conventions of the images: where rays of tie points do not meet as recorded, and meet once a habit of another program is undone, this
+//! Rays know the conventions of the images: where rays of tie points do not meet as recorded, and meet once a habit
+//! of another program is undone, this
 //! habit is the mistake.
 //!
 //! ```text
@@ -6,8 +7,10 @@
 //! network of good images ──► images that do not fit ──► each resected alone under its own alternatives
 //! ```
 //!
-//! **A block of which nothing is wrong names nothing.** Poses that are off by degrees and metres let rays miss each other under every alternative. On
-//! forty simulated and seven real blocks the best wrong alternative is 1.1 times better than the recorded values, while the right one of blocks with a mistake is
+//! **A block of which nothing is wrong names nothing.** Poses that are off by degrees and metres let rays miss each
+//! other under every alternative. On
+//! forty simulated and seven real blocks the best wrong alternative is 1.1 times better than the recorded values,
+//! while the right one of blocks with a mistake is
 //! 14 to 100 000 times better: [`BEYOND`](super::BEYOND) stands between the two.
 
 mod alternatives;
@@ -35,7 +38,8 @@ use cause::{Cause, Table};
 use compete::{Found, judge};
 use scene::Scope;
 
-/// Conventions that are wrong of all images, or of all images of one camera. `ties`: some tie points of a block, of many rays each; `marks`: its surveyed
+/// Conventions that are wrong of all images, or of all images of one camera. `ties`: some tie points of a block, of
+/// many rays each; `marks`: its surveyed
 /// points.
 pub fn conventions(ties: &Scene, marks: &Scene) -> Vec<Mistake> {
     let found = of_table(ties, marks, Table::Ties);
@@ -67,7 +71,8 @@ fn of_table(scene: &Scene, other: &Scene, table: Table) -> Vec<Mistake> {
     cameras.into_iter().filter_map(of).flatten().collect()
 }
 
-/// Tables of measurements that share a convention. Marks that were measured in another program may be right; too few of them follow the tie points.
+/// Tables of measurements that share a convention. Marks that were measured in another program may be right; too few
+/// of them follow the tie points.
 fn tables(found: &Found, other: &Scene, table: Table) -> Vec<&'static str> {
     if table == Table::Marks {
         return vec![Table::Marks.file()];

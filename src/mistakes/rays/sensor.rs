@@ -11,7 +11,8 @@ const BORDER: f64 = 1.0;
 /// Measurements of a camera below which nothing is said.
 const FEWEST: usize = 50;
 
-/// Cameras whose sides are exchanged while their other numbers are right: many measurements lie beside the sensor, none beside the turned one.
+/// Cameras whose sides are exchanged while their other numbers are right: many measurements lie beside the sensor,
+/// none beside the turned one.
 pub fn sides_exchanged(scene: &Scene) -> Vec<Mistake> {
     (0..scene.cameras.len())
         .filter(|camera| is_exchanged(scene, *camera))

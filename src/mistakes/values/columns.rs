@@ -10,7 +10,8 @@ use crate::mistakes::Mistake;
 const FEWEST: usize = 3;
 /// The same as a share of all: blunders that leave the sensor are one in a thousand.
 const SHARE: f64 = 0.01;
-/// Probability that no measurement reaches along the longer side beyond the shorter one. Measurements beyond the sensor prove the rest.
+/// Probability that no measurement reaches along the longer side beyond the shorter one. Measurements beyond the
+/// sensor prove the rest.
 const LEVEL: f64 = 1e-3;
 /// Sides that differ by less than this share tell nothing.
 const SQUARE: f64 = 0.05;
@@ -26,7 +27,8 @@ fn is_exchanged(camera: &Camera, extent: &Extent) -> bool {
     shorter < (1.0 - SQUARE) * longer && many && fits && extent.before == 0 && chance < LEVEL.ln()
 }
 
-/// Measurements of a table whose columns are exchanged. `whole`: extents of both tables together, for the sensor's own sides.
+/// Measurements of a table whose columns are exchanged. `whole`: extents of both tables together, for the sensor's
+/// own sides.
 pub fn judge(table: &Table, tables: &Tables, extents: &[Extent], whole: &[Extent]) -> Vec<Mistake> {
     let sides: Vec<bool> = tables.cameras.iter().zip(whole).map(|(own, all)| sensor::is_exchanged(own, all)).collect();
     let cameras: Vec<usize> =

@@ -5,11 +5,13 @@ use super::tables::{Camera, Tables};
 use crate::block::edit::{Change, Edit};
 use crate::mistakes::Mistake;
 
-/// A term that moves a corner by more than this many half diagonals is none of pixels: fisheyes reach one, and millimetres read as pixels 100.
+/// A term that moves a corner by more than this many half diagonals is none of pixels: fisheyes reach one, and
+/// millimetres read as pixels 100.
 const ABSURD: f64 = 5.0;
 /// The same for decentring, whose terms are below a hundredth in real lenses.
 const ABSURD_DECENTRING: f64 = 1.0;
-/// A corner moves by less than this share of its distance from the centre, in a lens that a central projection describes at all.
+/// A corner moves by less than this share of its distance from the centre, in a lens that a central projection
+/// describes at all.
 const PLAUSIBLE: f64 = 0.6;
 /// Half the diagonal of the smallest sensor that is flown, mm.
 const SMALLEST_MM: f64 = 3.0;
@@ -31,7 +33,8 @@ fn is_plausible(camera: &Camera, half_diagonal: f64) -> bool {
     radial(camera, half_diagonal) < PLAUSIBLE && decentring(camera, half_diagonal) < PLAUSIBLE
 }
 
-/// Focal length, px, by which the coordinates were divided; `None` where they may as well be millimetres. (What is plausible of millimetres is plausible
+/// Focal length, px, by which the coordinates were divided; `None` where they may as well be millimetres. (What is
+/// plausible of millimetres is plausible
 /// of normalised coordinates, too: a focal length has several millimetres.)
 fn normalised_by(camera: &Camera) -> Option<f64> {
     let h = camera.half_diagonal();

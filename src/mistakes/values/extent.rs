@@ -2,7 +2,8 @@
 
 use super::tables::{Camera, Table, Tables};
 
-/// Measurements of an image that count as independent of each other: matches stand in heaps, and an image has four quarters.
+/// Measurements of an image that count as independent of each other: matches stand in heaps, and an image has four
+/// quarters.
 const PER_IMAGE: usize = 4;
 /// Share of the images whose farthest measurement is left out of [`Extent::filled`]: blunders reach anywhere.
 const STRAYS: f64 = 0.05;

@@ -24,7 +24,8 @@ pub struct Place {
     pub velocity: Option<Vector3<f64>>,
 }
 
-/// Images of each camera in each flight that have a time, in the order of the file. GNSS positions come from paths alone that have one at each of these
+/// Images of each camera in each flight that have a time, in the order of the file. GNSS positions come from paths
+/// alone that have one at each of these
 /// images: two sources on one path may be two systems.
 pub fn paths(tables: &Tables, source: Source) -> Vec<Vec<Place>> {
     let mut own: BTreeMap<(usize, usize), Vec<&Image>> = BTreeMap::new();

@@ -6,7 +6,8 @@ use super::tables::{Camera, Tables};
 use crate::block::edit::{Change, Edit};
 use crate::mistakes::Mistake;
 
-/// Share of a side within which a principal point is at a centre: half of what parts the centre of a 3:2 image from that of the turned one.
+/// Share of a side within which a principal point is at a centre: half of what parts the centre of a 3:2 image from
+/// that of the turned one.
 const AT_CENTRE: f64 = 0.05;
 /// Fewest measurements beyond the sensor that no blunder of a matching explains.
 const FEWEST: usize = 5;
@@ -49,7 +50,8 @@ fn finding(camera: &Camera, extent: &Extent) -> Option<Finding> {
     (extent.beyond.into_iter().all(enough) && extent.before == 0 && same).then_some(Finding::Larger(extent.high))
 }
 
-/// Do principal point and measurements belong to the sensor with its sides exchanged? The measurements must leave the sensor as stated.
+/// Do principal point and measurements belong to the sensor with its sides exchanged? The measurements must leave the
+/// sensor as stated.
 pub fn is_exchanged(camera: &Camera, extent: &Extent) -> bool {
     let [width, height] = camera.sides;
     let turned = is_centred(camera, [height, width]) && !is_centred(camera, camera.sides);

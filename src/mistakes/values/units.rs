@@ -11,7 +11,8 @@ const NORMALISED: f64 = 2.0;
 const MILLIMETRES: f64 = 120.0;
 /// Excess over the stated size of a sensor: a calibrated pixel size is rounded.
 const EXCESS: f64 = 1.1;
-/// Other units than pixels fill no more than this share of the shorter side, beside a corner where nobody measures all points.
+/// Other units than pixels fill no more than this share of the shorter side, beside a corner where nobody measures
+/// all points.
 const SMALL: f64 = 0.05;
 /// Fewest measurements, and images, that are no chance.
 const FEWEST: [usize; 2] = [10, 2];

@@ -17,7 +17,8 @@ pub(super) enum By {
 pub(super) struct Row {
     /// Rank of its image; [`NONE`] for surveyed coordinates.
     pub rank: u32,
-    /// Cell of the sensor ([`super::cells::SensorCells`]); [`NONE`] where cells are not asked for, and for rows of coordinates.
+    /// Cell of the sensor ([`super::cells::SensorCells`]); [`NONE`] where cells are not asked for, and for rows of
+    /// coordinates.
     pub cell: u32,
     /// By the image's unknowns.
     pub image: [f64; MAX_DIM],

@@ -3,7 +3,8 @@
 use crate::effects::ImageContext;
 use crate::problem::Problem;
 
-/// Cells along the long and the short side of a sensor: of a pattern of the sensor that nobody models, each has a part of its own.
+/// Cells along the long and the short side of a sensor: of a pattern of the sensor that nobody models, each has a
+/// part of its own.
 const CELLS: [usize; 2] = [16, 12];
 
 /// Cells of the sensors of all cameras.

@@ -1,4 +1,5 @@
-//! Chosen columns projected row by row, and what each image, and each cell of the sensor, has of their score and information.
+//! Chosen columns projected row by row, and what each image, and each cell of the sensor, has of their score and
+//! information.
 
 use super::batch::By;
 use super::cells::SensorCells;
@@ -17,7 +18,8 @@ use std::sync::Arc;
 /// Score and information over some columns.
 pub type Part = (DVector<f64>, DMatrix<f64>);
 
-/// Parts of score and information: rows of an image are one unit that may err together, and so are those in a cell of the sensor.
+/// Parts of score and information: rows of an image are one unit that may err together, and so are those in a cell of
+/// the sensor.
 #[derive(Debug, Clone)]
 pub struct Parts {
     /// Columns of effects, in the order of the null model, that were projected.
@@ -114,7 +116,8 @@ impl NullModel {
         Ok(Parts { columns: dense, of_images, of_cells })
     }
 
-    /// Adds the priors, rows in which no column has an entry of its own, but the base's unknowns that go with it have theirs.
+    /// Adds the priors, rows in which no column has an entry of its own, but the base's unknowns that go with it have
+    /// theirs.
     fn add_priors(&self, (score, information): &mut Part, carry: &Carry) {
         let Self { problem, structure, state, frames, .. } = self;
         let of_border = structure.images * structure.dim;

@@ -1,6 +1,7 @@
 //! Single images that do not fit a network of the others: mirrored, turned, reduced, cropped, or exchanged.
 //!
-//! Points are placed by the rays of images that fit. An image that does not is resected alone from these points, as recorded and under each alternative. It is
+//! Points are placed by the rays of images that fit. An image that does not is resected alone from these points, as
+//! recorded and under each alternative. It is
 //! named where most of its measurements fit under an alternative and few as recorded, wherever it may stand.
 
 mod cause;
@@ -35,7 +36,8 @@ const NEAR_SHARE: f64 = 0.3;
 /// A crop below this share of the longer side is the principal point, which an adjustment estimates.
 const LEAST_CROP: f64 = 0.01;
 
-/// Mistakes of single images. `scene`: images in their places in a network that wrong measurements did not bend, with its cameras; `approximate`: their
+/// Mistakes of single images. `scene`: images in their places in a network that wrong measurements did not bend, with
+/// its cameras; `approximate`: their
 /// approximate poses.
 pub fn images(scene: &Scene, approximate: &[Pose]) -> Vec<Mistake> {
     if approximate.len() != scene.views.len() {

@@ -1,4 +1,5 @@
-//! A network of images whose rays meet: where each point lies by most of its rays, and images whose measurements do not fit there.
+//! A network of images whose rays meet: where each point lies by most of its rays, and images whose measurements do
+//! not fit there.
 
 use super::super::meet::{error, intersect};
 use super::super::scene::{Scene, Sight};

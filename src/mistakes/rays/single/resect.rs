@@ -1,4 +1,5 @@
-//! One image alone: its pose from points that other images know, with a loss that wrong measurements cannot bend (Gauss-Newton, damped, Cauchy's loss).
+//! One image alone: its pose from points that other images know, with a loss that wrong measurements cannot bend
+//! (Gauss-Newton, damped, Cauchy's loss).
 
 use crate::block::Pose;
 use crate::camera::fraser::project_with_derivatives;
@@ -83,7 +84,8 @@ impl Resected {
 
 type Normal = (SMatrix<f64, UNKNOWNS, UNKNOWNS>, SVector<f64, UNKNOWNS>);
 
-/// The pose that most rows agree with, near a start; with `shifts` also a shift of the image. `usual`: what measurements are off by, px.
+/// The pose that most rows agree with, near a start; with `shifts` also a shift of the image. `usual`: what
+/// measurements are off by, px.
 pub fn resect(camera: &Camera, rows: &[Row], start: &Pose, shifts: bool, usual: f64) -> Option<Resected> {
     let mut current = Resected { pose: *start, offset: [0.0; 2] };
     for _ in 0..ITERATIONS {

@@ -20,7 +20,8 @@ pub fn neighbours(scene: &Scene, known: &Known, view: usize) -> Vec<usize> {
     others
 }
 
-/// The approximate pose of an image in the network, as a neighbour sees it: the network may be turned and shifted against the approximations.
+/// The approximate pose of an image in the network, as a neighbour sees it: the network may be turned and shifted
+/// against the approximations.
 pub fn brought(scene: &Scene, approximate: &[Pose], view: usize, neighbour: usize) -> Pose {
     let (of, by) = (&approximate[view], &approximate[neighbour]);
     let network = &scene.views[neighbour].pose;
