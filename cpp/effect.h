@@ -38,6 +38,17 @@
 // antennas, after the position stage. `surveyed_kind` of the context says which of the two is at hand; at all other stages it
 // is NaN. Control points belong to no image: control and frame effects have global parameters alone and read nothing of one.
 // What a map does may reach one kind alone; cpp/surveyed.h has the given parameter `in` for that choice.
+//
+// An effect that names a cause may state three things more: plausible ranges, which a diagnosis weighs, and words and
+// a picture, which a report shows. Without a range any size counts as possible; without words there are figures alone.
+//
+//   static constexpr Parameter parameters[] = {
+//       Within(Estimated("kappa", "1/m", Scope::kGlobal, 0.0, 1.3e-8), 0.0, 5e-8, "four times the standard air"),
+//   };
+//   static constexpr Words words = {"What it is, in two sentences.", "What to do about it.",
+//                                   "the flight, column or setting that would tell it from what looks like it"};
+//   static constexpr Picture picture = Picture::kScale;             // without it that of the stage
+//   static constexpr By by = By::kTemperature;                      // of kScale, kShift and kGnss; without it the time
 
 #ifndef MISCLOSURE_EFFECT_H_
 #define MISCLOSURE_EFFECT_H_
@@ -46,8 +57,10 @@
 
 // ---------------------------------------------------------------------------------------------------------------- C ABI
 
-// Raised by one whenever a struct below changes.
-#define MISCLOSURE_ABI_VERSION 2u
+// Raised by one whenever a struct below changes. A program of version 3 also loads what was compiled with version 2,
+// which had neither ranges nor words nor pictures: version 3 adds their fields at the end of the structs, and
+// changes nothing else.
+#define MISCLOSURE_ABI_VERSION 3u
 
 #ifdef __cplusplus
 extern "C" {
@@ -82,7 +95,22 @@ typedef struct misclosure_name {
   double value;      // what it stands for
 } misclosure_name;
 
-// A parameter. C++ makes them with Estimated, Searched, Given and Random.
+// A parameter. C++ makes them with Estimated, Searched, Given and Random, and gives it a plausible range with Within
+// or UpTo. The plausible range is what the parameter can be if the cause that the effect names is at work, in the
+// parameter's unit; of a random parameter it is that of the standard deviation. It comes from physics or a data
+// sheet, never from the block.
+//
+//                     |<---------- plausible ---------->|
+//     ---- other -----+----------------+----------------+----- other ---->  theta
+//        causes      min            nominal            max    causes
+//                                      |<-- s = (max - min) / 2
+//
+// A diagnosis uses it three times. (1) The size has the prior N(nominal, s^2): the objective is J = v'Pv + ((theta -
+// nominal) / s)^2 + prices, so that an effect pays for an implausible size. (2) A size that the block does not
+// determine to within max - min is not tested. (3) An estimate beyond the range by three of its standard deviations
+// is reported as a shape that looks like the effect, and has another cause. An adjustment without diagnosis uses no
+// range. Expected: min < max, both finite, nominal and typical size within, and a source. Zeros and a null source:
+// no range is stated.
 typedef struct misclosure_parameter {
   const char* name;               // without spaces and []=,:
   const char* unit;               // "1" for none
@@ -95,6 +123,8 @@ typedef struct misclosure_parameter {
   double domain_min, domain_max;  // of a searched parameter, where its domain has limits
   const misclosure_name* names;   // of a given parameter
   const char* deviation;          // of a random parameter: name of its standard deviation
+  double plausible_min, plausible_max;  // what it can be; of an estimated or random parameter
+  const char* plausible_source;   // where the range comes from; null: no range is stated
 } misclosure_parameter;
 
 // What an effect answers. Where it is called (guarded.h) an exception is caught and numbers are looked at, which gives the last two.
@@ -108,7 +138,8 @@ typedef struct misclosure_parameter {
 typedef int (*misclosure_eval)(void* self, const misclosure_context* context, const double* in, const double* theta,
                                double* out, double* d_in, double* d_theta);
 
-// The table of an effect. C++ makes it with MISCLOSURE_EFFECT.
+// The table of an effect. C++ makes it with MISCLOSURE_EFFECT. The three words are all stated or all null; texts are
+// UTF-8, of 16384 bytes at most.
 typedef struct misclosure_effect {
   uint32_t abi_version;  // MISCLOSURE_ABI_VERSION
   uint32_t effect_size, parameter_size, name_size, context_size;  // sizeof of the structs here
@@ -124,6 +155,10 @@ typedef struct misclosure_effect {
   const uint32_t* needs;  // misclosure::Need
   void* self;             // handed to eval
   misclosure_eval eval;   // the formula
+  uint32_t picture, picture_by;  // misclosure::Picture and misclosure::By: where a report shows it
+  const char* what;       // what it is, in two sentences, for somebody who never heard the term
+  const char* remedy;     // what to do about it, a sentence
+  const char* tell;       // what would tell it from its like: a flight, column or setting, without a full stop
 } misclosure_effect;
 
 #ifdef __cplusplus
@@ -217,30 +252,73 @@ enum class Need : uint32_t {
   kVertical = 6,     // either of the two: every effect of the frame stage
 };
 
-// Parameters by role; `nominal` is the value of the identity.
+// In which picture an effect is seen: residuals without it and with it, everything else as in the final model. One
+// that the stage can move: kSurveyed of the control and frame stage, kGnss of the position and frame stage, the
+// others of the stages that end in an image.
+enum class Picture : uint32_t {
+  kOfStage = 0,   // kRow (exposure), kSensor (ray, interior, image), kGnss by heading (position), else kSurveyed
+  kSensor = 1,    // displacement by place on the sensor
+  kRow = 2,       // displacement along the motion, against the image row
+  kRadius = 3,    // radial displacement, against the distance from the principal point
+  kScale = 4,     // scale of each image, against what By says
+  kShift = 5,     // shift of each image, against what By says
+  kGnss = 6,      // GNSS residuals along the track, across and up, against what By says
+  kSurveyed = 7,  // residuals of surveyed coordinates, outward and up, against the distance from their centre
+};
+
+// What a picture of images is drawn against.
+enum class By : uint32_t {
+  kTime = 0,         // time of exposure, s
+  kTemperature = 1,  // temperature of the camera, degrees Celsius
+  kHeading = 2,      // heading of the track, degrees
+  kOrder = 3,        // place in the block's table
+};
+
+// An effect in words, for somebody who flies drones and never heard the term.
+struct Words {
+  const char* what;    // what it is, in two sentences
+  const char* remedy;  // what to do about it, a sentence
+  const char* tell;    // the flight, column or setting that would tell it from its like, without a full stop
+};
+
+// Parameters by role; `nominal` is the value of the identity. Within and UpTo give one its plausible range, with the
+// source of the range: UpTo on both sides of zero.
 constexpr Parameter Estimated(const char* name, const char* unit, Scope scope, double nominal, double typical) {
   return {name, unit, static_cast<uint32_t>(scope), static_cast<uint32_t>(Role::kEstimated), nominal, typical, 0, 0, 0.0, 0.0,
-          nullptr, nullptr};
+          nullptr, nullptr, 0.0, 0.0, nullptr};
 }
 
 constexpr Parameter Searched(const char* name, const char* unit, Scope scope, double start, double typical, Domain domain,
                              double domain_min = 0.0, double domain_max = 0.0) {
   return {name, unit, static_cast<uint32_t>(scope), static_cast<uint32_t>(Role::kSearched), start, typical,
-          static_cast<uint32_t>(domain), 0, domain_min, domain_max, nullptr, nullptr};
+          static_cast<uint32_t>(domain), 0, domain_min, domain_max, nullptr, nullptr, 0.0, 0.0, nullptr};
 }
 
 constexpr Parameter Given(const char* name, const char* unit, double value) {
-  return {name, unit, 0, static_cast<uint32_t>(Role::kGiven), value, 1.0, 0, 0, 0.0, 0.0, nullptr, nullptr};
+  return {name, unit, 0, static_cast<uint32_t>(Role::kGiven), value, 1.0, 0, 0, 0.0, 0.0, nullptr, nullptr,
+          0.0, 0.0, nullptr};
 }
 
 template <std::size_t N>
 constexpr Parameter Given(const char* name, const char* unit, double value, const Name (&names)[N]) {
-  return {name, unit, 0, static_cast<uint32_t>(Role::kGiven), value, 1.0, 0, static_cast<uint32_t>(N), 0.0, 0.0, names, nullptr};
+  return {name, unit, 0, static_cast<uint32_t>(Role::kGiven), value, 1.0, 0, static_cast<uint32_t>(N), 0.0, 0.0, names,
+          nullptr, 0.0, 0.0, nullptr};
 }
 
 constexpr Parameter Random(const char* name, const char* unit, double typical, const char* deviation) {
   return {name, unit, static_cast<uint32_t>(Scope::kImage), static_cast<uint32_t>(Role::kRandom), 0.0, typical, 0, 0, 0.0, 0.0,
-          nullptr, deviation};
+          nullptr, deviation, 0.0, 0.0, nullptr};
+}
+
+constexpr Parameter Within(Parameter parameter, double min, double max, const char* source) {
+  parameter.plausible_min = min;
+  parameter.plausible_max = max;
+  parameter.plausible_source = source;
+  return parameter;
+}
+
+constexpr Parameter UpTo(Parameter parameter, double size, const char* source) {
+  return Within(parameter, -size, size, source);
 }
 
 // ------------------------------------------------------------------------------------- from Apply to the C ABI
@@ -294,6 +372,37 @@ constexpr bool ReadsInputsOfItsStage() {
   }
   return true;
 }
+
+// The optional members of an effect, and what stands in their place.
+template <class E, class = void>
+struct WordsOf {
+  static constexpr Words value = {nullptr, nullptr, nullptr};
+};
+
+template <class E>
+struct WordsOf<E, std::void_t<decltype(E::words)>> {
+  static constexpr Words value = E::words;
+};
+
+template <class E, class = void>
+struct PictureOf {
+  static constexpr Picture value = Picture::kOfStage;
+};
+
+template <class E>
+struct PictureOf<E, std::void_t<decltype(E::picture)>> {
+  static constexpr Picture value = E::picture;
+};
+
+template <class E, class = void>
+struct ByOf {
+  static constexpr By value = By::kTime;
+};
+
+template <class E>
+struct ByOf<E, std::void_t<decltype(E::by)>> {
+  static constexpr By value = E::by;
+};
 
 // Apply on doubles, or on Jets over the inputs that it reads and the parameters that are not given.
 template <class E>
@@ -357,6 +466,11 @@ struct Table {
       needs.data(),
       nullptr,
       &Eval<E>,
+      static_cast<uint32_t>(PictureOf<E>::value),
+      static_cast<uint32_t>(ByOf<E>::value),
+      WordsOf<E>::value.what,
+      WordsOf<E>::value.remedy,
+      WordsOf<E>::value.tell,
   };
 };
 

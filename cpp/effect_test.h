@@ -310,8 +310,32 @@ inline void CheckSurveyed(const misclosure_effect& effect, const Place& place) {
   Expect(with.ok && without.ok && with.out == without.out, id + ": reads something of an image");
 }
 
-// Null law, derivatives, and that a missing observation is noticed, at many random places.
+// A plausible range belongs to a size, has its source, and holds nominal and typical value; words are all stated or
+// none.
+inline void CheckStated(const misclosure_effect& effect) {
+  const std::string id = effect.id;
+  for (uint32_t k = 0; k < effect.parameter_count; ++k) {
+    const Parameter& p = effect.parameters[k];
+    const std::string name = id + ": range of " + p.name;
+    if (p.plausible_source == nullptr) {
+      Expect(p.plausible_min == 0.0 && p.plausible_max == 0.0, name + ": no source");
+      continue;
+    }
+    const Role role = static_cast<Role>(p.role);
+    const bool size = role == Role::kEstimated || role == Role::kRandom;
+    const double width = p.plausible_max - p.plausible_min;
+    const auto holds = [&](double value) { return p.plausible_min <= value && value <= p.plausible_max; };
+    Expect(size, name + ": it is neither estimated nor random");
+    Expect(width > 0.0 && std::isfinite(width), name + ": it is none");
+    Expect(holds(p.nominal) && holds(p.typical), name + ": nominal and typical value are not within");
+  }
+  const int stated = (effect.what != nullptr) + (effect.remedy != nullptr) + (effect.tell != nullptr);
+  Expect(stated == 0 || stated == 3, id + ": of the three words some are missing");
+}
+
+// What is stated, null law, derivatives, and that a missing observation is noticed, at many random places.
 inline void CheckLaws(const misclosure_effect& effect) {
+  CheckStated(effect);
   std::mt19937_64 random(7);
   for (int k = 0; k < kSamples; ++k) {
     const Place place = Draw(effect, random);

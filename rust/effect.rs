@@ -15,7 +15,7 @@ mod number;
 pub use number::{Dual, Number};
 
 /// `MISCLOSURE_ABI_VERSION` of the `effect.h` that this mirrors.
-pub const ABI_VERSION: u32 = 2;
+pub const ABI_VERSION: u32 = 3;
 
 // ---------------------------------------------------------------------------------------------------------- an effect
 
@@ -97,6 +97,70 @@ pub enum Need {
     Vertical = 6,
 }
 
+/// In which picture an effect is seen: residuals without it and with it. One that the stage can move: `Surveyed` of the
+/// control and frame stage, `Gnss` of the position and frame stage, the others of the stages that end in an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Picture {
+    /// That of the stage: row (exposure), sensor (ray, interior, image), GNSS by heading (position), surveyed (control,
+    /// frame).
+    OfStage,
+    /// Displacement by place on the sensor.
+    Sensor,
+    /// Displacement along the motion, against the image row.
+    Row,
+    /// Radial displacement, against the distance from the principal point.
+    Radius,
+    /// Scale of each image.
+    Scale(By),
+    /// Shift of each image.
+    Shift(By),
+    /// GNSS residuals along the track, across and up.
+    Gnss(By),
+    /// Residuals of surveyed coordinates, against the distance from their centre.
+    Surveyed,
+}
+
+impl Picture {
+    /// `picture` and `picture_by` of a table.
+    const fn numbers(self) -> [u32; 2] {
+        match self {
+            Self::OfStage => [0, 0],
+            Self::Sensor => [1, 0],
+            Self::Row => [2, 0],
+            Self::Radius => [3, 0],
+            Self::Scale(by) => [4, by as u32],
+            Self::Shift(by) => [5, by as u32],
+            Self::Gnss(by) => [6, by as u32],
+            Self::Surveyed => [7, 0],
+        }
+    }
+}
+
+/// What a picture of images is drawn against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum By {
+    /// Time of exposure.
+    Time = 0,
+    /// Temperature of the camera.
+    Temperature = 1,
+    /// Heading of the track.
+    Heading = 2,
+    /// Place in the block's table.
+    Order = 3,
+}
+
+/// An effect in words, for somebody who flies drones and never heard the term.
+#[derive(Debug, Clone, Copy)]
+pub struct Words {
+    /// What it is, in two sentences.
+    pub what: &'static CStr,
+    /// What to do about it, a sentence.
+    pub remedy: &'static CStr,
+    /// The flight, column or setting that would tell it from its like, without a full stop.
+    pub tell: &'static CStr,
+}
+
 /// An effect: what it is called, and its formula.
 pub trait Effect {
     /// Lower case words with hyphens.
@@ -117,6 +181,10 @@ pub trait Effect {
     const PARAMETERS: &'static [Parameter];
     /// What a block must have.
     const NEEDS: &'static [Need];
+    /// What a report says of it. Without words it shows figures alone.
+    const WORDS: Option<Words> = None;
+    /// The picture in which a report shows it.
+    const PICTURE: Picture = Picture::OfStage;
 
     /// Writes `out` from `input` and `theta`, whole; false where the formula has no meaning.
     fn apply<T: Number>(context: &Context, input: &[T], theta: &[T], out: &mut [T]) -> bool;
@@ -212,6 +280,9 @@ pub struct Parameter {
     domain_max: f64,
     names: *const Name,
     deviation: *const c_char,
+    plausible_min: f64,
+    plausible_max: f64,
+    plausible_source: *const c_char,
 }
 
 // SAFETY: its pointers are to constants.
@@ -239,7 +310,24 @@ impl Parameter {
             domain_max: 0.0,
             names: std::ptr::null(),
             deviation: std::ptr::null(),
+            plausible_min: 0.0,
+            plausible_max: 0.0,
+            plausible_source: std::ptr::null(),
         }
+    }
+
+    /// The same with its plausible range: what it can be if the cause that the effect names is at work, and where that
+    /// comes from; of a random parameter that of its standard deviation. Nominal and typical value lie in it.
+    pub const fn within(mut self, min: f64, max: f64, source: &'static CStr) -> Self {
+        self.plausible_min = min;
+        self.plausible_max = max;
+        self.plausible_source = source.as_ptr();
+        self
+    }
+
+    /// The same, plausible up to `size` on both sides of zero.
+    pub const fn up_to(self, size: f64, source: &'static CStr) -> Self {
+        self.within(-size, size, source)
     }
 
     /// Estimated; at `nominal` nothing happens, `typical` is a size met in practice.
@@ -284,6 +372,11 @@ pub struct Table {
     needs: *const u32,
     this: *mut c_void,
     eval: Eval,
+    picture: u32,
+    picture_by: u32,
+    what: *const c_char,
+    remedy: *const c_char,
+    tell: *const c_char,
 }
 
 // SAFETY: its pointers are to constants.
@@ -292,6 +385,11 @@ unsafe impl Sync for Table {}
 impl Table {
     /// The table of an effect whose inputs and parameters are `N` together.
     pub const fn of<E: Effect, const N: usize>() -> Self {
+        let [picture, picture_by] = E::PICTURE.numbers();
+        let [what, remedy, tell] = match E::WORDS {
+            Some(Words { what, remedy, tell }) => [what.as_ptr(), remedy.as_ptr(), tell.as_ptr()],
+            None => [std::ptr::null(); 3],
+        };
         Self {
             abi_version: ABI_VERSION,
             effect_size: size_of::<Table>() as u32,
@@ -311,6 +409,11 @@ impl Table {
             needs: E::NEEDS.as_ptr().cast(),
             this: std::ptr::null_mut(),
             eval: eval::<E, N>,
+            picture,
+            picture_by,
+            what,
+            remedy,
+            tell,
         }
     }
 }

@@ -19,5 +19,5 @@ with_version misclosureConfigVersion.cmake lib/cmake/misclosure
 mkdir -p "$prefix/lib/pkgconfig"
 with_version misclosure.pc lib/pkgconfig
 into share/doc/misclosure 644 README.md CONVENTIONS.md docs/*.md
-into share/doc/misclosure/effects 644 examples/effects/*.h
+into share/doc/misclosure/effects 644 examples/effects/*.h examples/effects/*.c
 echo "install: $prefix/bin/misclosure, include/misclosure, lib/cmake/misclosure, lib/pkgconfig/misclosure.pc, share/doc/misclosure"

@@ -21,12 +21,20 @@ struct MountVibrationEffect {
       "R <- exp([w]x) R, w = (xs sin q + xc cos q, ys sin q + yc cos q, 0), q = 2 pi frequency (t + readout (y/h - 1/2))";
   static constexpr const char* confused_with = "rolling-shutter: the steady motion of the platform, the same in every image of a strip.";
   static constexpr const char* source = "a camera read row by row (Vautherin et al. 2016) on a mount that is not stiff";
+  static constexpr const char* kRange = "a mount that gives way by 0.5 mm at 0.1 m";
   static constexpr Parameter parameters[] = {
-      Estimated("xs", "rad", Scope::kGlobal, 0.0, 1e-4), Estimated("xc", "rad", Scope::kGlobal, 0.0, 1e-4),
-      Estimated("ys", "rad", Scope::kGlobal, 0.0, 1e-4), Estimated("yc", "rad", Scope::kGlobal, 0.0, 1e-4),
+      UpTo(Estimated("xs", "rad", Scope::kGlobal, 0.0, 1e-4), 5e-3, kRange),
+      UpTo(Estimated("xc", "rad", Scope::kGlobal, 0.0, 1e-4), 5e-3, kRange),
+      UpTo(Estimated("ys", "rad", Scope::kGlobal, 0.0, 1e-4), 5e-3, kRange),
+      UpTo(Estimated("yc", "rad", Scope::kGlobal, 0.0, 1e-4), 5e-3, kRange),
       Given("frequency", "Hz", 80.0),
       Given("readout", "s", 0.02),
   };
+  static constexpr Words words = {
+      "The camera shakes in its mount with the rotors while its rows are read one after the other. Straight lines then "
+      "become waves, with as many periods as the mount shakes during the readout.",
+      "Damp the mount, balance the rotors, or use a mechanical or global shutter; else model it.",
+      "images taken with the rotors at another speed"};
   static constexpr std::array<Need, 1> needs = {Need::kTime};
   static constexpr std::array reads = {0, 1, 2};  // r
 

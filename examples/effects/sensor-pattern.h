@@ -20,10 +20,15 @@ struct SensorPatternEffect {
   // Sine and cosine together have any phase, and the effect is linear in both: nothing is to be searched. The period is given, for at
   // a = b = 0 nothing depends on it, and a start beside it by more than a fifth of period^2 / width finds nothing.
   static constexpr Parameter parameters[] = {
-      Estimated("a", "px", Scope::kGlobal, 0.0, 0.2),
-      Estimated("b", "px", Scope::kGlobal, 0.0, 0.2),
+      UpTo(Estimated("a", "px", Scope::kGlobal, 0.0, 0.2), 1.0, "fields of a stepper are placed to less than a pixel"),
+      UpTo(Estimated("b", "px", Scope::kGlobal, 0.0, 0.2), 1.0, "fields of a stepper are placed to less than a pixel"),
       Given("wavelength", "px", 250.0),
   };
+  static constexpr Words words = {
+      "The sensor was exposed in steps when it was made, and the steps do not quite meet. Its columns are displaced in "
+      "a wave that repeats from step to step.",
+      "Model it, or have the sensor calibrated.",
+      "images turned by 90 degrees, in which the wave runs across the other way"};
   static constexpr std::array<Need, 0> needs = {};
   static constexpr std::array reads = {0};  // x
 

@@ -1,10 +1,11 @@
-//! The reader of a plug-in's table: any numbers, names and counts in it, its pointers valid or null as `effect.h` asks.
+//! The reader of a plug-in's table, of this version and the one before: any numbers, names and counts in it, its
+//! pointers valid or null as `effect.h` asks.
 
 #![allow(unsafe_code, reason = "a table of C")]
 
 use super::folder::said;
 use arbitrary::{Result, Unstructured};
-use misclosure::effects::abi::{ABI_VERSION, CEffect, RawContext};
+use misclosure::effects::abi::{ABI_VERSION, ABI_VERSION_BEFORE, CEffect, RawContext};
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::ptr::null;
 
@@ -15,9 +16,10 @@ struct Name {
     value: f64,
 }
 
-/// `misclosure_parameter`.
+/// `misclosure_parameter` of the version before.
+#[derive(Clone, Copy)]
 #[repr(C)]
-struct Parameter {
+struct ParameterBefore {
     name: *const c_char,
     unit: *const c_char,
     scope: u32,
@@ -32,28 +34,44 @@ struct Parameter {
     deviation: *const c_char,
 }
 
+/// `misclosure_parameter`.
+#[repr(C)]
+struct Parameter {
+    before: ParameterBefore,
+    plausible: [f64; 2],
+    plausible_source: *const c_char,
+}
+
 type Eval =
     unsafe extern "C" fn(*mut c_void, *const c_void, *const f64, *const f64, *mut f64, *mut f64, *mut f64) -> c_int;
 
-/// `misclosure_effect`.
+/// `misclosure_effect` of the version before.
 #[repr(C)]
-struct Table {
+struct TableBefore {
     numbers: [u32; 9],
     texts: [*const c_char; 5],
-    parameters: *const Parameter,
+    parameters: *const c_void,
     needs: *const u32,
     this: *mut c_void,
     eval: Option<Eval>,
 }
 
+/// `misclosure_effect`.
+#[repr(C)]
+struct Table {
+    before: TableBefore,
+    picture: [u32; 2],
+    words: [*const c_char; 3],
+}
+
 /// The version of `effect.h` and the sizes of its structs, which stand before stage, kind and counts.
-const FRONT: [u32; 5] = [
-    ABI_VERSION,
-    size_of::<Table>() as u32,
-    size_of::<Parameter>() as u32,
-    size_of::<Name>() as u32,
-    size_of::<RawContext>() as u32,
-];
+const fn front(is_before: bool) -> [u32; 5] {
+    let (version, table, parameter) = match is_before {
+        true => (ABI_VERSION_BEFORE, size_of::<TableBefore>(), size_of::<ParameterBefore>()),
+        false => (ABI_VERSION, size_of::<Table>(), size_of::<Parameter>()),
+    };
+    [version, table as u32, parameter as u32, size_of::<Name>() as u32, size_of::<RawContext>() as u32]
+}
 
 /// Texts that live as long as a table.
 struct Texts(Vec<CString>);
@@ -98,6 +116,7 @@ fn load(u: &mut Unstructured<'_>) -> Result<()> {
     let mut texts = Texts(Vec::new());
     let mut names: Vec<Vec<Name>> = Vec::new();
     let mut parameters = Vec::new();
+    let mut before = Vec::new();
     for _ in 0..u.int_in_range(0..=4)? {
         let mut named = Vec::new();
         for _ in 0..u.int_in_range(0..=3)? {
@@ -105,7 +124,7 @@ fn load(u: &mut Unstructured<'_>) -> Result<()> {
         }
         names.push(named);
         let named = &names[names.len() - 1];
-        parameters.push(Parameter {
+        let parameter = ParameterBefore {
             name: texts.draw(u)?,
             unit: texts.draw(u)?,
             scope: u.int_in_range(0..=5)?,
@@ -118,15 +137,23 @@ fn load(u: &mut Unstructured<'_>) -> Result<()> {
             domain_max: u.arbitrary()?,
             names: named.as_ptr(),
             deviation: texts.draw(u)?,
-        });
+        };
+        before.push(parameter);
+        let plausible = [u.arbitrary()?, u.arbitrary()?];
+        parameters.push(Parameter { before: parameter, plausible, plausible_source: texts.draw(u)? });
     }
     let mut needs = Vec::new();
     for _ in 0..u.int_in_range(0..=3)? {
         needs.push(u.int_in_range(0..=8)?);
     }
+    let is_before = u.ratio(1, 4)?;
     let mut numbers = [0; 9];
-    for (number, expected) in numbers.iter_mut().zip(FRONT) {
+    for (number, expected) in numbers.iter_mut().zip(front(is_before)) {
         *number = mostly(u, expected)?;
+    }
+    // A table that says to be of the version whose structs it has not: sizes tell, and are not both wrong by chance.
+    if numbers[..3] == front(!is_before)[..3] {
+        return Ok(());
     }
     numbers[5] = u.int_in_range(0..=7)?;
     numbers[6] = u.int_in_range(0..=2)?;
@@ -138,13 +165,18 @@ fn load(u: &mut Unstructured<'_>) -> Result<()> {
     for text in &mut drawn {
         *text = texts.draw(u)?;
     }
+    let first: *const c_void = if is_before { before.as_ptr().cast() } else { parameters.as_ptr().cast() };
     let table = Table {
-        numbers,
-        texts: drawn,
-        parameters: if none_there { null() } else { parameters.as_ptr() },
-        needs: needs.as_ptr(),
-        this: std::ptr::null_mut(),
-        eval: if u.ratio(1, 16)? { None } else { Some(eval) },
+        before: TableBefore {
+            numbers,
+            texts: drawn,
+            parameters: if none_there { null() } else { first },
+            needs: needs.as_ptr(),
+            this: std::ptr::null_mut(),
+            eval: if u.ratio(1, 16)? { None } else { Some(eval) },
+        },
+        picture: [u.int_in_range(0..=8)?, u.int_in_range(0..=4)?],
+        words: [texts.draw(u)?, texts.draw(u)?, texts.draw(u)?],
     };
     // SAFETY: the table has the layout of effect.h, and all that it points to lives until the end of this function.
     if let Err(error) = unsafe { CEffect::new((&raw const table).cast()) } {

@@ -9,7 +9,7 @@ use super::select::Judged;
 use super::settings::Settings;
 use super::verdict::{CandidateEntry, ConfirmedEntry, DetectableEntry, EstimateEntry, FoundEntry, LeftEntry};
 use crate::block::Block;
-use crate::effects::{Need, Role};
+use crate::effects::{Need, Role, Words};
 use crate::problem::Problem;
 use crate::problem::velocities::derived;
 use crate::score::power::noncentrality;
@@ -52,6 +52,7 @@ pub(super) fn found(
             inseparable_from,
             plausible: !judged.implausible,
             inputs: inputs(block, &improvement.fit.problem, &id),
+            words: words(&improvement.fit.problem, &id),
             effect: id,
         })
     };
@@ -73,6 +74,12 @@ fn inputs(block: &Block, problem: &Problem, id: &str) -> Option<String> {
     let median = sigmas[sigmas.len() / 2];
     let by = if median.is_finite() { format!(", +- {median:.2} m/s") } else { String::new() };
     Some(format!("velocities: derived from positions and times{by}"))
+}
+
+/// An effect's words, for a report that does not know the plug-in.
+fn words(problem: &Problem, id: &str) -> Option<Words> {
+    let term = problem.effects.iter().find(|term| term.effect.descriptor().id == id)?;
+    term.effect.descriptor().words.clone()
 }
 
 /// The empirical fields in the model: the shape of the unexplained pattern, its size, and what it does to the points.

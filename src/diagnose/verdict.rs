@@ -3,6 +3,7 @@
 use super::impact::Impact;
 use super::imprecise::Imprecise;
 use super::knowledge::Known;
+use crate::effects::Words;
 use crate::math::null_is_nan;
 use crate::mistakes::Mistake;
 use crate::model::{FlightFactors, SigmaFactors};
@@ -203,6 +204,10 @@ pub struct FoundEntry {
     /// Where the velocities come from that it multiplies, in words; `None`: it needs none.
     #[serde(default)]
     pub inputs: Option<String>,
+    /// What it is, what to do and what would tell it apart, as its descriptor has it; `None` of a freed camera group,
+    /// and of a plug-in that states no words.
+    #[serde(default)]
+    pub words: Option<Words>,
 }
 
 /// A shape that is left, described by an empirical field.

@@ -96,7 +96,7 @@ pub struct Parameter {
     /// How it gets its value.
     pub role: Role,
     /// Range of physically possible values; of a random parameter that of its standard deviation. `None` for what is given or
-    /// searched, for coefficients of a mere shape, and for plug-ins, whose table has no place for it.
+    /// searched, for coefficients of a mere shape, and for a plug-in that states none.
     pub plausible: Option<Plausible>,
 }
 
@@ -165,6 +165,6 @@ pub struct Descriptor {
     pub source: Cow<'static, str>,
     /// The picture in which it is seen.
     pub picture: Picture,
-    /// What it is to a person, of a cause.
+    /// What it is to a person, of a cause; `None` of a shape, and of a plug-in that states none.
     pub words: Option<Words>,
 }

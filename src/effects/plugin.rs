@@ -359,11 +359,17 @@ mod tests {
     fn another_version_another_size_and_empty_tables_are_refused() {
         let sizes = "sizeof(misclosure_effect), sizeof(misclosure_parameter), sizeof(misclosure_name)";
         let cases = [
-            ("1".to_string(), "made for version 1 of effect.h, this program has version 2: compile it again"),
-            ("2, 8".to_string(), "struct misclosure_effect has 8 bytes"),
-            (format!("2, {sizes}, 16"), "struct misclosure_context has 16 bytes"),
-            (format!("2, {sizes}, sizeof(misclosure_context), 0, 0, 1"), "has no valid parameters"),
-            (format!("2, {sizes}, sizeof(misclosure_context)"), "has no valid id"),
+            (
+                "1".to_string(),
+                "made for version 1 of effect.h, this program has version 3 and reads 2: compile it again",
+            ),
+            ("4".to_string(), "made for version 4 of effect.h"),
+            ("3, 8".to_string(), "struct misclosure_effect has 8 bytes"),
+            // A table of version 3 that says that it is of version 2.
+            (format!("2, {sizes}"), "struct misclosure_effect has 144 bytes, expected 112"),
+            (format!("3, {sizes}, 16"), "struct misclosure_context has 16 bytes"),
+            (format!("3, {sizes}, sizeof(misclosure_context), 0, 0, 1"), "has no valid parameters"),
+            (format!("3, {sizes}, sizeof(misclosure_context)"), "has no valid id"),
         ];
         for (fields, expected) in cases {
             let folder = tempfile::tempdir().unwrap();

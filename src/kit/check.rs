@@ -1,5 +1,6 @@
-//! Is a plug-in an effect? Every law of the contract, and what a call costs.
+//! Is a plug-in an effect? Every law of the contract, what it leaves unsaid ([`remarks`]), and what a call costs.
 
+use super::remarks;
 use crate::effects::abi::EvalFault;
 use crate::effects::laws::{self, Sample, Violation, samples};
 use crate::effects::plugin::{self, Origin, Plugin, PluginError};
@@ -37,6 +38,10 @@ pub struct Check {
     pub descriptor: Descriptor,
     /// The file.
     pub origin: Origin,
+    /// Version of the `effect.h` that it was compiled with.
+    pub version: u32,
+    /// What it could say of itself and does not; no law asks for it.
+    pub remarks: Vec<String>,
     /// Every law, in a fixed order.
     pub laws: Vec<Checked>,
     /// Time of a call for values alone, ns.
@@ -54,7 +59,7 @@ impl Check {
 
 /// Names of the laws, and what each asks for, in the order of a check.
 pub const LAWS: [(&str, &str); 10] = [
-    ("description", "complete: names, units, sizes, needs of the stage"),
+    ("description", "sound: names, units, sizes, ranges, words, picture"),
     ("id", "no built-in effect has it"),
     ("null law", "at nominal parameters exactly the identity"),
     ("exceptions", "throws nothing, wherever it is asked"),
@@ -95,6 +100,8 @@ pub fn check(path: &Path) -> Result<Check, PluginError> {
     Ok(Check {
         descriptor: plugin.descriptor().clone(),
         origin: plugin.origin().clone(),
+        version: plugin.table().version(),
+        remarks: remarks::of(plugin.descriptor(), plugin.table().version()),
         laws: laws.collect(),
         values_ns: cost(&plugin, false),
         derivatives_ns: cost(&plugin, true),

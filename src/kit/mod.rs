@@ -13,5 +13,6 @@ pub mod check;
 pub mod headers;
 pub mod inject;
 pub mod reference;
+pub mod remarks;
 mod stages;
 pub mod template;

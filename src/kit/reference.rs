@@ -28,6 +28,10 @@ pub fn page() -> String {
             remark.push(comment);
             continue;
         }
+        if trimmed == "//" {
+            remark.push("");
+            continue;
+        }
         let mut until = |end: &str| -> Vec<&str> {
             let mut inside = vec![line];
             while !inside.last().is_some_and(|line| line.contains(end)) {

@@ -5,6 +5,8 @@ use crate::effects::{Stage, find};
 
 /// The contract of an effect in Rust, and the numbers of its formula, for a package of one's own.
 const RUST_CONTRACT: &str = include_str!("../../rust/effect.rs");
+/// What a template says of its plausible ranges.
+const RANGE: &str = "where the limit comes from, a data sheet or a formula";
 /// See [`RUST_CONTRACT`].
 const RUST_NUMBER: &str = include_str!("../../rust/number.rs");
 
@@ -50,14 +52,19 @@ fn type_name(name: &str) -> String {
 /// [`NameError`].
 pub fn cpp(name: &str, stage: Stage) -> Result<Vec<File>, NameError> {
     check_name(name)?;
-    let Sketch { values, summary, formula, estimated, given, needs, cpp: body, .. } = sketch(stage);
-    let estimated = estimated.iter().map(|(parameter, unit, typical)| {
-        format!("      Estimated(\"{parameter}\", \"{unit}\", Scope::kGlobal, 0.0, {typical:?}),\n")
+    let Sketch { values, summary, formula, estimated, given, needs, words, cpp: body, .. } = sketch(stage);
+    let estimated = estimated.iter().map(|(parameter, unit, typical, most)| {
+        format!(
+            "      UpTo(Estimated(\"{parameter}\", \"{unit}\", Scope::kGlobal, 0.0, {typical:?}), {most:?},\n\
+             {:11}\"{RANGE}\"),\n",
+            ""
+        )
     });
     let given =
         given.iter().map(|(parameter, unit, value)| format!("      Given(\"{parameter}\", \"{unit}\", {value:?}),\n"));
     let parameters: String = estimated.chain(given).collect();
     let count = needs.len();
+    let [what, remedy, tell] = words;
     let needs: Vec<String> = needs.iter().map(|need| format!("Need::k{need}")).collect();
     // A parameter that is not used is a warning.
     let context = if body.contains("context") { "context" } else { "/*context*/" };
@@ -85,9 +92,16 @@ struct {type_name} {{
   static constexpr const char* confused_with = \"\";
   static constexpr const char* source = \"where the formula comes from\";
   // Estimated: name, unit, scope (one value in all, per camera, flight, image), nominal value, a size met in practice.
+  // UpTo (on both sides of zero) and Within: what is plausible if this cause is at work, and where that comes from.
   // Given: name, unit, value: `--add {name}:NAME=VALUE` gives another. Searched and Random ones: see effect.h.
   static constexpr Parameter parameters[] = {{
 {parameters}  }};
+  // What it is, what to do about it, and what would tell it from its like: the report says so. `picture` chooses
+  // another picture than that of the stage: see effect.h.
+  static constexpr Words words = {{
+      \"{what}\",
+      \"{remedy}\",
+      \"{tell}\"}};
   // What a block must have to test it: kTime, kTemperature, kFlights, kVelocity, kGnss, kControl, kVertical.
   static constexpr std::array<Need, {count}> needs = {{{needs}}};
 
@@ -116,9 +130,13 @@ MISCLOSURE_EFFECT({type_name})
 /// [`NameError`].
 pub fn rust(name: &str, stage: Stage) -> Result<Vec<File>, NameError> {
     check_name(name)?;
-    let Sketch { values, summary, formula, estimated, given, needs, rust: body, .. } = sketch(stage);
-    let estimated = estimated.iter().map(|(parameter, unit, typical)| {
-        format!("        Parameter::estimated(c\"{parameter}\", c\"{unit}\", Scope::Global, 0.0, {typical:?}),\n")
+    let Sketch { values, summary, formula, estimated, given, needs, words, rust: body, .. } = sketch(stage);
+    let estimated = estimated.iter().map(|(parameter, unit, typical, most)| {
+        format!(
+            "        Parameter::estimated(c\"{parameter}\", c\"{unit}\", Scope::Global, 0.0, {typical:?})\n\
+             {:12}.up_to({most:?}, c\"{RANGE}\"),\n",
+            ""
+        )
     });
     let given = given.iter().map(|(parameter, unit, value)| {
         format!("        Parameter::given(c\"{parameter}\", c\"{unit}\", {value:?}),\n")
@@ -126,6 +144,7 @@ pub fn rust(name: &str, stage: Stage) -> Result<Vec<File>, NameError> {
     let parameters: String = estimated.chain(given).collect();
     let needs: Vec<String> = needs.iter().map(|need| format!("Need::{need}")).collect();
     let context = if body.contains("context") { "context" } else { "_context" };
+    let [what, remedy, tell] = words;
     let source = format!(
         "\
 //! {summary}
@@ -150,8 +169,15 @@ impl Effect for {type_name} {{
     const CONFUSED_WITH: &CStr = c\"\";
     const SOURCE: &CStr = c\"where the formula comes from\";
     // Estimated: name, unit, scope (one value in all, per camera, flight, image), nominal value, a size met in practice.
+    // up_to (on both sides of zero) and within: what is plausible if this cause is at work, and where that comes from.
     const PARAMETERS: &[Parameter] = &[
 {parameters}    ];
+    // What it is, what to do about it, and what would tell it from its like: the report says so.
+    const WORDS: Option<Words> = Some(Words {{
+        what: c\"{what}\",
+        remedy: c\"{remedy}\",
+        tell: c\"{tell}\",
+    }});
     // What a block must have to test it.
     const NEEDS: &[Need] = &[{needs}];
 

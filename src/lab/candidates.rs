@@ -36,7 +36,7 @@ pub fn candidates(lab: &Lab, id: u32) -> Result<Value> {
     Ok(json!({
         "verdict": diagnosis.verdict, "sentence": sentence(diagnosis), "left": diagnosis.left,
         "recommended": diagnosis.recommended,
-        "candidates": all.into_iter().map(candidate).collect::<Vec<_>>(),
+        "candidates": all.into_iter().map(|one| candidate(lab, one)).collect::<Vec<_>>(),
         "found": diagnosis.found.iter().map(found).collect::<Vec<_>>(),
         "structure": structure.collect::<Vec<_>>(),
         "weight": diagnosis.weight.as_ref().map(|weight| weight.sentence.clone()),
@@ -53,7 +53,7 @@ fn sentence(diagnosis: &Diagnosis) -> String {
     }
 }
 
-fn candidate(one: &CandidateEntry) -> Value {
+fn candidate(lab: &Lab, one: &CandidateEntry) -> Value {
     json!({
         "effect": one.effect, "rank": one.rank, "kind": one.kind, "tested": one.tested, "significant": one.significant,
         "plausible": one.plausible, "p_value": one.p_value, "ln_p_value": one.ln_p_value, "statistic": one.statistic,
@@ -62,17 +62,19 @@ fn candidate(one: &CandidateEntry) -> Value {
         "impact_height_mm": one.impact.as_ref().map(|impact| 1e3 * impact.height_m),
         "impact_surveyed": one.impact.as_ref().map(|impact| impact.surveyed),
         "inseparable_from": one.inseparable_from, "needs": one.needs, "detectable": one.detectable,
-        "sentences": candidate_sentences(one),
+        "sentences": candidate_sentences(lab, one),
     })
 }
 
 /// What it is, and what it would do or what is lacking to say so.
-fn candidate_sentences(one: &CandidateEntry) -> Vec<String> {
-    let about = words::of(&one.effect);
+fn candidate_sentences(lab: &Lab, one: &CandidateEntry) -> Vec<String> {
+    // Of the catalogue or a plug-in; a camera group that is set free is neither.
+    let effect = lab.effect(&one.effect);
+    let descriptor = effect.as_ref().map(|effect| effect.descriptor());
+    let about = descriptor.map_or_else(|| words::of(&one.effect), |descriptor| descriptor.words.as_ref());
     let mut sentences: Vec<String> = about.map(|words| words.what.to_string()).into_iter().collect();
     if sentences.is_empty() {
-        let descriptor = crate::effects::find(&one.effect).map(|effect| effect.descriptor().summary.to_string());
-        sentences.extend(descriptor);
+        sentences.extend(descriptor.map(|descriptor| descriptor.summary.to_string()));
     }
     if !one.tested {
         sentences.push(format!("It cannot be tested here: it needs {}.", one.needs.join(", ")));

@@ -37,7 +37,7 @@ pub(super) fn letter(page: &mut Page, run: &RunFolder, diagnosis: &Diagnosis) {
 /// The findings on one effect, a sentence or two each.
 pub fn sentences(found: &FoundEntry) -> Vec<String> {
     let mut sentences = Vec::new();
-    let words = words::of(&found.effect);
+    let words = words::of_found(found);
     sentences.extend(words.map(|words| words.what.to_string()));
     let mut size = format!("Size: {}.", sizes(&found.estimate));
     if let Some(inputs) = &found.inputs {

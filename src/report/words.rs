@@ -1,5 +1,6 @@
 //! What each effect is, for somebody who flies drones and never heard the term; what to do about it; what would tell it from its partners.
 
+use crate::diagnose::verdict::FoundEntry;
 use crate::effects::{self, Words};
 use std::borrow::Cow;
 use std::sync::LazyLock;
@@ -19,6 +20,12 @@ pub fn of(effect: &str) -> Option<&'static Words> {
         return Some(&FREED);
     }
     effects::find(effect)?.descriptor().words.as_ref()
+}
+
+/// The words of an effect that was found: those that the diagnosis wrote, which has plug-ins at hand; else those of the
+/// catalogue.
+pub fn of_found(found: &FoundEntry) -> Option<&Words> {
+    found.words.as_ref().or_else(|| of(&found.effect))
 }
 
 #[cfg(test)]

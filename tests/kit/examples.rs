@@ -101,4 +101,8 @@ fn the_rust_example_keeps_the_laws() {
     assert_eq!(built.code, Some(0), "{}", built.errors);
     let checked = place.json("effects check lens-warm-up.so");
     assert_eq!((&checked["holds"], &checked["effect"]), (&true.into(), &"lens-warm-up".into()), "{checked}");
+    assert_eq!(checked["remarks"], serde_json::json!([]), "{checked}");
+    assert_eq!(checked["parameters"][0]["plausible"]["max"], 100.0);
+    assert_eq!(checked["picture"], "scale of each image against the time");
+    assert!(checked["words"]["what"].as_str().is_some_and(|what| what.starts_with("The lens warms up")), "{checked}");
 }

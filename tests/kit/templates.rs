@@ -69,6 +69,7 @@ fn a_rust_package_is_built_and_keeps_the_laws() {
     assert_eq!(built.code, Some(0), "{}", built.errors);
     let checked = place.json("effects check my-wave.so");
     assert_eq!((&checked["holds"], &checked["effect"]), (&true.into(), &"my-wave".into()), "{checked}");
+    assert_eq!((&checked["remarks"], &checked["abi_version"]), (&serde_json::json!([]), &3.into()), "{checked}");
     // Nothing is written over.
     let again = place.run("effects new my-wave --stage ray --rust");
     assert!(again.code == Some(2) && again.errors.contains("Cargo.toml: is there already"), "{}", again.errors);

@@ -20,10 +20,28 @@
 #ifndef SLOPE
 #define SLOPE 1.0
 #endif
+#ifndef RANGE /* least and greatest plausible value, and where that comes from */
+#define RANGE -50.0, 50.0, "a test"
+#endif
+#ifndef PICTURE /* of what, against what */
+#define PICTURE 4, 1
+#endif
+#ifndef WORDS
+#define WORDS "What it is.", "What to do.", "what tells"
+#endif
+/* Version 2 of the header has none of the three. */
+#if STATES_NOTHING
+#define OF_PARAMETER
+#define OF_EFFECT
+#else
+#define OF_PARAMETER , RANGE
+#define OF_EFFECT , PICTURE, WORDS
+#endif
 
 double nowhere(double);
 
-static const misclosure_parameter parameters[COUNT + 1] = {{"a", "px", 0, 0, 0.0, 1.0, 0, 0, 0.0, 0.0, 0, 0}};
+static const misclosure_parameter parameters[COUNT + 1] = {
+    {"a", "px", 0, 0, 0.0, 1.0, 0, 0, 0.0, 0.0, 0, 0 OF_PARAMETER}};
 
 static int eval(void* self, const misclosure_context* context, const double* in, const double* theta, double* out,
                 double* d_in, double* d_theta) {
@@ -40,6 +58,6 @@ static int eval(void* self, const misclosure_context* context, const double* in,
 
 static const misclosure_effect table = {
     VERSION, SIZE, sizeof(misclosure_parameter), sizeof(misclosure_name), sizeof(misclosure_context), 2, 0, COUNT, 0, ID,
-    "longer", "f + a", "", "a test", parameters, 0, 0, eval};
+    "longer", "f + a", "", "a test", parameters, 0, 0, eval OF_EFFECT};
 
 __attribute__((visibility("default"))) const misclosure_effect* misclosure_plugin(void) { return &table; }

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 
-const EFFECT: &str = include_str!("effect.c");
+pub const EFFECT: &str = include_str!("effect.c");
 
 /// What is wrong, the macro that makes it so, and what the error says.
 const REFUSED: [(&str, &str, &str); 14] = [
@@ -119,7 +119,7 @@ fn what_is_no_library_is_refused() {
     }
 }
 
-fn adjusted(effect: Arc<dyn Effect>) -> Result<(), String> {
+pub fn adjusted(effect: Arc<dyn Effect>) -> Result<(), String> {
     let mut block = common::preset("closerange", &[("points", 60.0)], 1).block;
     add_noise(&mut block, 0.1, 1).expect("noise");
     // Beside a free focal length it would not be determined.

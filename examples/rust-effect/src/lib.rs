@@ -23,9 +23,19 @@ impl Effect for LensWarmUp {
     const CONFUSED_WITH: &CStr =
         c"focal-time: a drift that does not slow down; focal-temperature, where temperatures were recorded.";
     const SOURCE: &CStr = c"Newton's law of cooling; Daakir et al. 2019 for the size";
-    const PARAMETERS: &[Parameter] =
-        &[Parameter::estimated(c"a", c"px", Scope::Global, 0.0, 5.0), Parameter::given(c"lag", c"s", 120.0)];
+    const PARAMETERS: &[Parameter] = &[
+        Parameter::estimated(c"a", c"px", Scope::Global, 0.0, 5.0)
+            .up_to(100.0, c"30 K of warming at 3 px/K (Daakir et al. 2019)"),
+        Parameter::given(c"lag", c"s", 120.0),
+    ];
     const NEEDS: &[Need] = &[Need::Time];
+    const WORDS: Option<Words> = Some(Words {
+        what: c"The lens warms up after take-off, first fast and then slowly, and its focal length changes with it. \
+                Images from the first minutes of a flight then have another scale than the rest.",
+        remedy: c"Let the camera run for some minutes before the flight, or model it.",
+        tell: c"a recorded temperature, or a flight with a warm camera",
+    });
+    const PICTURE: Picture = Picture::Scale(By::Time);
 
     fn apply<T: Number>(context: &Context, input: &[T], theta: &[T], out: &mut [T]) -> bool {
         out.copy_from_slice(&input[..12]);

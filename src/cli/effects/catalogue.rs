@@ -42,6 +42,14 @@ fn page(d: &Descriptor) -> String {
     text += &paragraph("Needs", INDENT, &needs(d));
     text += &paragraph("Confused with", INDENT, &d.confused_with);
     text += &paragraph("Source", INDENT, &d.source);
+    text += "\n";
+    text += &parameters(d);
+    text += &format!("\nIn a model: misclosure adjust BLOCK -o RUN --add {}\n", d.id);
+    text
+}
+
+/// The parameters of an effect in a table, and behind it where their ranges come from.
+pub(super) fn parameters(d: &Descriptor) -> String {
     let mut table = (Table::new("").text("parameter", "").text("unit", "").text("values", ""))
         .number("nominal", "")
         .number("typical", "")
@@ -59,8 +67,7 @@ fn page(d: &Descriptor) -> String {
             role(&p.role),
         ]);
     }
-    text += "\n";
-    text += &table.to_text();
+    let mut text = table.to_text();
     // Several parameters often share a range and its source.
     let ranges = d.parameters.iter().filter_map(|p| p.plausible.as_ref());
     let sources: BTreeSet<&str> = ranges.map(|range| range.source.as_ref()).collect();
@@ -68,8 +75,18 @@ fn page(d: &Descriptor) -> String {
         text += "\n";
         text += &paragraph("Possible", INDENT, source);
     }
-    text += &format!("\nIn a model: misclosure adjust BLOCK -o RUN --add {}\n", d.id);
     text
+}
+
+/// What an effect is to a person, and in which picture it is seen.
+pub(super) fn told(d: &Descriptor) -> String {
+    let mut text = String::new();
+    if let Some(words) = &d.words {
+        text += &paragraph("What it is", INDENT, &words.what);
+        text += &paragraph("What to do", INDENT, &words.remedy);
+        text += &paragraph("To tell", INDENT, &words.tell);
+    }
+    text + &paragraph("Picture", INDENT, &d.picture.to_string())
 }
 
 /// Name and unit, or name and named values.
@@ -145,14 +162,19 @@ fn range(domain: &Domain) -> String {
     }
 }
 
-fn as_json(d: &Descriptor) -> Value {
+/// The parameters of an effect for a program.
+pub(super) fn parameters_json(d: &Descriptor) -> Vec<Value> {
     let parameter = |p: &Parameter| {
         json!({ "name": p.name, "unit": p.unit, "values": scope(p), "nominal": p.nominal, "typical": p.typical,
                 "role": role(&p.role),
                 "plausible": p.plausible.as_ref().map(|r| json!({ "min": r.min, "max": r.max, "source": r.source })) })
     };
+    d.parameters.iter().map(parameter).collect()
+}
+
+fn as_json(d: &Descriptor) -> Value {
     json!({ "id": d.id, "stage": d.stage.name(), "kind": kind(d.kind), "summary": d.summary, "formula": d.formula,
-            "parameters": d.parameters.iter().map(parameter).collect::<Vec<_>>(),
+            "parameters": parameters_json(d),
             "needs": d.needs.iter().map(need).collect::<Vec<_>>(),
-            "confused_with": d.confused_with, "source": d.source })
+            "confused_with": d.confused_with, "source": d.source, "words": d.words, "picture": d.picture.to_string() })
 }

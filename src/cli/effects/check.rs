@@ -3,11 +3,15 @@
 use super::super::plugins::suspect;
 use super::super::text::paragraph;
 use super::super::{Answer, Usage};
+use super::catalogue;
 use crate::kit::check::{self, Check};
 use crate::report::numbers::significant;
 use crate::report::tables::Table;
 use serde_json::json;
 use std::path::PathBuf;
+
+/// Column at which the text behind a label begins.
+const INDENT: usize = 16;
 
 /// Checks a plug-in against every law that an effect must keep, and measures what a call costs
 #[derive(Debug, clap::Args)]
@@ -34,6 +38,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
     let json = json!({
         "format": 1, "library": found.origin.path.display().to_string(), "sha256": found.origin.sha256,
         "effect": found.descriptor.id, "stage": found.descriptor.stage.name(), "holds": found.holds(), "laws": found.laws,
+        "abi_version": found.version, "parameters": catalogue::parameters_json(&found.descriptor),
+        "words": found.descriptor.words, "picture": found.descriptor.picture.to_string(), "remarks": found.remarks,
         "values_ns": found.values_ns, "derivatives_ns": found.derivatives_ns,
     });
     Ok(Answer { text: text(&found), json, failure })
@@ -55,6 +61,14 @@ fn text(found: &Check) -> String {
     for law in found.laws.iter().filter(|law| !law.holds) {
         text += "\n";
         text += &paragraph("", 0, &format!("{}: {}", law.law, law.found));
+    }
+    text += "\n";
+    text += &catalogue::parameters(&found.descriptor);
+    text += "\n";
+    text += &catalogue::told(&found.descriptor);
+    for remark in &found.remarks {
+        text += "\n";
+        text += &paragraph("Not stated", INDENT, remark);
     }
     text += &format!(
         "\nA call costs {} ns, {} ns with derivatives.\n",

@@ -4,18 +4,23 @@
 #![allow(unsafe_code)] // the ABI
 
 mod c_effect;
+mod layout;
 mod rust_effect;
+mod table;
 mod watched;
 
 pub use c_effect::CEffect;
+pub use layout::RawEffect;
 pub use rust_effect::RustEffect;
 pub use watched::Watched;
 
 use super::{BlockContext, Context, ImageContext, SurveyedKind};
-use std::ffi::{c_char, c_int, c_void};
 
 /// `MISCLOSURE_ABI_VERSION`.
-pub const ABI_VERSION: u32 = 2;
+pub const ABI_VERSION: u32 = 3;
+
+/// The version before, whose tables are read as well: they have neither ranges nor words nor pictures.
+pub const ABI_VERSION_BEFORE: u32 = 2;
 
 /// Position of the image in the context of a control or check point, which belongs to none.
 pub const NO_IMAGE: u32 = u32::MAX;
@@ -96,40 +101,6 @@ impl RawContext {
     }
 }
 
-/// `misclosure_name`.
-#[repr(C)]
-struct RawName {
-    name: *const c_char,
-    value: f64,
-}
-
-/// `misclosure_parameter`.
-#[repr(C)]
-struct RawParameter {
-    name: *const c_char,
-    unit: *const c_char,
-    scope: u32,
-    role: u32,
-    nominal: f64,
-    typical: f64,
-    domain: u32,
-    name_count: u32,
-    domain_min: f64,
-    domain_max: f64,
-    names: *const RawName,
-    deviation: *const c_char,
-}
-
-type RawEval = unsafe extern "C" fn(
-    this: *mut c_void,
-    context: *const RawContext,
-    input: *const f64,
-    theta: *const f64,
-    out: *mut f64,
-    d_in: *mut f64,
-    d_theta: *mut f64,
-) -> c_int;
-
 /// Why a table gave no values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum EvalFault {
@@ -144,30 +115,6 @@ pub enum EvalFault {
     Threw,
 }
 
-/// `misclosure_effect`.
-#[derive(Clone, Copy)]
-#[repr(C)]
-pub struct RawEffect {
-    abi_version: u32,
-    effect_size: u32,
-    parameter_size: u32,
-    name_size: u32,
-    context_size: u32,
-    stage: u32,
-    kind: u32,
-    parameter_count: u32,
-    need_count: u32,
-    id: *const c_char,
-    summary: *const c_char,
-    formula: *const c_char,
-    confused_with: *const c_char,
-    source: *const c_char,
-    parameters: *const RawParameter,
-    needs: *const u32,
-    this: *mut c_void,
-    eval: Option<RawEval>,
-}
-
 /// Address of an effect's table, as C++ takes it in arrays.
 #[derive(Debug, Clone, Copy)]
 #[repr(transparent)]
@@ -177,7 +124,10 @@ pub struct EffectHandle(pub *const RawEffect);
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum AbiError {
     /// Made for another version of `effect.h`.
-    #[error("made for version {found} of effect.h, this program has version {ABI_VERSION}: compile it again")]
+    #[error(
+        "made for version {found} of effect.h, this program has version {ABI_VERSION} and reads \
+         {ABI_VERSION_BEFORE}: compile it again"
+    )]
     Version {
         /// Its version.
         found: u32,

@@ -2,9 +2,10 @@
 
 #![allow(unsafe_code)] // the ABI
 
-use super::*;
-use crate::effects::Effect;
-use std::ffi::CString;
+use super::layout::{RawEffect, RawEffect2};
+use super::{ABI_VERSION, RawContext};
+use crate::effects::{BlockContext, Context, Effect, ImageContext, SurveyedKind};
+use std::ffi::{CString, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// An effect that exists in Rust alone, behind the C ABI for the length of a solve.
@@ -26,27 +27,26 @@ impl<'a> RustEffect<'a> {
         let descriptor = effect.descriptor();
         let id = CString::new(descriptor.id.replace('\0', "")).unwrap_or_default();
         let mut target = Box::new(Target { effect, block, images });
-        let raw = Box::new(RawEffect {
+        let raw = Box::new(RawEffect::for_solver(RawEffect2 {
             abi_version: ABI_VERSION,
-            effect_size: size_of::<RawEffect>() as u32,
-            parameter_size: size_of::<RawParameter>() as u32,
-            name_size: size_of::<RawName>() as u32,
-            context_size: size_of::<RawContext>() as u32,
+            effect_size: 0,
+            parameter_size: 0,
+            name_size: 0,
+            context_size: 0,
             stage: descriptor.stage as u32,
             kind: descriptor.kind as u32,
             parameter_count: descriptor.parameters.len() as u32,
-            // A solver reads no descriptions.
             need_count: 0,
             id: id.as_ptr(),
-            summary: c"".as_ptr(),
-            formula: c"".as_ptr(),
-            confused_with: c"".as_ptr(),
-            source: c"".as_ptr(),
+            summary: std::ptr::null(),
+            formula: std::ptr::null(),
+            confused_with: std::ptr::null(),
+            source: std::ptr::null(),
             parameters: std::ptr::null(),
             needs: std::ptr::null(),
             this: (&raw mut *target).cast(),
             eval: Some(call_rust),
-        });
+        }));
         Self { raw, _id: id, _target: target }
     }
 

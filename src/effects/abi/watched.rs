@@ -3,8 +3,10 @@
 #![allow(unsafe_code)] // the ABI
 
 use super::c_effect::{DONE, fault_of, guarded_eval};
-use super::*;
+use super::layout::{RawEffect, RawEffect2};
+use super::{CEffect, RawContext};
 use crate::effects::plugin::Fault;
+use std::ffi::{c_int, c_void};
 use std::sync::{Mutex, PoisonError};
 
 /// An effect that keeps its first fault.
@@ -30,7 +32,9 @@ impl Watched {
         let mut called = Box::new(Called { effect, fault: Mutex::new(None) });
         let this: *mut Called = &raw mut *called;
         // SAFETY: the effect's table lives as long as the effect.
-        let table = RawEffect { this: this.cast(), eval: Some(call_watched), ..unsafe { *called.effect.raw() } };
+        let own = unsafe { *called.effect.raw() };
+        let two = RawEffect2 { this: this.cast(), eval: Some(call_watched), ..own.two };
+        let table = RawEffect { two, ..own };
         Self { called, table: Box::new(table) }
     }
 

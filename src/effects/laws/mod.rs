@@ -10,6 +10,7 @@ mod derivatives;
 mod eights;
 mod place;
 mod sample;
+mod stated;
 mod surveyed;
 mod threads;
 
@@ -69,7 +70,7 @@ pub fn unique_ids(effects: &[&dyn Effect]) -> Result<(), Violation> {
     }
 }
 
-/// The descriptor is complete and consistent: names, units, sizes, domains, needs of the stage.
+/// The descriptor is complete and consistent: names, units, sizes, domains, ranges, words, picture, needs of the stage.
 pub fn description(effect: &dyn Effect) -> Result<(), Violation> {
     let d = effect.descriptor();
     let fail = |detail: String| Err(violation(effect, "descriptor", detail));
@@ -107,14 +108,12 @@ pub fn description(effect: &dyn Effect) -> Result<(), Violation> {
             }
             _ => {}
         }
-        if let Some(range) = &parameter.plausible {
-            let holds = |value: f64| (range.min..=range.max).contains(&value);
-            if !(holds(parameter.nominal) && holds(parameter.typical)) || range.source.trim().is_empty() {
-                return fail(format!(
-                    "{name}: the plausible range has its source, and nominal and typical value lie in it"
-                ));
-            }
+        if let Err(detail) = stated::range(parameter) {
+            return fail(format!("{name}: {detail}"));
         }
+    }
+    if let Err(detail) = stated::words(d).and_then(|()| stated::picture(d)) {
+        return fail(detail);
     }
     if !d.parameters.iter().any(|parameter| matches!(parameter.role, Role::Estimated | Role::Random(_))) {
         return fail("nothing to estimate".into());
