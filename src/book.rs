@@ -3,8 +3,8 @@
 //! 1. [`crate`]: the problem in formulas, an example, and which module does what.
 //! 2. [`conventions`]: axes, rotations, residuals, units.
 //! 3. [`crate::effects`]: the catalogue, one module for each effect with its formula and where that comes from.
-//! 4. [`effects_of_your_own`]: one that the catalogue has not, in C++ or Rust; [`effect_header`] is its reference, and
-//!    [`what_an_effect_is_not`] says where the rest would go.
+//! 4. [`effects_of_your_own`]: one that the catalogue has not, in C++, C or Rust; [`effect_header`] is its reference,
+//!    [`add_an_effect`] takes one into the catalogue, and [`what_an_effect_is_not`] says where the rest would go.
 //! 5. [`crate::adjust`] and [`crate::diagnose`]: the solvers, and how a cause is told from another;
 //!    [`how_it_decides`] explains the method.
 //!    [`mistakes`] has what people get wrong, which is looked for first.
@@ -18,11 +18,18 @@
 pub mod conventions {}
 
 // A definition of a link that comes first holds: the files' own lead from file to file.
+#[doc = "[add-an-effect.md]: crate::book::add_an_effect"]
 #[doc = "[effect-header.md]: crate::book::effect_header"]
 #[doc = "[what-an-effect-is-not.md]: crate::book::what_an_effect_is_not"]
 #[doc = ""]
 #[doc = include_str!("../docs/effects-of-your-own.md")]
 pub mod effects_of_your_own {}
+
+#[doc = "[effects-of-your-own.md]: crate::book::effects_of_your_own"]
+#[doc = "[effect-header.md]: crate::book::effect_header"]
+#[doc = ""]
+#[doc = include_str!("../docs/add-an-effect.md")]
+pub mod add_an_effect {}
 
 #[doc = "[effects-of-your-own.md]: crate::book::effects_of_your_own"]
 #[doc = "[what-an-effect-is-not.md]: crate::book::what_an_effect_is_not"]
