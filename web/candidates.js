@@ -1,8 +1,9 @@
-// What may be missing in the model: the candidates, strongest impact first. Hovering one shows the pictures that the null model predicts
-// with it; a click adds it.
+// What is recorded wrongly, then what may be missing in the model: the candidates, strongest impact first. Hovering one shows the pictures
+// that the null model predicts with it; a click adds it.
 
 import { json } from "./api.js";
 import { button, fill, h, later } from "./dom.js";
+import { mistakes } from "./mistakes.js";
 import { probability, significant, unitText, withSigma } from "./numbers.js";
 import { chosen, on, set, state } from "./state.js";
 import { change } from "./steps.js";
@@ -51,6 +52,7 @@ function draw(body) {
   drawn = answer;
   fill(body,
     answer.sentence && h("p.sentence", {}, answer.sentence),
+    mistakes(answer.mistakes ?? []),
     next(),
     h("div.candidates", { onpointerleave: () => { quiet = false; preview(null); } },
       section("Causes", list(strong.filter(physical)), "No physical effect of the catalogue is significant at this step.", "mm: how far it moves the points, RMS. Hover over one to see the figures with it, click it for what it is."),
@@ -63,7 +65,7 @@ function draw(body) {
 /** What to do first: the list is ordered by harm, but what shows most makes the tests of the others clearer. */
 function next() {
   const effect = answer.recommended[0];
-  return effect && h("div.next", {}, button(`Add ${effect}`, () => add(effect), { title: "A step with it in the model; then look at what is left", kind: "main" }),
+  return effect && h("div.next", {}, button(`Add ${effect}`, () => add(effect), { title: "A step with it in the model; then look at what is left", kind: answer.mistakes?.length ? undefined : "main" }),
     h("span.quiet", {}, "first, then look at what is left. Do all, above, goes on so to the end."));
 }
 

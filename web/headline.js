@@ -20,7 +20,7 @@ const NOTABLE = 0.01;
 const VERDICTS = {
   missing: ["something is missing", "A candidate on the right is significant"],
   unexplained: ["something is left without a name", "Structure is left that no effect of the catalogue explains"],
-  mistake: ["something is recorded wrongly", "The survey contradicts the images or itself"],
+  mistake: ["something is recorded wrongly", "The card on the right says what it is and what to do"],
   adequate: ["nothing is left that this block shows", "No candidate is significant and no structure is left"],
 };
 
@@ -49,6 +49,7 @@ function draw() {
       verdict && h(`span.verdict.${node.verdict}`, { title: why }, verdict),
       node.agree && h("span.agree", { title: node.one_derivation ?? "Both solvers give the same result" }, node.one_derivation ? "solvers agree; one derivation" : "solvers agree"),
       node.agree === false && h("span.disagree", { title: "The two solvers give different results: see the report" }, "solvers disagree")),
+    node.mistake && h("p.wrong", { title: node.mistake }, node.mistake),
     predictionLine() ?? h("p.delta", { title: node.delta_words }, (!picked && node.delta_words) || size(node.figures)),
     h("dl.numbers", {}, FIGURES.filter(([, , of]) => known(of(figures))).map(([name, unit, of, write, title]) => figure(name, unit, write, title, earlier?.figures ? of(earlier.figures) : null, of(figures)))));
 }

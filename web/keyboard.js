@@ -57,10 +57,10 @@ function image(by) {
   set({ image: (state.image + by + n) % n });
 }
 
-/** Focus goes to the candidate `by` further on: focus shows its predicted picture. */
+/** Focus goes to the mistake or candidate `by` further on: focus shows the predicted picture of a candidate. */
 function candidate(by) {
   if (chosen()?.state !== "done") return;
-  const cards = [...document.querySelectorAll(".candidate")].filter((card) => card.checkVisibility());
+  const cards = [...document.querySelectorAll(".mistake, .candidate")].filter((card) => card.checkVisibility());
   if (!cards.length) return;
   const at = cards.indexOf(document.activeElement);
   cards[at < 0 ? (by > 0 ? 0 : cards.length - 1) : (at + by + cards.length) % cards.length].focus();

@@ -17,8 +17,8 @@ const COLUMNS = [
   ["σ₀", "", (f) => fixed(f.sigma0, 3), "Standard deviation of unit weight: one where the stated precisions fit"],
 ];
 
-/** Check points come first, what nothing was fitted to; a block without any has no column of them. */
-const columns = () => (state.block.surveyed.some((point) => point.role === "check") ? COLUMNS : COLUMNS.slice(1));
+/** Check points come first, what nothing was fitted to; a block without any has no column of them. A wrong control point becomes one. */
+const columns = () => (state.block.surveyed.some((point) => point.role === "check") || state.tree.nodes.some((node) => Number.isFinite(node.figures?.check_rms_m)) ? COLUMNS : COLUMNS.slice(1));
 
 const ledger = new Figure("ledger");
 

@@ -95,6 +95,11 @@ impl Edit {
         self.rows.push(Rows { column: column.into(), values: values.to_vec() });
         self
     }
+
+    /// Is a row edited? `cell`: what it has in a column; none where a row has no such column.
+    pub fn concerns(&self, cell: impl Fn(&str) -> Option<String>) -> bool {
+        self.rows.iter().all(|rows| cell(&rows.column).is_some_and(|own| rows.values.contains(&own)))
+    }
 }
 
 impl Change {

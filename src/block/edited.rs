@@ -1,6 +1,6 @@
 //! Edits of a block's tables, in memory: what a diagnosis goes on with where conventions are wrong. (Surveyed
 //! coordinates are left out instead, and are no part of
-//! this.)
+//! this: [`super::mended`] changes them, too.)
 
 use super::edit::{Change, Edit};
 use super::{Block, Camera, Image};
@@ -15,11 +15,10 @@ pub fn edited(block: &Block, edits: &[Edit]) -> Option<Block> {
     Some(block)
 }
 
-fn apply(block: &mut Block, edit: &Edit) -> Option<()> {
+/// Makes one edit; `None` where it is none of those.
+pub(super) fn apply(block: &mut Block, edit: &Edit) -> Option<()> {
     // Does a row take part, by what it has in a column?
-    let chosen = |cell: &dyn Fn(&str) -> Option<String>| {
-        edit.rows.iter().all(|rows| cell(&rows.column).is_some_and(|own| rows.values.contains(&own)))
-    };
+    let chosen = |cell: &dyn Fn(&str) -> Option<String>| edit.concerns(cell);
     match edit.file.as_str() {
         "block.toml" => {
             let own =

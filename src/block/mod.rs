@@ -7,6 +7,7 @@ mod by_point;
 pub mod edit;
 pub mod edited;
 pub mod inventory;
+pub mod mended;
 
 pub use by_point::ByPoint;
 

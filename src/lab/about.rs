@@ -13,7 +13,6 @@ use crate::io::model::read_model;
 use crate::model::{Datum, Loss, TieWeights};
 use anyhow::Result;
 use serde_json::{Value, json};
-use std::path::Path;
 
 /// The tree.
 pub fn tree(lab: &Lab) -> Value {
@@ -21,7 +20,8 @@ pub fn tree(lab: &Lab) -> Value {
     let of = |(id, node): (&u32, &Node)| {
         let base = json!({
             "id": id, "parent": node.parent, "state": state(&node.state), "change": node.change, "words": node.change.words(),
-            "figures": null, "delta_words": null, "verdict": null, "agree": null, "one_derivation": null, "error": null,
+            "figures": null, "delta_words": null, "verdict": null, "agree": null, "one_derivation": null, "mistake": null,
+            "error": null,
         });
         let Value::Object(mut all) = base else { return base };
         if let Some(figures) = &node.figures {
@@ -34,6 +34,7 @@ pub fn tree(lab: &Lab) -> Value {
                 all.insert("verdict".into(), json!(saved.verdict));
                 all.insert("agree".into(), json!(saved.agree));
                 all.insert("one_derivation".into(), json!(saved.one_derivation));
+                all.insert("mistake".into(), json!(saved.mistake));
             }
             State::Failed(error) => drop(all.insert("error".into(), json!(error))),
             _ => {}
@@ -158,27 +159,4 @@ pub fn model(lab: &Lab, id: u32) -> Result<Value> {
         "freed": lab.saved(id)?.freed.keys().collect::<Vec<_>>(),
         "outliers": { "n": view.outliers.len(), "rows": outliers.collect::<Vec<_>>() },
     }))
-}
-
-/// The commands that reproduce a node from the shell, in whatever folder: the adjustment, and its report again.
-///
-/// # Errors
-/// A node that is not done.
-pub fn commands(lab: &Lab, id: u32) -> Result<Value> {
-    let view = lab.view(id)?;
-    let source = lab.source(id)?;
-    let quoted = |path: &Path| {
-        let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-        format!("'{}'", path.display().to_string().replace('\'', "'\\''"))
-    };
-    let model = quoted(&lab.setup.folder.step(id).join("model.toml"));
-    let run = format!("step-{id:04}-again");
-    let mut adjust = format!("misclosure adjust {} -o {run} --model {model}", quoted(&source.path));
-    for plugin in &view.run.summary.plugins {
-        adjust += &format!(" --plugin {}", quoted(Path::new(&plugin.path)));
-    }
-    if let [solver] = lab.setup.solvers.as_slice() {
-        adjust += &format!(" --solver {}", solver.name());
-    }
-    Ok(json!({ "commands": [adjust, format!("misclosure report {run}")] }))
 }

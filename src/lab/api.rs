@@ -19,14 +19,15 @@
 //!     "figures": { "tie_rms_px": 0.241, "heldout_px": 0.331, "check_rms_m": 0.00438, "check_height_rms_m": 0.0033,
 //!                  "gnss_rms_m": 0.051, "sigma0": 0.888, "unknowns": 1234, "observations": 4567, "outliers": 38 },
 //!     "delta_words": "check points 17.1 → 4.4 mm, tie points 0.274 → 0.241 px",
-//!     "verdict": "missing", "agree": true, "one_derivation": null, "error": null } ] }
+//!     "verdict": "missing", "agree": true, "one_derivation": null, "mistake": null, "error": null } ] }
 //! ```
 //!
 //! `state` is `waiting`, `running`, `done`, `failed` (with `error`) or `cancelled`; of any but `done` the keys from
-//! `figures` to `agree` are null, except that a `running` one has `figures` and `delta_words` as soon as both solvers
+//! `figures` to `mistake` are null, except that a `running` one has `figures` and `delta_words` as soon as both solvers
 //! are done: what is left is tested after that. What failed or was cancelled is in the tree until the server ends,
-//! without a folder. `verdict` is `missing` where a candidate is significant, `unexplained` where structure is left and
-//! no candidate is, else `adequate`. `agree` says whether the two solvers do (null where one ran), `one_derivation`
+//! without a folder. `verdict` is `mistake` where something is recorded wrongly (`mistake` says what, in a sentence),
+//! `missing` where a candidate is significant, `unexplained` where structure is left and no candidate is, else
+//! `adequate`. `agree` says whether the two solvers do (null where one ran), `one_derivation`
 //! what has to be said with it where the model has a plug-in.
 //!
 //! # `GET /api/block`
@@ -157,6 +158,9 @@
 //!
 //! ```json
 //! { "verdict": "missing", "sentence": "...", "left": ["..."], "recommended": ["rolling-shutter"],
+//!   "mistakes": [ { "kind": "scale", "subject": "control", "names": [], "value": 3.28084, "sigma": null, "unit": "1",
+//!       "drop": 5123.4, "ln_p": -2550.1, "sentence": "...", "remedy": "...",
+//!       "mend": [ { "file": "control.csv", "...": "..." } ] } ],
 //!   "candidates": [ { "effect": "rolling-shutter", "rank": 1, "kind": "physical", "tested": true,
 //!   "significant": true, "plausible": true,
 //!       "p_value": 0.0, "ln_p_value": -780.1, "statistic": 1797.8, "dof": 1, "predicted_drop": 1416.3,
@@ -170,7 +174,8 @@
 //! ```
 //!
 //! Candidates come strongest impact first among the significant, then the others by rank, then those that cannot be
-//! tested, with what they need.
+//! tested, with what they need. `mistakes` has the keys that `diagnosis.json` has; `mend` is absent where a person has to
+//! look.
 //!
 //! # Steps
 //!
@@ -190,12 +195,16 @@
 //! { "kind": "set_aside_brush", "brush": { "view": "images", "ids": [3] } }
 //! { "kind": "take_back", "measurements": [ { "image": "a.jpg", "point": "t17", "kind": "tie" } ] }
 //! { "kind": "search_outliers" }
+//! { "kind": "mend", "only": ["scale"] }
 //! { "kind": "improve" }
 //! ```
 //!
 //! `values` of `add`, the keys of `weights` and `kind` of a measurement (then `tie`) may be left out. `free` names
 //! every camera parameter or group that is free after the step, the others are held. An empirical field is added like
-//! any effect. `improve` makes one node per step of the loop, each the child of the one before; its `id` is the first.
+//! any effect. `mend` undoes the mistakes of the kinds in `only` (left out: of all kinds) that have edits: the block of
+//! that step, and of all steps beneath it, is the edited one, and its adjustment begins anew with the model of its
+//! parent. No file is changed. `improve` makes one node per step of the loop, each the child of the one before; its
+//! `id` is the first.
 //! `POST /api/steps/ID/cancel` with `{}` stops a step at its next iteration, or takes it out of the queue.
 //!
 //! # `GET /api/events` (server-sent events)
@@ -214,7 +223,8 @@
 //! # Export
 //!
 //! `GET /api/nodes/ID/report.html`, `model.toml`, `outliers.csv`; `GET /api/nodes/ID/commands` gives `{ "commands":
-//! ["misclosure adjust ..."] }`, which reproduce the node from the shell.
+//! ["misclosure adjust ..."] }`, which reproduce the node from the shell; below a step that mends they begin with
+//! `misclosure mend`. A line that begins with `#` says what they cannot repeat.
 //!
 //! # With `--simulate`
 //!

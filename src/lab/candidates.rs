@@ -1,5 +1,7 @@
-//! What may be missing beside a node, strongest impact first, in figures and in words.
+//! What is recorded wrongly in the block of a node, and what may be missing beside it, strongest impact first, in
+//! figures and in words.
 
+use super::screened::in_words;
 use super::state::Lab;
 use crate::diagnose::verdict::{CandidateEntry, Diagnosis, FoundEntry, Verdict};
 use crate::report::letter;
@@ -35,7 +37,7 @@ pub fn candidates(lab: &Lab, id: u32) -> Result<Value> {
     });
     Ok(json!({
         "verdict": diagnosis.verdict, "sentence": sentence(diagnosis), "left": diagnosis.left,
-        "recommended": diagnosis.recommended,
+        "recommended": diagnosis.recommended, "mistakes": diagnosis.mistakes,
         "candidates": all.into_iter().map(|one| candidate(lab, one)).collect::<Vec<_>>(),
         "found": diagnosis.found.iter().map(found).collect::<Vec<_>>(),
         "structure": structure.collect::<Vec<_>>(),
@@ -49,8 +51,19 @@ fn sentence(diagnosis: &Diagnosis) -> String {
         Verdict::Missing => format!("Something is missing; what shows most is {}.", diagnosis.recommended.join(", ")),
         Verdict::Unexplained => "Something is left that no effect of the catalogue explains.".into(),
         Verdict::Adequate => "Nothing significant is left.".into(),
-        Verdict::Mistake => "Something is recorded wrongly.".into(),
+        Verdict::Mistake => mistaken(diagnosis),
     }
+}
+
+/// The verdict where something is recorded wrongly: the mistake, and what shows beside it.
+fn mistaken(diagnosis: &Diagnosis) -> String {
+    let mistake = in_words(&diagnosis.mistakes).unwrap_or_default();
+    let beside = match diagnosis.recommended.as_slice() {
+        [] if diagnosis.left.is_empty() => String::new(),
+        [] => " Beside it something is left that no effect of the catalogue explains.".into(),
+        some => format!(" Beside it something is missing; what shows most is {}.", some.join(", ")),
+    };
+    format!("Something is recorded wrongly. {mistake}{beside}")
 }
 
 fn candidate(lab: &Lab, one: &CandidateEntry) -> Value {

@@ -80,6 +80,12 @@ pub enum Change {
     },
     /// Data snooping.
     SearchOutliers,
+    /// Mistakes of people are undone, as `mend` does in a copy of the block.
+    Mend {
+        /// Kinds of mistakes; none: all that can be undone.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        only: Vec<String>,
+    },
     /// Whatever lowers the objective, step by step.
     Improve,
 }
@@ -142,6 +148,11 @@ fn tie() -> String {
 }
 
 impl Change {
+    /// Does a step with this change have a block of its own, for itself and for what stands beneath it?
+    pub fn has_block(&self) -> bool {
+        matches!(self, Change::Base | Change::Simulate { .. } | Change::Mend { .. })
+    }
+
     /// In a few words, for the tree.
     pub fn words(&self) -> String {
         let count = |n: usize| if n == 1 { "1 measurement".to_string() } else { format!("{n} measurements") };
@@ -167,6 +178,8 @@ impl Change {
             Change::SetAsideBrush { .. } => "brushed measurements set aside".into(),
             Change::TakeBack { measurements } => format!("{} taken back", count(measurements.len())),
             Change::SearchOutliers => "outliers searched".into(),
+            Change::Mend { only } if only.is_empty() => "mistakes mended".into(),
+            Change::Mend { only } => format!("mended: {}", only.join(", ")),
             Change::Improve => "what lowers the objective".into(),
         }
     }
@@ -228,6 +241,8 @@ mod tests {
         assert!(matches!(&aside, Change::SetAside { measurements } if measurements[0].kind == "tie"));
         assert!(read(r#"{"kind":"set_aside_brush","brush":{"view":"images","ids":[3]}}"#).is_ok());
         assert!(read(r#"{"kind":"improve"}"#).is_ok());
+        let mend = read(r#"{"kind":"mend","only":["scale"]}"#).expect("a change");
+        assert!(mend.has_block() && mend.words() == "mended: scale" && read(r#"{"kind":"mend"}"#).is_ok());
         assert!(read(r#"{"kind":"dance"}"#).is_err() && read(r#"{"kind":"add","effects":"x"}"#).is_err());
     }
 

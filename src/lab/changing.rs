@@ -3,12 +3,12 @@
 use super::change::{Change, Named};
 use super::live::{Changed, Live};
 use super::measurements::{all_there, named};
+use super::setup::Source;
 use super::step::Step;
 use crate::diagnose::fit::fit;
 use crate::diagnose::improvement::Improvement;
 use crate::diagnose::models::at_solution;
 use crate::diagnose::outliers::{Snooping, Strictness};
-use crate::diagnose::run::{Base, base};
 use crate::diagnose::settings::Settings;
 use crate::diagnose::settle::settle;
 use crate::model::{EffectTerm, Model};
@@ -28,16 +28,21 @@ impl Step<'_> {
             (settings.tell)("measuring the block anew");
             simulated.measure(errors, *seed, &lab.setup.folder.measured(id))?;
         }
-        let source = lab.source(id)?;
-        let given = lab.setup.set_aside.clone();
-        let whole = set_aside::without(&source.block, &given, Path::new("outliers.csv"))?;
-        let found = base(&whole, &lab.setup.model, settings)?;
-        // What is missing can make a survey look imprecise: the weights are a step of their own.
-        let Base { search, fit, .. } = found.as_stated(&whole, &lab.setup.model, settings)?.unwrap_or(found);
-        let block = search.block(&whole).into_owned();
-        let improvement = Improvement::new(&block, fit, settings)?;
-        let found = search.outliers(&whole).rows(&whole);
-        Ok(Changed { block, set_aside: given.into_iter().chain(found).collect(), improvement })
+        let (path, recorded) = lab.recorded(id)?;
+        let mistakes = self.mistakes(&recorded, settings)?;
+        mistakes.iter().for_each(|mistake| (settings.tell)(&mistake.sentence));
+        let source = Source::screened(path, recorded, mistakes);
+        self.begun(source, lab.setup.set_aside.clone(), &lab.setup.model, None, settings)
+    }
+
+    /// Did somebody set the measurement aside, by hand or before?
+    pub(super) fn is_fixed(&self, row: &OutlierRow) -> bool {
+        row.reason == BY_HAND || self.lab.setup.set_aside.contains(row)
+    }
+
+    /// What somebody set aside at a node, by hand or before.
+    pub(super) fn fixed(&self, from: &Live) -> Vec<OutlierRow> {
+        from.set_aside.iter().filter(|row| self.is_fixed(row)).cloned().collect()
     }
 
     pub(super) fn changed(&self, parent: u32, from: &Live, settings: &Settings<'_>) -> Result<Changed> {
@@ -131,6 +136,7 @@ impl Step<'_> {
                 self.on_other_measurements(from, rows, settings)
             }
             Change::SearchOutliers => self.searched(from, settings),
+            Change::Mend { only } => self.mended(parent, from, only, settings),
             other => bail!("{}: this cannot be asked of a step", other.words()),
         }
     }
@@ -163,9 +169,7 @@ impl Step<'_> {
     /// Data snooping at the model as it stands, beside what somebody set aside.
     fn searched(&self, from: &Live, settings: &Settings<'_>) -> Result<Changed> {
         let source = self.lab.source(self.id)?;
-        let given = &self.lab.setup.set_aside;
-        let fixed = from.set_aside.iter().filter(|row| row.reason == BY_HAND || given.contains(row));
-        let fixed: Vec<OutlierRow> = fixed.cloned().collect();
+        let fixed = self.fixed(from);
         let whole = set_aside::without(&source.block, &fixed, Path::new("outliers.csv"))?;
         let model = at_solution(from.fit());
         let strictness = if from.improvement.added.is_empty() { Strictness::Loose } else { Strictness::Tight };

@@ -6,6 +6,7 @@
 //!
 //! - [`api`]: what the page and the server say to each other, in one place.
 //! - [`change`]: what a step changes; [`step`] carries it out; [`tree`] keeps its result as the folder of a run.
+//! - [`setup::Source`]: the block of a root or of a step that mends, screened for mistakes of people.
 //! - [`columns`], [`quantity`] and [`brush`]: every measurement of a node with what was recorded of it,
 //!   and which of them are chosen.
 //! - [`figures`] as [`asked`], [`candidates`], [`predict`], [`space`]: what is shown of a node.
@@ -37,12 +38,17 @@ pub mod tree;
 pub mod view;
 
 mod about;
+mod aside;
 mod changing;
+mod commands;
 mod events;
 mod job;
 mod kept;
+mod mending;
 mod restore;
 mod routes;
+mod screened;
 mod shared;
+mod sources;
 mod truth;
 mod worker;

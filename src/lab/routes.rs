@@ -10,7 +10,7 @@ use super::measurements::{Page, measurements};
 use super::node::Absent;
 use super::shared::Shared;
 use super::state::Lab;
-use super::{candidates, predict, simulated, space, truth};
+use super::{candidates, commands, predict, simulated, space, truth};
 use axum::extract::{Path, Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
 use axum::http::{StatusCode, Uri};
@@ -211,7 +211,7 @@ async fn node(State(shared): App, Path((id, what)): Path<(String, String)>, Quer
             "measurements" => json(measurements(lab, id, &page)?),
             "model" => json(about::model(lab, id)?),
             "candidates" => json(candidates::candidates(lab, id)?),
-            "commands" => json(about::commands(lab, id)?),
+            "commands" => json(commands::commands(lab, id)?),
             "space" => {
                 let bytes = space::space(lab, id, page.brush.as_ref())?;
                 ([(CONTENT_TYPE, "application/octet-stream")], bytes).into_response()

@@ -4,9 +4,11 @@ use super::simulated::Simulated;
 use super::tree::Folder;
 use crate::adjust::Solver;
 use crate::block::Block;
+use crate::mistakes::Mistake;
 use crate::model::{EffectRef, Model};
 use crate::run::folder::OutlierRow;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// What the laboratory was opened with.
 pub struct Setup {
@@ -34,10 +36,16 @@ pub struct Setup {
     pub simulated: Option<Simulated>,
 }
 
-/// A block that was measured, and where it stands.
+/// The block of a root, or of a step that mends, with all that stands beneath it.
 pub struct Source {
-    /// Its folder.
+    /// Folder of the block as it was read.
     pub path: PathBuf,
-    /// The block, about its centre.
-    pub block: Block,
+    /// The block as it is recorded, about its centre; of a step that mends, with mistakes undone.
+    pub recorded: Arc<Block>,
+    /// The block that is adjusted: without what is recorded wrongly.
+    pub block: Arc<Block>,
+    /// What is recorded wrongly.
+    pub mistakes: Vec<Mistake>,
+    /// What the step undid, in this order; nothing of a root.
+    pub undone: Vec<Mistake>,
 }

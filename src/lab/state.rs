@@ -12,7 +12,6 @@ use super::view::View;
 use crate::adjust::{Options, Stop};
 use crate::diagnose::settings::Settings;
 use crate::effects;
-use crate::io::block::read_block;
 use crate::model::EffectRef;
 use anyhow::{Result, bail};
 use std::collections::{BTreeMap, HashMap};
@@ -31,8 +30,8 @@ const EVENTS: usize = 1024;
 pub struct Lab {
     /// What it was opened with.
     pub setup: Setup,
-    nodes: Mutex<BTreeMap<u32, Node>>,
-    sources: Mutex<HashMap<u32, Arc<Source>>>,
+    pub(super) nodes: Mutex<BTreeMap<u32, Node>>,
+    pub(super) sources: Mutex<HashMap<u32, Arc<Source>>>,
     views: Mutex<Kept<View>>,
     reading: Mutex<()>,
     lives: Mutex<Kept<Live>>,
@@ -184,30 +183,6 @@ impl Lab {
             path.insert(0, parent);
         }
         Ok(path)
-    }
-
-    /// The block that a node adjusts.
-    ///
-    /// # Errors
-    /// A block that was measured here and cannot be read any more.
-    pub fn source(&self, id: u32) -> Result<Arc<Source>> {
-        let root = self.root(id)?;
-        if let Some(source) = locked(&self.sources).get(&root) {
-            return Ok(source.clone());
-        }
-        let simulated =
-            matches!(locked(&self.nodes).get(&root).map(|node| &node.change), Some(Change::Simulate { .. }));
-        let source = match simulated {
-            true => {
-                let path = self.setup.folder.measured(root);
-                let block = read_block(&path)?.block.about_its_centre();
-                Source { path, block }
-            }
-            false => Source { path: self.setup.source.clone(), block: self.setup.block.clone() },
-        };
-        let source = Arc::new(source);
-        locked(&self.sources).insert(root, source.clone());
-        Ok(source)
     }
 
     /// A node as it is shown.

@@ -4,6 +4,7 @@
 use super::change::Change;
 use super::events::Event;
 use super::live::{Changed, Live};
+use super::screened::in_words;
 use super::setup::Source;
 use super::state::Lab;
 use super::tree::{Figures, Saved};
@@ -16,6 +17,7 @@ use crate::diagnose::models::at_solution;
 use crate::diagnose::pictures::Shown;
 use crate::diagnose::settings::Settings;
 use crate::diagnose::verdict::{Diagnosis, LedgerRow};
+use crate::mistakes::Mistake;
 use crate::report::run::Diagnosed;
 use crate::run::{self, gnss_residuals, gnss_rms_m};
 use anyhow::{Result, bail};
@@ -57,7 +59,7 @@ impl Step<'_> {
         };
         self.go_on()?;
         let source = lab.source(id)?;
-        let handed_on = self.adjusted(&changed, &settings)?;
+        let mut handed_on = self.adjusted(&changed, &settings)?;
         if let Some(held) = &handed_on.held {
             tell(held);
         }
@@ -67,9 +69,15 @@ impl Step<'_> {
         let mut look = look(&changed.block, &changed.improvement, changed.set_aside.len(), &settings)?;
         self.go_on()?;
         self.enter_ledger(&mut ledger, &mut look.diagnosis, &handed_on);
+        let lost = match look.next {
+            None => self.lost(&source, &changed, settings.significance),
+            Some(_) => Vec::new(),
+        };
+        source.judge(&mut look.diagnosis, lost);
+        handed_on.run.mistakes.clone_from(&look.diagnosis.mistakes);
         look.diagnosis.weigh(handed_on.run.point_sigma_m(), None);
         lab.tell(Event::told(id, "writing", "writing the folder of the run"));
-        let saved = self.saved(figures, &changed, &look.diagnosis, &handed_on);
+        let saved = self.saved(figures, &source, &changed, &look.diagnosis, &handed_on);
         lab.setup.folder.add(id, &saved, |dir| self.write(dir, &source, &changed, &look, &handed_on))?;
         Ok((saved, Live::new(changed, look, ledger)))
     }
@@ -114,8 +122,17 @@ impl Step<'_> {
         diagnosis.ledger = ledger.clone();
     }
 
-    fn saved(&self, figures: Figures, changed: &Changed, diagnosis: &Diagnosis, handed_on: &HandedOn) -> Saved {
+    fn saved(
+        &self,
+        figures: Figures,
+        source: &Source,
+        changed: &Changed,
+        diagnosis: &Diagnosis,
+        handed_on: &HandedOn,
+    ) -> Saved {
         let parts = &changed.improvement.parts;
+        // The others have the block of a step above.
+        let of_block = |list: &[Mistake]| if self.change.has_block() { list.to_vec() } else { Vec::new() };
         Saved {
             format: Saved::FORMAT,
             parent: self.parent,
@@ -128,6 +145,9 @@ impl Step<'_> {
             own: parts.own,
             freed: parts.freed.clone(),
             placed: parts.placed.clone(),
+            mistake: in_words(&diagnosis.mistakes),
+            mistakes: of_block(&source.mistakes),
+            undone: of_block(&source.undone),
         }
     }
 

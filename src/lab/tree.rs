@@ -4,6 +4,7 @@
 
 use super::change::Change;
 use crate::io::table::write_json;
+use crate::mistakes::Mistake;
 use crate::run::folder::{is_run, read_laboratory, read_source, write_laboratory};
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
@@ -60,7 +61,7 @@ pub struct Saved {
     pub words: String,
     /// Its figures.
     pub figures: Figures,
-    /// `missing`, `unexplained` or `adequate`.
+    /// `missing`, `unexplained`, `adequate` or `mistake`.
     pub verdict: String,
     /// Do the solvers agree?
     pub agree: Option<bool>,
@@ -74,6 +75,15 @@ pub struct Saved {
     pub freed: BTreeMap<String, Vec<(usize, Vec<f64>)>>,
     /// Effects that were searched over the sensor, with the number of places.
     pub placed: BTreeMap<String, f64>,
+    /// What is recorded wrongly in its block, in a sentence.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mistake: Option<String>,
+    /// What is recorded wrongly in the block of a root, or of a step that mends.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mistakes: Vec<Mistake>,
+    /// What a step that mends undid, in this order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub undone: Vec<Mistake>,
 }
 
 impl Saved {
@@ -221,6 +231,9 @@ mod tests {
             own: 0,
             freed: BTreeMap::new(),
             placed: BTreeMap::new(),
+            mistake: None,
+            mistakes: Vec::new(),
+            undone: Vec::new(),
         }
     }
 

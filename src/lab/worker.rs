@@ -54,6 +54,7 @@ fn carry_out(lab: &Lab, job: &Job) -> bool {
 
 fn end(lab: &Lab, id: u32, stop: &Stop, outcome: Result<State>) -> bool {
     let failed = |state: State, error: String| {
+        lab.release(id);
         lab.set(id, state);
         lab.tell(Event::Failed { node: id, error });
         false

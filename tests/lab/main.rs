@@ -3,6 +3,7 @@
 
 mod alone;
 mod commands;
+mod mistakes;
 mod program;
 mod security;
 mod simulated;

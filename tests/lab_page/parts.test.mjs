@@ -3,6 +3,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { brushBetween, isOf, plotOf, rectangleOf } from "../../web/plots.js";
+import { editsInWords } from "../../web/edits.js";
 import { mm, probability, significant, unitText, withSigma } from "../../web/numbers.js";
 import { extent, quantile, readSpace, rectangle, roundBelow } from "../../web/space_data.js";
 import { rows } from "../../web/lanes.js";
@@ -37,6 +38,13 @@ test("numbers are rounded to what they mean", () => {
   assert.equal(probability(5e-43, -97.4), "p = 5e−43");
   assert.equal(unitText("px^-2"), "px⁻²");
   assert.equal(unitText("1"), "");
+});
+
+test("what Mend does is told by file", () => {
+  const affine = (column, factor, offset) => ({ file: "control.csv", affine: { column, factor, offset } });
+  assert.equal(editsInWords([affine("x", 0.3048, 0), affine("z", 1, -47.3)]), "control.csv: x × 0.3048, z − 47.3");
+  const exchange = { file: "images.csv", "exchange-columns": { columns: ["gnss_x", "gnss_y"] } };
+  assert.equal(editsInWords([exchange, { file: "ties.csv", remove: null }]), "images.csv: gnss_x and gnss_y exchanged; ties.csv: rows left out");
 });
 
 test("a first child goes on in its parent's lane, the others branch off before it", () => {
