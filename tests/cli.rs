@@ -194,7 +194,7 @@ fn inject_follows_a_recipe() {
     assert!(made.contains_key("truth/errors.json"));
     let (code, _, stderr) = misclosure(&["inject", recipe, "-o", &path(&folder, "x"), "--seed", "7"]);
     assert_eq!(code, 2, "{stderr}");
-    assert!(stderr.contains("a recipe has its own seed and errors"), "{stderr}");
+    assert!(stderr.contains("a recipe has its own seed, errors and mistakes"), "{stderr}");
 }
 
 #[test]

@@ -13,6 +13,8 @@ mod exit;
 mod export;
 mod import;
 mod inject;
+mod inject_list;
+mod inject_text;
 #[cfg(feature = "lab")]
 mod lab;
 mod mend;

@@ -1,6 +1,6 @@
 //! An error as named on the command line: `ID[:key=value,...]`.
 
-use super::{Cause, Values, registry};
+use super::{Cause, ParameterSpec, Values, registry};
 use anyhow::{Context, Result, bail};
 use std::fmt;
 
@@ -26,28 +26,35 @@ impl fmt::Debug for Injection {
 pub fn parse(text: &str) -> Result<Injection> {
     let (id, assignments) = text.split_once(':').unwrap_or((text, ""));
     let Some(cause) = super::find(id) else {
-        bail!("no error is called `{id}`; nearest: {}", nearest(id).join(", "));
+        let near = nearest(id, registry().iter().map(|cause| cause.id()).collect());
+        bail!("no error is called `{id}`; nearest: {}", near.join(", "));
     };
-    let mut values = Values::defaults(cause.parameters());
+    let values = assigned(&format!("error `{id}`"), cause.parameters(), assignments)?;
+    Ok(Injection { cause, values })
+}
+
+/// Reads `key=value,...` into the values of a table; what is not given has its default. Messages begin with `what`.
+pub(super) fn assigned(what: &str, specs: &'static [ParameterSpec], assignments: &str) -> Result<Values> {
+    let mut values = Values::defaults(specs);
     let mut seen = Vec::new();
     for assignment in assignments.split(',').filter(|assignment| !assignment.is_empty()) {
         let Some((key, value)) = assignment.split_once('=') else {
-            bail!("error `{id}`: `{assignment}` is not of the form key=value");
+            bail!("{what}: `{assignment}` is not of the form key=value");
         };
         if seen.contains(&key) {
-            bail!("error `{id}`: parameter `{key}` is given twice");
+            bail!("{what}: parameter `{key}` is given twice");
         }
-        values.set(cause.parameters(), key, value).with_context(|| format!("error `{id}`"))?;
+        values.set(specs, key, value).with_context(|| what.to_owned())?;
         seen.push(key);
     }
-    Ok(Injection { cause, values })
+    Ok(values)
 }
 
 /// How many near names an error message lists.
 const NEAREST: usize = 3;
 
-fn nearest(id: &str) -> Vec<&'static str> {
-    let mut ids: Vec<_> = registry().iter().map(|cause| cause.id()).collect();
+/// The names that are nearest to one that is none of them.
+pub(super) fn nearest<'a>(id: &str, mut ids: Vec<&'a str>) -> Vec<&'a str> {
     // A stable sort: equally near ids stay in the order of the registry.
     ids.sort_by_key(|candidate| edit_distance(id, candidate));
     ids.truncate(NEAREST);

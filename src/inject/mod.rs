@@ -14,10 +14,13 @@
 //! definition (`radial-high`, say), its summary says so.
 //!
 //! A [`recipe`] makes a whole block: scenario, causes, random errors.
+//!
+//! [`mistakes`] of people come after all of this: they rewrite the files of the block.
 
 mod apply;
 mod causes;
 mod injection;
+pub mod mistakes;
 mod observe;
 mod parameters;
 mod random;

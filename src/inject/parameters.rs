@@ -132,7 +132,8 @@ impl Values {
     pub fn set(&mut self, specs: &'static [ParameterSpec], key: &str, text: &str) -> Result<()> {
         let Some(index) = specs.iter().position(|spec| spec.name == key) else {
             let keys: Vec<_> = specs.iter().map(|spec| spec.name).collect();
-            bail!("no parameter `{key}`; it has {}", keys.join(", "));
+            let keys = if keys.is_empty() { "none".into() } else { keys.join(", ") };
+            bail!("no parameter `{key}`; it has {keys}");
         };
         self.0[index].1 = specs[index].read(text).with_context(|| format!("parameter `{key}`"))?;
         Ok(())

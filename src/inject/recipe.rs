@@ -22,8 +22,15 @@
 //! [truth]                                       # for the judge alone, see `Truth`
 //! ```
 //!
+//! `mistakes` beside `causes` lists mistakes of people, as `misclosure inject --mistake` takes them:
+//!
+//! ```toml
+//! mistakes = ["height-offset:of=gnss,by=47.3"]
+//! ```
+//!
 //! A recipe is read here and by the test that judges; a diagnosis sees the block alone.
 
+use super::mistakes::{self, Mistake};
 use super::{Injected, Injection, Report, apply, parse};
 use crate::block::Block;
 use crate::scenario::{self, Scenario, SurveyNoise, add_survey_noise};
@@ -43,6 +50,9 @@ pub struct Recipe {
     /// What goes wrong, as `ID[:key=value,...]`.
     #[serde(default)]
     pub causes: Vec<String>,
+    /// Mistakes of people, as `KIND[:key=value,...]`, see [`Recipe::mistakes`].
+    #[serde(default)]
+    pub mistakes: Vec<String>,
     /// Parameters or groups of the camera that the model holds fixed, as `--fix` takes them.
     #[serde(default)]
     pub fix: Vec<String>,
@@ -135,6 +145,8 @@ pub enum ExpectedVerdict {
     Missing,
     /// Something is left that no effect of the catalogue describes.
     Unexplained,
+    /// Somebody made a mistake.
+    Mistake,
 }
 
 /// What the judge knows.
@@ -213,6 +225,8 @@ const RECORD_DECIMALS: i32 = 3;
 impl Recipe {
     /// Makes the block; the same recipe gives the same bytes, whatever the number of threads.
     ///
+    /// Its mistakes are not made yet: they are made in the files, see [`Recipe::mistakes`].
+    ///
     /// A `rounded` recipe gives image coordinates to 0.001 px, coordinates to 0.1 mm, times and temperatures to 0.001 s and K.
     ///
     /// # Errors
@@ -253,6 +267,14 @@ impl Recipe {
     pub fn without_random_errors(&self) -> Self {
         let noise = Noise { px: 0.0, stated_px: self.noise.px, survey: false };
         Self { outliers: None, noise, rounded: false, ..self.clone() }
+    }
+
+    /// Its mistakes, to be made in the files of the block with [`mistakes::make`].
+    ///
+    /// # Errors
+    /// A kind or a parameter that there is not.
+    pub fn mistakes(&self) -> Result<Vec<Mistake>> {
+        self.mistakes.iter().map(|text| mistakes::parse(text)).collect()
     }
 
     fn scenario(&self) -> Result<Scenario> {

@@ -67,7 +67,7 @@ fn expectations_are_consistent() {
         match truth.verdict {
             ExpectedVerdict::Adequate => assert!(truth.effects.is_empty() && truth.noncentrality == 0.0, "{name}"),
             ExpectedVerdict::Missing => assert!(!truth.effects.is_empty(), "{name}"),
-            ExpectedVerdict::Unexplained => {}
+            ExpectedVerdict::Unexplained | ExpectedVerdict::Mistake => {}
         }
         assert!(
             truth.verdict == ExpectedVerdict::Adequate || truth.noncentrality >= VISIBLE,

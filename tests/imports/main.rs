@@ -18,7 +18,7 @@ enum May {
 }
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
-const TABLE: [(&str, May); 27] = [
+const TABLE: [(&str, May); 28] = [
     ("files", May::Only(&[])),
     ("math", May::Only(&[])),
     ("score", May::Only(&["math"])),
@@ -33,6 +33,8 @@ const TABLE: [(&str, May); 27] = [
     ("adjust::native", May::Only(&["math", "camera", "effects", "problem", "measure"])),
     ("adjust", May::Only(&["math", "camera", "effects", "problem"])),
     ("scenario", May::Only(&["math", "camera", "block"])),
+    // Mistakes are made in files of text: nothing of the search for them, nor of the edits that undo them.
+    ("inject::mistakes", May::Only(&["files"])),
     ("inject", May::Only(&["files", "math", "camera", "block", "scenario"])),
     ("kit", May::Only(&["files", "math", "camera", "block", "effects", "model", "problem", "measure", "inject"])),
     ("evaluate", May::Only(&["math", "camera", "block"])),
@@ -130,6 +132,8 @@ fn a_forbidden_import_is_seen_however_it_is_written() {
         (Path::new("inject/noise.rs"), "use crate::{math, block::{Block, Image}, problem as p};"),
         (Path::new("inject/noise.rs"), "fn f() { let x = crate::adjust::Options::default(); }"),
         (Path::new("inject/noise.rs"), "use super::super::effects;"),
+        (Path::new("inject/mistakes/survey.rs"), "use crate::block::edit::Edit;"),
+        (Path::new("inject/mistakes/survey.rs"), "use super::super::super::mistakes::Mistake;"),
         (Path::new("evaluate/mod.rs"), "mod inner { use super::super::adjust::Solver; }"),
         (Path::new("evaluate/mod.rs"), "const Q: char = '\"'; use crate::adjust::Solver; const R: char = '\"';"),
         (native, "use super::super::ceres::Ceres;"),

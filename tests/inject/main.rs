@@ -1,4 +1,5 @@
-//! The simulator of errors: each cause against an expectation derived without it, and the contract of them all.
+//! The simulator of errors: each cause against an expectation derived without it, the contract of them all, and
+//! mistakes of people in the files.
 
 #[path = "../common/beside.rs"]
 mod beside;
@@ -6,6 +7,7 @@ mod contract;
 mod fixture;
 mod instruments;
 mod interior;
+mod mistakes;
 mod published;
 mod ray;
 mod sensor;
