@@ -1,11 +1,12 @@
 //! `misclosure lab`: the laboratory, a page of this machine alone.
 
 use super::model_options::{ModelOptions, Treatment};
-use super::output::may_be_laboratory;
+use super::output::{may_be_laboratory, usable};
 use super::{Answer, Console, Usage};
 use crate::adjust::Options;
 use crate::block::Block;
-use crate::io::block::{fingerprint, read_block, write_block};
+use crate::inject;
+use crate::io::block::{fingerprint, read_block};
 use crate::lab::server::Server;
 use crate::lab::setup::Setup;
 use crate::lab::simulated::Simulated;
@@ -56,6 +57,9 @@ pub struct Arguments {
     /// Error of the first measurement of a simulated block, as `inject --error` takes it (repeatable) [default: noise:px=0.3]
     #[arg(long = "error", value_name = "ID[:key=value,...]", requires = "simulate")]
     errors: Vec<String>,
+    /// Mistake of a person in the files of a simulated block, as `inject --mistake` takes it (repeatable)
+    #[arg(long = "mistake", value_name = "KIND[:key=value,...]", requires = "simulate")]
+    mistakes: Vec<String>,
     /// Seed of a simulated block
     #[arg(long, default_value_t = 1, requires = "simulate")]
     seed: u64,
@@ -85,9 +89,12 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize, as_json: bo
     let sha256 = match &simulated {
         None => fingerprint(&source)?,
         Some(simulated) => {
-            // The truth as it would stand in files: seed, preset and this program's way to fly are in it.
+            // The truth as it would stand in files: seed, preset, mistakes and this program's way to fly are in it.
             let written = tempfile::tempdir()?;
-            write_block(&simulated.truth, written.path())?;
+            simulated.write_truth(written.path()).map_err(|refused| Usage(format!("--mistake: {refused:#}")))?;
+            if !simulated.mistakes.is_empty() {
+                usable(written.path())?;
+            }
             fingerprint(written.path())?
         }
     };
@@ -144,9 +151,13 @@ fn simulated(preset: &str, arguments: &Arguments) -> anyhow::Result<Simulated> {
         false => arguments.errors.clone(),
     };
     for error in &errors {
-        crate::inject::parse(error).map_err(|refused| Usage(format!("--error {error}: {refused:#}")))?;
+        inject::parse(error).map_err(|refused| Usage(format!("--error {error}: {refused:#}")))?;
     }
-    Ok(Simulated { preset: preset.into(), truth, errors, seed: arguments.seed })
+    let mistakes = arguments.mistakes.clone();
+    for mistake in &mistakes {
+        inject::mistakes::parse(mistake).map_err(|refused| Usage(format!("--mistake {mistake}: {refused:#}")))?;
+    }
+    Ok(Simulated { preset: preset.into(), truth, errors, seed: arguments.seed, mistakes })
 }
 
 /// The folder of a laboratory that nobody named.

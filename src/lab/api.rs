@@ -228,9 +228,10 @@
 //!
 //! # With `--simulate`
 //!
-//! `GET /api/causes` gives `{ "preset": "dike", "errors": ["noise:px=0.3"], "seed": 1, "causes": [ { "id":
+//! `GET /api/causes` gives `{ "preset": "dike", "errors": ["noise:px=0.3"], "mistakes": [], "seed": 1, "causes": [ { "id":
 //! "rolling-shutter", "about": "...", "parameters": [ { "name": "readout", "unit": "s", "default": 0.03, "min": 0,
 //! "max": 0.1, "about": "..." } ] } ] }` (404 without `--simulate`); `POST /api/simulate` with `{ "errors":
 //! ["rolling-shutter:readout=0.02"], "seed": 1 }` measures the block anew as a new root node and gives its `id`; `GET
 //! /api/truth/ID` compares a node with the truth: `{ "rows": [ { "what": "f (cam)", "truth": 5500.0, "estimate":
-//! 5501.2, "sigma": 0.8, "unit": "px" } ], "errors": ["rolling-shutter:readout=0.02"], "point_rms_mm": 3.1 }`.
+//! 5501.2, "sigma": 0.8, "unit": "px" } ], "errors": ["rolling-shutter:readout=0.02"], "mistakes": [], "point_rms_mm":
+//! 3.1 }`. `mistakes` are those of `--mistake`; every measurement has them.

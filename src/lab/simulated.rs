@@ -2,6 +2,7 @@
 
 use super::change::Change;
 use crate::block::Block;
+use crate::inject::mistakes::{self, Mistake};
 use crate::inject::{self, Cause, DefaultValue, Injected, ParameterSpec};
 use crate::io::block::write_block;
 use crate::scenario::{SurveyNoise, add_survey_noise};
@@ -20,6 +21,8 @@ pub struct Simulated {
     pub errors: Vec<String>,
     /// Seed of the first measurement.
     pub seed: u64,
+    /// Mistakes of people in the files of every measurement, as `inject --mistake` takes them.
+    pub mistakes: Vec<String>,
 }
 
 /// Sliders reach so many times the default.
@@ -31,8 +34,26 @@ impl Simulated {
         Change::Simulate { errors: self.errors.clone(), seed: self.seed }
     }
 
+    /// The mistakes.
+    ///
+    /// # Errors
+    /// A kind or a parameter that there is not.
+    pub fn mistakes(&self) -> Result<Vec<Mistake>> {
+        self.mistakes.iter().map(|text| mistakes::parse(text)).collect()
+    }
+
+    /// Writes the truth into `folder`, with the mistakes: as a block without errors looks.
+    ///
+    /// # Errors
+    /// A mistake that there is not, or that the block cannot have.
+    pub fn write_truth(&self, folder: &Path) -> Result<()> {
+        write_block(&self.truth, folder)?;
+        mistakes::make(folder, &self.mistakes()?)?;
+        Ok(())
+    }
+
     /// Measures the block under `errors` and writes it to `folder`, whole or not at all. Survey and receiver err as
-    /// stated.
+    /// stated; mistakes come last.
     ///
     /// # Errors
     /// An error that there is not, or that the block cannot have.
@@ -43,6 +64,7 @@ impl Simulated {
         let parent = folder.parent().unwrap_or(Path::new("."));
         let staged = tempfile::Builder::new().prefix(".step-").tempdir_in(parent)?;
         write_block(&block, staged.path())?;
+        mistakes::make(staged.path(), &self.mistakes()?)?;
         if folder.exists() {
             fs::remove_dir_all(folder).with_context(|| format!("{}: cannot remove", folder.display()))?;
         }
@@ -59,7 +81,10 @@ pub fn causes(simulated: &Simulated) -> Value {
         json!({ "id": cause.id(), "about": cause.summary(), "parameters": parameters })
     };
     let causes: Vec<Value> = inject::registry().iter().map(cause).collect();
-    json!({ "preset": simulated.preset, "errors": simulated.errors, "seed": simulated.seed, "causes": causes })
+    json!({
+        "preset": simulated.preset, "errors": simulated.errors, "mistakes": simulated.mistakes, "seed": simulated.seed,
+        "causes": causes,
+    })
 }
 
 fn parameter(spec: &ParameterSpec) -> Value {

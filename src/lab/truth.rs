@@ -42,5 +42,6 @@ pub fn truth(lab: &Lab, id: u32) -> Result<Value> {
     let squares: Vec<f64> = checks.map(|row| row.dx * row.dx + row.dy * row.dy + row.dz * row.dz).collect();
     let rms = (!squares.is_empty()).then(|| 1e3 * (squares.iter().sum::<f64>() / squares.len() as f64).sqrt());
     let check = simulated.truth.count(Role::Check);
-    Ok(json!({ "rows": rows, "errors": errors, "point_rms_mm": rms, "check_points": check }))
+    let mistakes = &simulated.mistakes;
+    Ok(json!({ "rows": rows, "errors": errors, "mistakes": mistakes, "point_rms_mm": rms, "check_points": check }))
 }

@@ -1,6 +1,6 @@
 //! A simulated block: measured anew under errors that one chooses, beside its truth.
 
-use super::program::Lab;
+use super::program::{Lab, command};
 use serde_json::json;
 
 #[test]
@@ -36,4 +36,28 @@ fn a_block_is_measured_anew_and_the_truth_stands_beside() {
     let lab = Lab::start(&arguments);
     let child = lab.done(lab.step(id, json!({ "kind": "tie_centre", "tied": true })));
     assert_eq!(child["parent"], id);
+}
+
+#[test]
+fn mistakes_are_in_every_measurement() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let steps = folder.path().join("lab");
+    let path = steps.to_str().expect("UTF-8");
+    let arguments = ["--simulate", "closerange", "-o", path, "--mistake", "scale:of=check,unit=mm"];
+    let lab = Lab::start(&arguments);
+    lab.done(1);
+    assert_eq!(lab.get("causes").json()["mistakes"], json!(["scale:of=check,unit=mm"]));
+    let control = std::fs::read_to_string(steps.join("measured-0001/control.csv")).expect("surveyed points");
+    let check = control.lines().find(|line| line.ends_with(",check")).expect("a check point");
+    let x: f64 = check.split(',').nth(1).expect("x").parse().expect("a number");
+    assert!(x.abs() > 10.0, "{check}");
+    drop(lab);
+    // Another mistake is another laboratory.
+    for (mistake, message) in [("scale:of=check,unit=cm", "has changed since"), ("scale:foot=1", "no parameter `foot`")]
+    {
+        let arguments = ["--simulate", "closerange", "-o", path, "--mistake", mistake, "--no-open"];
+        let output = command(&arguments).output().expect("the program");
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && errors.contains(message), "{errors}");
+    }
 }
