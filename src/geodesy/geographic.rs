@@ -3,7 +3,7 @@
 //! A block is Cartesian; latitude, longitude and ellipsoidal height go through the Earth-centred system, so that
 //! nothing is flattened.
 
-use map_3d::{Ellipsoid, ecef2enu, ecef2geodetic, geodetic2enu};
+use map_3d::{Ellipsoid, ecef2enu, ecef2geodetic, geodetic2ecef, geodetic2enu};
 use nalgebra::{Matrix3, Vector3};
 
 /// Decimals, in degrees, of the place of a local system: about ten metres, so that it can be written down.
@@ -97,6 +97,14 @@ impl LocalSystem {
             Ellipsoid::WGS84,
         );
         Vector3::new(east, north, up)
+    }
+
+    /// The place of east, north, up, m.
+    pub fn place(&self, local: &Vector3<f64>) -> Geographic {
+        let Geographic { latitude, longitude, height } = self.origin;
+        let (x, y, z) = geodetic2ecef(latitude.to_radians(), longitude.to_radians(), height, Ellipsoid::WGS84);
+        let from_origin = self.from_earth_centred_axes().transpose() * local;
+        Geographic::of_earth_centred(&(Vector3::new(x, y, z) + from_origin))
     }
 
     /// East, north, up of Earth-centred coordinates, m.

@@ -12,5 +12,6 @@ mod made;
 mod marks;
 mod members;
 mod mend;
+mod places;
 mod real;
 mod verdict;

@@ -5,13 +5,16 @@ mod aside;
 mod heights;
 mod lost;
 mod marks;
+mod meeting;
 mod network;
+mod places;
 mod rays;
 mod survey;
 mod undone;
 mod values;
 
 pub use aside::{of_outliers, without};
+pub use rays::of_own_points;
 
 use crate::adjust::Options;
 use crate::block::Block;
@@ -30,7 +33,8 @@ pub fn mistakes(block: &Block, model: &Model, significance: f64, options: &Optio
     add(&mut found, of_rays);
     // What is surveyed is held against images as they should be.
     let block = with_conventions(block, &found);
-    add(&mut found, of_survey(&block, model, significance, options));
+    let of_survey = of_survey(&block, model, significance, options);
+    add(&mut found, places::with_network(values::of_places(&block), of_survey));
     found
 }
 

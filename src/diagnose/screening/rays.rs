@@ -12,6 +12,8 @@ use nalgebra::Vector3;
 const RAYS_PER_IMAGE: usize = 40;
 /// Rays in all that are examined of a whole block: a few hundred points.
 const RAYS: usize = 2000;
+/// Tie points of an imported block that are projected.
+const OWN_POINTS: usize = 2000;
 /// Rays of each image that decide whether it fits: it loses most of them where its neighbours do not fit.
 const RAYS_PER_SINGLE: usize = 80;
 /// And in all: a few hundred images.
@@ -22,6 +24,22 @@ pub fn of_rays(block: &Block) -> Vec<Mistake> {
     let ties = sample(block, &block.ties, block.tie_points.len(), RAYS_PER_IMAGE, RAYS);
     let marks = sample(block, &block.marks, block.surveyed.len(), RAYS_PER_IMAGE, RAYS);
     rays::conventions(&ties, &marks)
+}
+
+/// What is wrong where the tie points of an imported block are missed at its own orientation, by their own coordinates.
+/// `reported_px`: what the other program says that they are missed by.
+pub fn of_own_points(block: &Block, reported_px: Option<f64>) -> Vec<Mistake> {
+    let by_point = ByPoint::new(&block.ties, block.tie_points.len());
+    let known: Vec<usize> = (0..block.tie_points.len()).filter(|k| block.tie_points[*k].position.is_some()).collect();
+    let step = known.len().div_ceil(OWN_POINTS).max(1);
+    let (mut points, mut places) = (Vec::new(), Vec::new());
+    for point in known.into_iter().step_by(step) {
+        points.push(by_point.of(point.into()).map(|row| sight(&block.ties[row])).collect());
+        places.extend(block.tie_points[point].position);
+    }
+    let scene = Scene { cameras: cameras(block), views: views(block), points, origin: origin(block) };
+    let marks = sample(block, &block.marks, block.surveyed.len(), RAYS_PER_IMAGE, RAYS);
+    rays::own_points(&scene, &places, &marks, reported_px)
 }
 
 /// Single images that do not fit a network of the block; the poses of the block are their approximate ones.

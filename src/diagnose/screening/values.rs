@@ -1,20 +1,34 @@
 //! The tables of a block as plain values.
 
-use crate::block::{Block, Image, Measurement};
+use super::meeting::meeting_places;
+use crate::block::{Block, Image, Measurement, Role};
 use crate::camera::{Camera, DCX, DCY, F, K1, K2, K3, P1, P2, PPX, PPY};
-use crate::mistakes::Mistake;
-use crate::mistakes::values::{self, Measured, Row, Table, Tables};
+use crate::geodesy::exchanged::exchanged;
+use crate::geodesy::geographic::LocalSystem;
+use crate::mistakes::values::{self, Measured, Places, Row, Table, Tables};
+use crate::mistakes::{Mistake, Subject};
+use nalgebra::Vector3;
+
+/// Measurements that tell the distance of the tie points: a quantile of them is known to a hundredth.
+const SAMPLED: usize = 10_000;
+/// Share of the measurements that see points within [`Tables::reach`]: the rest may be false matches.
+const WITHIN: f64 = 0.95;
 
 /// Mistakes that the values of a block's tables show without any adjustment.
 pub fn of_values(block: &Block) -> Vec<Mistake> {
     values::judge(&tables(block))
 }
 
+/// Where surveyed positions lie against the cameras, as the values alone say.
+pub fn of_places(block: &Block) -> Places {
+    values::places(&tables(block))
+}
+
 /// The block as plain tables.
 fn tables(block: &Block) -> Tables<'_> {
     Tables {
         cameras: block.cameras.iter().map(camera).collect(),
-        images: block.images.iter().map(image).collect(),
+        images: block.images.iter().map(|own| image(block, own)).collect(),
         ties: Table {
             of: Measured::Ties,
             rows: block.ties.len(),
@@ -29,7 +43,40 @@ fn tables(block: &Block) -> Tables<'_> {
             points: block.surveyed.len(),
             point_name: Box::new(|point| block.surveyed[point].name.clone()),
         },
+        surveyed: surveyed(block),
+        origin: block.origin,
+        is_local: LocalSystem::parse(&block.crs).is_some(),
+        reach: reach(block),
     }
+}
+
+/// A position as it would be if latitude and longitude had been exchanged, in the block's coordinates.
+fn turned(block: &Block, position: &Vector3<f64>) -> Option<Vector3<f64>> {
+    Some(exchanged(&block.crs, &(position + block.origin))? - block.origin)
+}
+
+fn surveyed(block: &Block) -> Vec<values::Surveyed> {
+    let met = meeting_places(block);
+    let point = |(own, met): (&crate::block::SurveyedPoint, Option<Vector3<f64>>)| values::Surveyed {
+        name: own.name.clone(),
+        subject: if own.role == Role::Control { Subject::Control } else { Subject::Check },
+        position: own.position,
+        exchanged: turned(block, &own.position),
+        met,
+    };
+    block.surveyed.iter().zip(met).map(point).collect()
+}
+
+/// Distance from which nearly all tie points are seen, m.
+fn reach(block: &Block) -> Option<f64> {
+    let step = block.ties.len().div_ceil(SAMPLED).max(1);
+    let distance = |row: &Measurement| {
+        let place = block.tie_points[row.point.index()].position?;
+        Some((place - block.images[row.image.index()].pose.centre).norm())
+    };
+    let mut distances: Vec<f64> = block.ties.iter().step_by(step).filter_map(distance).collect();
+    distances.sort_by(f64::total_cmp);
+    distances.get((WITHIN * distances.len() as f64) as usize).copied()
 }
 
 fn camera(camera: &Camera) -> values::Camera {
@@ -46,7 +93,7 @@ fn camera(camera: &Camera) -> values::Camera {
     }
 }
 
-fn image(image: &Image) -> values::Image {
+fn image(block: &Block, image: &Image) -> values::Image {
     values::Image {
         name: image.name.clone(),
         camera: image.camera.index(),
@@ -56,6 +103,8 @@ fn image(image: &Image) -> values::Image {
         centre: image.pose.centre,
         gnss: image.gnss.map(|gnss| gnss.position),
         velocity: image.velocity,
+        view: image.pose.rotation.inverse() * Vector3::z(),
+        gnss_exchanged: image.gnss.and_then(|gnss| turned(block, &gnss.position)),
     }
 }
 

@@ -23,6 +23,7 @@ mod lens;
 mod made;
 mod meet;
 mod orientation;
+mod own;
 mod same;
 mod scene;
 mod sensor;
@@ -36,6 +37,7 @@ pub use scene::{Scene, Sight, View};
 use super::Mistake;
 use cause::{Cause, Table};
 use compete::{Found, judge};
+use nalgebra::Vector3;
 use scene::Scope;
 
 /// Conventions that are wrong of all images, or of all images of one camera. `ties`: some tie points of a block, of
@@ -51,6 +53,20 @@ pub fn conventions(ties: &Scene, marks: &Scene) -> Vec<Mistake> {
         found.extend(sensor::sides_exchanged(ties));
     }
     found
+}
+
+/// What is wrong where tie points are missed at the orientation that a file of another program gives them. `places`:
+/// their coordinates, in the order of the scene; `marks`: the surveyed points; `reported_px`: what that program says
+/// that tie points are missed by.
+pub fn own_points(scene: &Scene, places: &[Vector3<f64>], marks: &Scene, reported_px: Option<f64>) -> Vec<Mistake> {
+    match own::judge(scene, places, reported_px) {
+        None => Vec::new(),
+        Some(own::Verdict::Told(mistake)) => vec![mistake],
+        Some(own::Verdict::Convention(found)) => {
+            let tables = tables(&found, marks, Table::Ties);
+            words::mistakes(&found, &Scope { scene, camera: None }, Table::Ties, &tables)
+        }
+    }
 }
 
 /// Mistakes of one table of measurements; `other`: the other table, which may share them.

@@ -20,6 +20,9 @@
 //! | `images` | `time` | `time` |
 //! | `images` | `velocity-unit` | `velocity` |
 //! | `images` | `temperature-unit` | `temperature` |
+//! | `control`, `check`, `gnss` | `geographic`, `other-frame` | `far` |
+//! | `control`, `check` | `collapsed` | `same_place` |
+//! | `control`, `check`, `gnss` | `axis-reversed`, `height-offset` | `below` |
 //!
 //! **A good block has none of them.** Each threshold is a constant with its reason, far from what instruments and
 //! people do rightly; what may be right is
@@ -29,14 +32,18 @@
 //! are outside the sensor is refused when it
 //! is read.
 
+mod below;
 mod columns;
 mod distortion;
 mod duplicated;
 mod equal_rows;
 mod extent;
+mod far;
 mod flights;
 mod focal;
+mod placed;
 mod principal_point;
+mod same_place;
 mod scale;
 mod sensor;
 mod tables;
@@ -47,7 +54,7 @@ mod units;
 mod velocity;
 mod whole;
 
-pub use tables::{Camera, Image, Measured, Row, Table, Tables};
+pub use tables::{Camera, Image, Measured, Row, Surveyed, Table, Tables};
 
 use super::Mistake;
 use extent::Extent;
@@ -72,7 +79,25 @@ pub fn judge(tables: &Tables) -> Vec<Mistake> {
     found.extend(time::judge(tables));
     found.extend(velocity::judge(tables));
     found.extend(temperature::judge(tables));
+    found.extend(same_place::judge(tables));
     found
+}
+
+/// Where surveyed positions lie against the cameras. A network of tie points tells more, where there is one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Places {
+    /// Groups far away.
+    pub far: Vec<Mistake>,
+    /// Cameras below all that they look down on.
+    pub below: Option<Mistake>,
+}
+
+/// Positions that lie where they cannot.
+pub fn places(tables: &Tables) -> Places {
+    let far = far::judge(tables);
+    // Of what lies in another system heights say nothing.
+    let below = if far.is_empty() { below::judge(tables) } else { None };
+    Places { far, below }
 }
 
 #[cfg(test)]

@@ -9,6 +9,9 @@ use crate::mistakes::Mistake;
 /// Share of a side within which a principal point is at a centre: half of what parts the centre of a 3:2 image from
 /// that of the turned one.
 const AT_CENTRE: f64 = 0.05;
+/// The same where it alone decides: calibrated principal points lie within some hundredths of the centre, and a crop
+/// has its own there by a chance of one in a thousand.
+const PRECISELY: f64 = 0.02;
 /// Fewest measurements beyond the sensor that no blunder of a matching explains.
 const FEWEST: usize = 5;
 /// The same as a share: blunders that leave the sensor are one in a thousand.
@@ -31,7 +34,12 @@ enum Finding {
 
 /// Is the principal point within [`AT_CENTRE`] of the centre of an image of these sides?
 fn is_centred(camera: &Camera, sides: [f64; 2]) -> bool {
-    (0..2).all(|axis| (camera.principal[axis] - 0.5 * sides[axis]).abs() < AT_CENTRE * sides[axis])
+    is_within(AT_CENTRE, camera, sides)
+}
+
+/// The same within a share of the sides.
+fn is_within(share: f64, camera: &Camera, sides: [f64; 2]) -> bool {
+    (0..2).all(|axis| (camera.principal[axis] - 0.5 * sides[axis]).abs() < share * sides[axis])
 }
 
 fn finding(camera: &Camera, extent: &Extent) -> Option<Finding> {
@@ -51,13 +59,15 @@ fn finding(camera: &Camera, extent: &Extent) -> Option<Finding> {
 }
 
 /// Do principal point and measurements belong to the sensor with its sides exchanged? The measurements must leave the
-/// sensor as stated.
+/// sensor as stated, or the principal point must lie precisely at the centre of the turned one: a few images may have
+/// no measurement at their borders.
 pub fn is_exchanged(camera: &Camera, extent: &Extent) -> bool {
     let [width, height] = camera.sides;
     let turned = is_centred(camera, [height, width]) && !is_centred(camera, camera.sides);
+    let precisely = extent.count > 0 && is_within(PRECISELY, camera, [height, width]);
     let shorter = usize::from(height < width);
     let fits = extent.high[1 - shorter] <= camera.shorter() + extent::EDGE_PX;
-    turned && extent.beyond[shorter] >= FEWEST && fits
+    turned && (extent.beyond[shorter] >= FEWEST || precisely) && fits
 }
 
 /// Sizes that do not fit the measurements. `extents`: of ties and marks together.
@@ -121,6 +131,16 @@ mod tests {
         assert_eq!(found.len(), 1, "{found:?}");
         assert_eq!(found[0].kind, "sensor-size");
         assert_eq!(found[0].mend[0].change, Change::Set { column: "width_px".into(), value: "4000".into() });
+    }
+
+    #[test]
+    fn a_few_measurements_near_the_middle_leave_it_to_the_principal_point() {
+        let turned = |camera: &mut Camera| camera.sides = [3000.0, 4000.0];
+        // All within 1000 px of the middle of 4000 x 3000.
+        let near = |[x, y]: [f64; 2]| [1500.0 + 0.25 * x, 1125.0 + 0.25 * y];
+        assert_eq!(judged(turned, near).len(), 1);
+        let off = |camera: &mut Camera| (camera.sides, camera.principal) = ([3000.0, 4000.0], [1900.0, 1590.0]);
+        assert!(judged(off, near).is_empty());
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What the plausibility checks are given: a block's tables as plain values.
 
+use crate::mistakes::survey::Subject;
 use nalgebra::Vector3;
 
 /// A camera of `block.toml`.
@@ -79,6 +80,25 @@ pub struct Image {
     pub gnss: Option<Vector3<f64>>,
     /// Velocity of the platform, m/s.
     pub velocity: Option<Vector3<f64>>,
+    /// Approximate viewing direction in the world, of length one.
+    pub view: Vector3<f64>,
+    /// The GNSS position if latitude and longitude were exchanged, m, where the block's system tells it.
+    pub gnss_exchanged: Option<Vector3<f64>>,
+}
+
+/// A row of `control.csv`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surveyed {
+    /// Its name.
+    pub name: String,
+    /// Control or check.
+    pub subject: Subject,
+    /// As recorded, m.
+    pub position: Vector3<f64>,
+    /// The same if latitude and longitude were exchanged, m, where the block's system tells it.
+    pub exchanged: Option<Vector3<f64>>,
+    /// Where its marks meet at the approximate poses, m; `None` where they do not.
+    pub met: Option<Vector3<f64>>,
 }
 
 /// A row of `ties.csv` or `marks.csv`.
@@ -160,12 +180,31 @@ pub struct Tables<'a> {
     pub ties: Table<'a>,
     /// Image measurements of surveyed points.
     pub marks: Table<'a>,
+    /// Surveyed points, in the order of the file.
+    pub surveyed: Vec<Surveyed>,
+    /// Where the zero of all object coordinates lies in the system of the files, m.
+    pub origin: Vector3<f64>,
+    /// Does the name of the block's system say that it is east, north, up about the block?
+    pub is_local: bool,
+    /// Distance from which nearly all tie points are seen, m, where they have coordinates.
+    pub reach: Option<f64>,
 }
 
 impl Tables<'_> {
     /// Camera of an image.
     pub fn camera_of(&self, image: usize) -> &Camera {
         &self.cameras[self.images[image].camera]
+    }
+
+    /// Of each surveyed point, the images that mark it.
+    pub fn marking(&self) -> Vec<Vec<usize>> {
+        let mut images = vec![Vec::new(); self.surveyed.len()];
+        for row in self.marks.iter() {
+            if let Some(own) = images.get_mut(row.point) {
+                own.push(row.image);
+            }
+        }
+        images
     }
 
     /// Names of the images of some cameras.
@@ -197,7 +236,9 @@ pub(super) mod made {
     /// An image of the first camera and flight at a place.
     pub fn image(k: usize, centre: Vector3<f64>) -> Image {
         let name = format!("i{k}");
-        Image { name, camera: 0, flight: 0, time_s: None, temperature_c: None, centre, gnss: None, velocity: None }
+        let (velocity, gnss, view) = (None, None, -Vector3::z());
+        let (time_s, temperature_c, gnss_exchanged) = (None, None, None);
+        Image { name, camera: 0, flight: 0, time_s, temperature_c, centre, gnss, velocity, view, gnss_exchanged }
     }
 
     /// Strips of ten images over flat ground, 10 m apart at 5 m/s, with times and velocities.
@@ -248,7 +289,31 @@ pub(super) mod made {
             images: images(10),
             ties: table(Measured::Ties, rows),
             marks: table(Measured::Marks, Vec::new()),
+            surveyed: Vec::new(),
+            origin: Vector3::zeros(),
+            is_local: false,
+            reach: None,
         }
+    }
+
+    /// The block of [`tables`] with GNSS positions near its poses, and control points that three images each mark.
+    pub fn surveyed(places: &[[f64; 3]]) -> Tables<'static> {
+        let mut tables = tables();
+        for (k, image) in tables.images.iter_mut().enumerate() {
+            image.gnss = Some(image.centre + Vector3::new(0.3, -0.2, 0.1 * k as f64));
+        }
+        let point = |(k, place): (usize, &[f64; 3])| Surveyed {
+            name: format!("g{k}"),
+            subject: Subject::Control,
+            position: Vector3::from(*place),
+            exchanged: None,
+            met: None,
+        };
+        tables.surveyed = places.iter().enumerate().map(point).collect();
+        let mark = |k: usize| Row { image: k % 3, point: k / 3, xy: [100.0 * (k / 3) as f64, 50.0], sigma: 0.5 };
+        tables.marks = table(Measured::Marks, (0..3 * places.len()).map(mark).collect());
+        tables.reach = Some(60.0);
+        tables
     }
 
     /// The same with other images and no measurement.
