@@ -192,3 +192,52 @@ fn ground_control_from_four_kinds_of_files() {
     let bad = write(dir, "bad.csv", "G1,1,x,3\n");
     assert!(try_add("gcp", &mut of_list, &[bad]).unwrap_err().ends_with("bad.csv:1: expected a number, found \"x\""));
 }
+
+#[test]
+fn what_exif_and_xmp_contradict_each_other_in_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    // The clock is two hours ahead of UTC; the receiver counts GPS time.
+    for (name, clock, seconds) in [("a.jpg", "2023:11:15 00:13:20", 38), ("b.jpg", "2023:11:15 00:13:25", 43)] {
+        let stamp = Some(("2023:11:14", [22, 13, seconds]));
+        let xmp = small::XMP.replace("+99.5", "+12.50");
+        write(folder.path(), name, small::with_stamp(clock, "0", true, &xmp, stamp));
+    }
+    let paths = [folder.path().join("a.jpg"), folder.path().join("b.jpg")];
+    let mut block = block(["a.jpg", "b.jpg"], LOCAL);
+    let notes = add("exif", &mut block, &paths);
+    let has = |words: &str| notes.iter().any(|note| note.text.contains(words));
+    assert!(has("2 images have a height in EXIF"), "{notes:?}");
+    assert!(has("2 images: GPSTimeStamp and the time of exposure in UTC are 18 s apart"), "{notes:?}");
+}
+
+#[test]
+fn exif_and_xmp_that_agree_are_not_mentioned() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, clock, seconds) in [("a.jpg", "2023:11:15 00:13:20", 20), ("b.jpg", "2023:11:15 00:13:25", 24)] {
+        let stamp = Some(("2023:11:14", [22, 13, seconds]));
+        write(folder.path(), name, small::with_stamp(clock, "3", false, &small::XMP.replace("+99.5", "+58.2"), stamp));
+    }
+    let paths = [folder.path().join("a.jpg"), folder.path().join("b.jpg")];
+    let notes = add("exif", &mut block(["a.jpg", "b.jpg"], LOCAL), &paths);
+    assert!(
+        !notes.iter().any(|note| note.text.contains("GPSTimeStamp") || note.text.contains("AltitudeRef")),
+        "{notes:?}"
+    );
+}
+
+#[test]
+fn control_points_that_one_image_each_sees_are_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let lists = [
+        ("G1\n2.0 48.001 6 1 2 b.jpg G2", "all 2 control points have marks in one image only"),
+        ("G1\n2.0 48.001 6 1 2 b.jpg G2\n2.001 48.0 5 9 9 b.jpg G1", ""),
+    ];
+    for (k, (rest, said)) in lists.into_iter().enumerate() {
+        let text = format!("EPSG:4326\n2.001 48.0 5 99.5 199.5 a.jpg {rest}\n");
+        let list = write(folder.path(), &format!("list{k}.txt"), text);
+        let notes = add("gcp", &mut block(["a.jpg", "b.jpg"], LOCAL), &[list]);
+        let has = notes.iter().any(|note| note.text.contains("in one image only"));
+        assert_eq!(has, !said.is_empty(), "{notes:?}");
+        assert!(said.is_empty() || notes.iter().any(|note| note.text.starts_with(said)), "{notes:?}");
+    }
+}

@@ -1,4 +1,4 @@
-use super::small::metashape::{MARKERS, POINTER, Project, RELATIVE, document, project, whole};
+use super::small::metashape::{MARKERS, POINTER, Project, RELATIVE, document, project, rig, whole};
 use super::{format, has, import, reprojection_errors, rms, sample, try_import, write};
 use misclosure::block::Role;
 use misclosure::io::block::read_block;
@@ -78,6 +78,28 @@ fn poses_markers_and_roles() {
     assert_eq!(block.surveyed[1].role, Role::Check);
     assert_eq!((block.marks.len(), block.marks[0].x, block.marks[1].x), (2, 2000.5, 5.0));
     assert_eq!((block.tie_points[0].name.as_str(), block.ties.len()), ("marker T1", 2));
+}
+
+#[test]
+fn slaves_of_a_rig_have_the_pose_of_their_master_and_the_offset_of_their_sensor() {
+    let (block, notes) = of_text(&rig()).unwrap();
+    let names: Vec<&str> = block.images.iter().map(|image| image.name.as_str()).collect();
+    assert_eq!(names, ["a.jpg", "b.jpg", "c.jpg", "d.jpg"]);
+    // In the chunk one unit to the right of a and of b, whose x axis is the chunk's y.
+    assert!((block.images[2].pose.centre - Vector3::new(12.0, 20.0, 30.0)).norm() < 1e-12);
+    assert!((block.images[3].pose.centre - Vector3::new(14.0, 20.0, 28.0)).norm() < 1e-12);
+    // The slave's x axis is its master's y, which is downwards in the world for a.
+    let right = |image: usize| block.images[image].pose.rotation.inverse() * Vector3::x();
+    assert!((right(2) + Vector3::z()).norm() < 1e-12, "{}", right(2));
+    let down_of_master = block.images[1].pose.rotation.inverse() * Vector3::y();
+    assert!((right(3) - down_of_master).norm() < 1e-12, "{}", right(3));
+    assert_eq!(block.cameras[block.images[2].camera.index()].id, "slave 8");
+    assert!(has(&notes, Kind::Guess, "2 images of rigs have their pose from that of their master"), "{notes:?}");
+    assert!(has(&notes, Kind::Loss, "1 images of rigs have no pose, their master image is not aligned"), "{notes:?}");
+    assert!(has(&notes, Kind::Loss, "1 images of rigs have no pose, their sensor has no rotation"), "{notes:?}");
+    assert!(has(&notes, Kind::Loss, "1 images are not aligned"), "{notes:?}");
+    let bent = rig().replace("<rotation>0 -1 0 1 0 0 0 0 1", "<rotation>0 -1 0 1 0 0 0 0 2");
+    assert!(of_text(&bent).unwrap_err().ends_with("<rotation> of the sensor is no rotation"));
 }
 
 #[test]

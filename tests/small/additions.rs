@@ -13,6 +13,11 @@ fn rational(values: &[(u32, u32)]) -> Value {
 
 /// A JPEG of nothing but its EXIF and XMP.
 pub fn image(time: &str, sub_second: &str, below: bool, xmp: &str) -> Vec<u8> {
+    with_stamp(time, sub_second, below, xmp, None)
+}
+
+/// The same with the date and the time of a receiver.
+pub fn with_stamp(time: &str, sub_second: &str, below: bool, xmp: &str, stamp: Option<(&str, [u32; 3])>) -> Vec<u8> {
     let ascii = |text: &str| Value::Ascii(vec![text.as_bytes().to_vec()]);
     let fields = [
         (Tag::DateTimeOriginal, ascii(time)),
@@ -27,8 +32,14 @@ pub fn image(time: &str, sub_second: &str, below: bool, xmp: &str) -> Vec<u8> {
         (Tag::GPSAltitude, rational(&[(125, 10)])),
     ]
     .map(|(tag, value)| Field { tag, ifd_num: In::PRIMARY, value });
+    let stamp = stamp.map(|(date, [hours, minutes, seconds])| {
+        let time = rational(&[(hours, 1), (minutes, 1), (seconds, 1)]);
+        [(Tag::GPSDateStamp, ascii(date)), (Tag::GPSTimeStamp, time)]
+    });
+    let stamp: Vec<Field> =
+        stamp.into_iter().flatten().map(|(tag, value)| Field { tag, ifd_num: In::PRIMARY, value }).collect();
     let mut writer = Writer::new();
-    fields.iter().for_each(|field| writer.push_field(field));
+    fields.iter().chain(&stamp).for_each(|field| writer.push_field(field));
     let mut tiff = std::io::Cursor::new(Vec::new());
     writer.write(&mut tiff, true).unwrap();
     let segment = |content: &[u8]| [&[0xff, 0xe1][..], &(content.len() as u16 + 2).to_be_bytes(), content].concat();

@@ -25,6 +25,29 @@ pub const MARKERS: &str = "<markers><marker id=\"0\" label=\"G1\"><reference x=\
     </markers></frame></frames>";
 pub const RELATIVE: &str = "<f>2500</f><cx>3</cx><cy>-4</cy><k1>-0.1</k1><k2>0.05</k2><p1>0.001</p1><p2>-0.002</p2>";
 
+/// The same camera on a rig with a second one, turned by a quarter about its own axis and a unit to the right; of a
+/// third one nothing is known. Of the images `c.jpg` and `d.jpg` a.jpg and b.jpg are the masters.
+pub fn rig() -> String {
+    let sensor = |id: u32, offset: &str| {
+        format!(
+            "<sensor id=\"{id}\" label=\"slave {id}\" type=\"frame\" master_id=\"7\">\
+             <resolution width=\"4000\" height=\"3000\"/><property name=\"layer_index\" value=\"1\"/>\
+             <calibration type=\"frame\" class=\"adjusted\">{RELATIVE}</calibration>\
+             {offset}</sensor>"
+        )
+    };
+    let known = sensor(8, "<rotation>0 -1 0 1 0 0 0 0 1</rotation><location>1 0 0</location>");
+    let unknown = sensor(9, "<rotation fixed=\"true\"/><location fixed=\"true\"/>");
+    let slave = |id: u32, sensor: u32, master: u32, label: &str| {
+        format!("<camera id=\"{id}\" sensor_id=\"{sensor}\" master_id=\"{master}\" label=\"{label}\"/>")
+    };
+    let slaves =
+        [slave(13, 8, 3, "c.jpg"), slave(14, 8, 4, "d.jpg"), slave(15, 8, 5, "lost c.jpg"), slave(16, 9, 3, "e.jpg")];
+    document(RELATIVE, MARKERS)
+        .replace("</sensors>", &format!("{known}{unknown}</sensors>"))
+        .replace("</cameras>", &format!("{}</cameras>", slaves.concat()))
+}
+
 /// What a project in several zip files has in them.
 pub struct Project {
     pub project: Vec<u8>,

@@ -12,7 +12,7 @@ use std::path::Path;
 /// A measurement may lie outside the sensor by this fraction of the sensor's longer side. The size in `block.toml` may be that of the
 /// full or of the cropped picture, which differ by a few per cent; a measurement of another camera, of the turned picture,
 /// in other units or about another origin lies further out.
-const OUTSIDE_MARGIN: f64 = 0.1;
+pub(in super::super) const OUTSIDE_MARGIN: f64 = 0.1;
 
 /// Rows after which the number of rows still to come is estimated from the length of the file.
 const ROWS_BEFORE_ESTIMATE: usize = 1000;

@@ -20,6 +20,7 @@ mod measurements;
 mod points;
 
 pub use fingerprint::fingerprint;
+pub(super) use measurements::OUTSIDE_MARGIN;
 
 use super::csv_table::Table;
 use super::error::{Error, Place};

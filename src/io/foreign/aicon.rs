@@ -67,7 +67,7 @@ impl Format for Aicon {
         }
         let mut notes = Vec::new();
         let block = block(&paths[0], options, &mut notes)?;
-        Ok(Imported { block, notes })
+        Ok(Imported::new(block, notes))
     }
 }
 

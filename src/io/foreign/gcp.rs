@@ -9,6 +9,7 @@ use super::super::error::{Error, Place, shown};
 use super::fill::ImagesByName;
 use super::gcp_cells::Cells;
 use super::opensfm::{pixels, reconstruction};
+use super::single_marks::single_marks;
 use super::system::BlockSystem;
 use super::text::Lines;
 use super::{Addition, GUESSED, ImportOptions, Note, gcp_list, refuse};
@@ -58,6 +59,7 @@ impl Addition for Gcp {
             }
         }
         merge(block, found, &paths[0], &mut notes)?;
+        notes.extend(single_marks(block));
         Ok(notes)
     }
 }

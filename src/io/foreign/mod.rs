@@ -26,6 +26,8 @@ mod photomodeler;
 mod pix4d;
 pub mod pose;
 mod positions;
+mod sides;
+mod single_marks;
 mod snavely;
 mod system;
 pub mod text;
@@ -35,6 +37,8 @@ mod xml;
 mod xml_limits;
 
 pub use note::{Kind, Note};
+pub use sides::sides_exchanged;
+pub use single_marks::single_marks;
 
 use super::atomic::AtomicFile;
 use super::error::{Error, Place};
@@ -72,6 +76,15 @@ pub struct Imported {
     pub block: Block,
     /// Each guess and each loss.
     pub notes: Vec<Note>,
+    /// What the files themselves say that their tie points are missed by (RMS, px), where they do.
+    pub reported_px: Option<f64>,
+}
+
+impl Imported {
+    /// From files that say nothing of their own residuals.
+    fn new(block: Block, notes: Vec<Note>) -> Self {
+        Self { block, notes, reported_px: None }
+    }
 }
 
 /// A format of another program.

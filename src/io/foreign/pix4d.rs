@@ -53,7 +53,7 @@ impl Format for Pix4d {
         }
         let mut notes = Vec::new();
         let block = block(&paths[0], options, &mut notes)?;
-        Ok(Imported { block, notes })
+        Ok(Imported::new(block, notes))
     }
 }
 

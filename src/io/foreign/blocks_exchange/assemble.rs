@@ -93,7 +93,7 @@ pub(super) fn assemble(contents: Contents, file: &Path, options: &ImportOptions)
             false => fit.judge(&file.display().to_string(), &id, options.approximate, &mut notes)?,
         };
     }
-    Ok(Imported { block, notes })
+    Ok(Imported::new(block, notes))
 }
 
 /// Names of the photos: their paths, of absolute ones without the folder that holds them all.

@@ -22,6 +22,8 @@ pub(super) struct Model {
     names: HashSet<String>,
     /// Measurements of points that the model does not have.
     pointless: usize,
+    /// Sum of the squares of COLMAP's own errors of points, px, and their number.
+    errors: (f64, usize),
     /// Rigs of more than one camera.
     pub rigs: usize,
 }
@@ -50,8 +52,13 @@ impl Model {
         Ok(())
     }
 
-    pub(super) fn add_point(&mut self, id: u64, position: [f64; 3]) {
+    /// `error`: mean distance of its measurements in COLMAP, px, where it is known.
+    pub(super) fn add_point(&mut self, id: u64, position: [f64; 3], error: Option<f64>) {
         self.points.push((id, position.into()));
+        // COLMAP writes -1 where it computed none.
+        if let Some(error) = error.filter(|error| error.is_finite() && *error >= 0.0) {
+            self.errors = (self.errors.0 + error * error, self.errors.1 + 1);
+        }
     }
 
     /// All points are there: images may come.
@@ -87,6 +94,8 @@ impl Model {
     /// The block of the model that stands in `folder`.
     pub(super) fn finish(self, folder: &Path, options: &ImportOptions) -> Result<Imported, Error> {
         let mut notes = Vec::new();
+        let (squares, count) = self.errors;
+        let reported_px = (count > 0).then(|| (squares / count as f64).sqrt());
         if self.images.is_empty() {
             return Err(refuse(folder, "the model has no image"));
         }
@@ -118,7 +127,7 @@ impl Model {
             marks: Vec::new(),
             extra_image_columns: Vec::new(),
         };
-        Ok(Imported { block, notes })
+        Ok(Imported { reported_px, ..Imported::new(block, notes) })
     }
 }
 

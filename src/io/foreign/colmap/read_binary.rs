@@ -37,10 +37,10 @@ fn cameras(mut file: Bytes, gathered: &mut Model) -> Result<(), Error> {
 fn points(mut file: Bytes, gathered: &mut Model) -> Result<(), Error> {
     for _ in 0..file.u64("the number of points")? {
         let id = file.u64("the id of a point")?;
-        gathered.add_point(id, file.f64s("a coordinate")?);
-        // Colour; its error and track are not needed: the images have the track too.
+        let position = file.f64s("a coordinate")?;
         file.bytes::<3>("a colour")?;
-        file.bytes::<8>("an error")?;
+        gathered.add_point(id, position, Some(f64::from_le_bytes(file.bytes::<8>("an error")?)));
+        // The images have its track too.
         for _ in 0..file.u64("the length of a track")? {
             file.bytes::<8>("a track")?;
         }

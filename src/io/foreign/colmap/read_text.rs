@@ -40,8 +40,10 @@ fn cameras(lines: &mut Lines, gathered: &mut Model) -> Result<(), Error> {
 fn points(lines: &mut Lines, gathered: &mut Model) -> Result<(), Error> {
     while let Some(mut line) = lines.next_words()? {
         let id = line.whole("the id of a point")?;
-        // Colour, error and track follow: the images have the track too.
-        gathered.add_point(id, line.numbers("a coordinate")?);
+        let position = line.numbers("a coordinate")?;
+        // After the colour; the track follows, which the images have too.
+        let error = line.rest().split_whitespace().nth(3).and_then(|error| error.parse().ok());
+        gathered.add_point(id, position, error);
     }
     gathered.end_of_points().map_err(|problem| lines.refuse(problem))
 }

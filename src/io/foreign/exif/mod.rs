@@ -1,5 +1,6 @@
 //! What the images themselves say, in EXIF and XMP: time, position, exposure, velocity, temperature.
 
+mod contradictions;
 mod tags;
 mod time;
 
@@ -7,6 +8,7 @@ use super::super::error::Error;
 use super::fill::{ImagesByName, Recorded, fill};
 use super::{Addition, ImportOptions, Note, refuse};
 use crate::block::{Block, FlightId, ImageId};
+use contradictions::Said;
 use std::path::{Path, PathBuf};
 use tags::Tags;
 
@@ -56,6 +58,8 @@ impl Addition for ExifAddition {
                 notes.push(Note::loss(format!("{count} {what}: left out")));
             }
         }
+        let said: Vec<Said> = read.iter().map(|(_, tags)| tags.said).collect();
+        notes.extend(contradictions::notes(&said));
         let recorded = in_one_zone(read, &mut notes);
         if recorded.iter().any(|(_, recorded)| recorded.place.is_some()) {
             notes.push(Note::guess(

@@ -4,6 +4,7 @@ use super::super::super::error::{Error, shown};
 use super::super::fill::Recorded;
 use super::super::refuse;
 use super::super::xml::{self, Element};
+use super::contradictions::Said;
 use super::time;
 use crate::geodesy::geographic::{Geographic, stated_sigma};
 use exif::{Exif, In, Rational, Tag, Value};
@@ -22,6 +23,8 @@ pub(super) struct Tags {
     pub recorded: Recorded,
     /// From UTC to the camera's clock, s, where the file says so.
     pub offset_s: Option<f64>,
+    /// What it says twice.
+    pub said: Said,
 }
 
 /// Reads a file; `None` where it has neither EXIF nor XMP.
@@ -44,7 +47,9 @@ pub(super) fn read(path: &Path) -> Result<Option<Tags>, Error> {
         return Ok(None);
     }
     let source = Source { path, exif, xmp };
-    Ok(Some(Tags { recorded: source.recorded()?, offset_s: source.offset()? }))
+    let (recorded, offset_s) = (source.recorded()?, source.offset()?);
+    let said = source.said(recorded.time_s, offset_s);
+    Ok(Some(Tags { recorded, offset_s, said }))
 }
 
 /// Between the tags that begin and end an XMP packet.
@@ -160,11 +165,32 @@ impl Source<'_> {
         else {
             return Ok(None);
         };
-        // Some write the sign in both places.
-        let is_below = self.field(Tag::GPSAltitudeRef).and_then(|value| value.get_uint(0)) == Some(1);
-        let height = if is_below { -height.abs() } else { height };
+        let height = self.signed(height);
         let place = Geographic::checked(latitude, longitude, height);
         place.map(Some).map_err(|problem| refuse(self.path, format!("GPS: {problem}")))
+    }
+
+    /// A height with the sign of its reference: some write the sign in both places.
+    fn signed(&self, height: f64) -> f64 {
+        let is_below = self.field(Tag::GPSAltitudeRef).and_then(|value| value.get_uint(0)) == Some(1);
+        if is_below { -height.abs() } else { height }
+    }
+
+    /// What EXIF and XMP both say. A value that cannot be read contradicts nothing.
+    fn said(&self, clock_s: Option<f64>, offset_s: Option<f64>) -> Said {
+        let stamp = || {
+            let [hours, minutes, seconds] = self.rationals(Tag::GPSTimeStamp)?.try_into().ok()?;
+            let midnight = format!("{} 00:00:00", self.text(Tag::GPSDateStamp)?.trim_end_matches('\0').trim());
+            Some(time::seconds(&midnight, None)? + 3600.0 * hours + 60.0 * minutes + seconds)
+        };
+        Said {
+            exif_height: self.rational(Tag::GPSAltitude).map(|height| self.signed(height)),
+            xmp_height: self.number("AbsoluteAltitude").ok().flatten(),
+            gps_s: stamp(),
+            clock_s,
+            offset_s,
+            utc_s: self.xmp.get("UTCAtExposure").and_then(|text| time::seconds(text, None)),
+        }
     }
 
     fn number(&self, name: &str) -> Result<Option<f64>, Error> {

@@ -5,6 +5,7 @@ use super::super::tracks::Tracks;
 use super::super::{GUESSED, ImportOptions, Note, flight_of};
 use super::document::{Chunk, Marker, Photo, Reference, Similarity};
 use super::project::Project;
+use super::rig::{Rigs, Slaves};
 use super::world::World;
 use crate::block::{Block, Gnss, Image, ImageId, Measurement, PointId, Role, Sigma, SurveyedPoint};
 use crate::camera::Camera;
@@ -98,20 +99,35 @@ struct Oriented<'a> {
 fn oriented<'a>(chunk: &'a Chunk, notes: &mut Vec<Note>) -> Vec<Oriented<'a>> {
     let alone = Similarity { scale: 1.0, rotation: Matrix3::identity(), translation: Vector3::zeros() };
     let (mut disabled, mut unaligned) = (0, 0);
+    let rigs = Rigs::of(chunk);
+    let mut slaves = Slaves::default();
     let mut oriented = Vec::new();
     for photo in &chunk.photos {
-        let similarity = match chunk.transforms.get(&photo.component).or(chunk.transforms.get(&None)) {
+        let is_slave = photo.pose.is_none() && photo.master.as_ref().is_some_and(|master| *master != photo.id);
+        let component = rigs.master(photo).filter(|_| is_slave).map_or(&photo.component, |master| &master.component);
+        let similarity = match chunk.transforms.get(component).or(chunk.transforms.get(&None)) {
             Some(similarity) => Some(*similarity),
             None => chunk.transforms.is_empty().then_some(alone),
         };
-        match (photo.enabled, photo.pose, similarity) {
+        let pose = match photo.enabled && is_slave {
+            true => rigs.pose(photo).map(Some).unwrap_or_else(|reason| {
+                slaves.lost.push(reason);
+                None
+            }),
+            false => photo.pose,
+        };
+        match (photo.enabled, pose, similarity) {
             (false, ..) => disabled += 1,
             (true, Some((rotation, centre)), Some(similarity)) => {
+                slaves.resolved += usize::from(is_slave);
                 oriented.push(Oriented { photo, similarity, rotation, centre });
             }
+            // Why a slave has no pose is said below.
+            (true, None, _) if is_slave => {}
             (true, ..) => unaligned += 1,
         }
     }
+    slaves.tell(notes);
     for (count, why) in [(disabled, "disabled"), (unaligned, "not aligned")] {
         if count > 0 {
             notes.push(Note::loss(format!("{count} images are {why} in Metashape: left out")));

@@ -2,6 +2,7 @@
 
 use super::super::super::error::{Error, shown};
 use super::super::xml::Element;
+use super::offset::offset;
 use crate::geodesy::geographic::stated_sigma;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
@@ -16,6 +17,10 @@ pub(super) struct Sensor {
     pub calibration: Calibration,
     /// Rows were taken to be exposed one after the other.
     pub has_rolling_shutter: bool,
+    /// The sensor of a rig that this one's offset is against.
+    pub master: Option<String>,
+    /// Rotation to that sensor's camera axes, and projection centre in these; `None` where they are not stated.
+    pub offset: Option<(Matrix3<f64>, Vector3<f64>)>,
 }
 
 /// An interior orientation; the formula stands in [`super::calibration`].
@@ -40,6 +45,8 @@ pub(super) struct Photo {
     pub enabled: bool,
     /// Camera to chunk; `None` where it was not aligned.
     pub pose: Option<(Matrix3<f64>, Vector3<f64>)>,
+    /// The image of a rig that has the pose of the exposure.
+    pub master: Option<String>,
     pub reference: Option<Reference>,
 }
 
@@ -195,6 +202,8 @@ fn sensor(element: Element<'_>) -> Result<Sensor, Error> {
             let value = shutter.optional_attribute("value").unwrap_or(shutter.text());
             !matches!(value, "" | "0" | "false" | "disabled")
         }),
+        master: element.optional_attribute("master_id").map(str::to_owned),
+        offset: offset(element)?,
     })
 }
 
@@ -248,6 +257,7 @@ fn photo(element: Element<'_>, group: Option<&str>) -> Result<Photo, Error> {
         group: group.filter(|group| !group.is_empty()).map(str::to_owned),
         enabled: flag(element, "enabled")?.unwrap_or(true),
         pose,
+        master: owned("master_id"),
         reference: element.optional("reference").map(reference).transpose()?.flatten(),
     })
 }

@@ -13,8 +13,10 @@ mod archive;
 mod assemble;
 mod calibration;
 mod document;
+mod offset;
 mod ply;
 mod project;
+mod rig;
 mod world;
 mod write;
 
@@ -45,7 +47,7 @@ impl Format for Metashape {
         let block = assemble::block(project, options, &mut notes)?;
         let folder = paths[0].parent().unwrap_or(Path::new(""));
         verification::check(&block, folder, options.approximate, &mut notes)?;
-        Ok(Imported { block, notes })
+        Ok(Imported::new(block, notes))
     }
 
     fn exporter(&self) -> Option<&dyn Exporter> {

@@ -50,7 +50,7 @@ impl Format for MicMac {
         let sources = Sources::read(paths, &mut notes)?;
         let block = block(sources, &paths[0], options, &mut notes)?;
         verification::check(&block, &paths[0], options.approximate, &mut notes)?;
-        Ok(Imported { block, notes })
+        Ok(Imported::new(block, notes))
     }
 
     fn exporter(&self) -> Option<&dyn Exporter> {

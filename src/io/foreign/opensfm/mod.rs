@@ -53,7 +53,7 @@ impl Format for OpenSfm {
         let folder = folder(&paths[0]);
         let mut notes = Vec::new();
         let block = block(&folder, options, &mut notes)?;
-        Ok(Imported { block, notes })
+        Ok(Imported::new(block, notes))
     }
 }
 

@@ -113,7 +113,7 @@ impl Scene {
         if options.size_px.is_some() {
             verification::check(&block, folder_of(file), options.approximate, &mut notes)?;
         }
-        Ok(Imported { block, notes })
+        Ok(Imported::new(block, notes))
     }
 }
 
