@@ -1,12 +1,15 @@
 //! `misclosure import`: a block from another program, or something of one that is added to a block.
 
+use super::diagnosis_text::mistakes_text;
+use super::mistakes::{of_block, of_imported};
 use super::output::{Output, usable};
 use super::text::{paragraph, path_text};
 use super::{Answer, Console, Usage};
 use crate::block::Block;
 use crate::io::block::{BLOCK_FILE, SetAside, is_block, read_block, write_block};
-use crate::io::foreign::{Addition, Format, ImportOptions, Kind, Note, additions, registry, write_imported};
+use crate::io::foreign::{self, Addition, Format, ImportOptions, Kind, Note, additions, registry, write_imported};
 use crate::io::write_atomically;
+use crate::mistakes::Mistake;
 use crate::report::tables::Table;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -19,7 +22,8 @@ use std::path::{Path, PathBuf};
   misclosure import sparse/0 -o block                     the same: the format is guessed where that is safe
   misclosure import bundler bundle.out --size 4000x3000 -o block
 
-Each guess and each loss is one line on standard error, and a comment at the top of block.toml.")]
+Each guess and each loss is one line on standard error, and a comment at the top of block.toml. The block is then
+examined for mistakes as `check` does it, and by the residuals of its own tie points; it is written in any case.")]
 pub struct Arguments {
     /// A format (may be left out where the files tell), then its files or folders
     #[arg(value_name = "[FORMAT] PATH", required_unless_present = "list")]
@@ -48,7 +52,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::Result<Answer> {
     if arguments.list {
         return Ok(list());
     }
@@ -60,22 +64,68 @@ pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
     let (name, paths) = name_and_paths(&arguments.words);
     if let Some(block) = &arguments.into {
         let addition = addition(name)?;
-        return add(addition, given(name, paths)?, block, &options, &tell(console, arguments.verbose));
+        let made = add(addition, given(name, paths)?, block, &options, &tell(console, arguments.verbose))?;
+        return screened(made, console, |block| of_block(block, threads));
     }
     // Clap asks for it where the other two are absent.
     let output = Output::of_block(arguments.output.as_deref().unwrap_or(Path::new("")), None)?;
     let (format, mut notes) = format(name, paths)?;
     let mut imported = format.import(given(name, paths)?, &options)?;
     notes.append(&mut imported.notes);
+    notes.extend(foreign::single_marks(&imported.block));
+    notes.extend(foreign::sides_exchanged(&imported.block));
     notes.iter().for_each(tell(console, arguments.verbose));
     imported.notes.clone_from(&notes);
+    let reported_px = imported.reported_px;
     let block = output.write(&[], BLOCK_FILE, |dir| {
         write_imported(&imported, dir)?;
         // Before the block is read: there are some with ten million measurements.
         drop(imported);
         usable(dir)
     })?;
-    Ok(answer(format.name(), &block, &notes, output.folder()))
+    let answer = answer(format.name(), &block, &notes, output.folder());
+    screened((answer, block), console, |block| of_imported(block, reported_px, threads))
+}
+
+/// The answer with the mistakes in the block, which come first. The block is there in any case, and the exit code is
+/// that of an import.
+fn screened(
+    (answer, block): (Answer, Block),
+    console: &Console,
+    find: impl FnOnce(Block) -> Vec<Mistake>,
+) -> anyhow::Result<Answer> {
+    let progress = console.progress("import");
+    progress.step("looking for mistakes in the block");
+    let mistakes = find(block);
+    drop(progress);
+    let Answer { mut text, mut json, failure } = answer;
+    json["mistakes"] = serde_json::to_value(&mistakes)?;
+    if !mistakes.is_empty() {
+        let found = kinds(&mistakes);
+        console.message(&format!("MISTAKES in the block: {found}; it is written as it came (see `misclosure mend`)"));
+        let folder = json["folder"].as_str().unwrap_or("BLOCK");
+        let undo = advice(&mistakes, folder);
+        text = format!("MISTAKES\n{}{}\n{text}", mistakes_text(&mistakes), paragraph("", 0, &undo));
+    }
+    Ok(Answer { text, json, failure })
+}
+
+/// The kinds of mistakes with their subjects.
+fn kinds(mistakes: &[Mistake]) -> String {
+    mistakes.iter().map(|own| format!("{} of {}", own.kind, own.subject)).collect::<Vec<_>>().join(", ")
+}
+
+/// What undoes mistakes.
+fn advice(mistakes: &[Mistake], folder: &str) -> String {
+    let undone = mistakes.iter().filter(|own| !own.mend.is_empty()).count();
+    let copy = format!("`misclosure mend {folder} -o MENDED`");
+    match mistakes.len() - undone {
+        0 => format!("{copy} writes a copy of the block in which they are undone."),
+        left if undone > 0 => {
+            format!("{copy} writes a copy of the block in which {undone} of them are undone; {left} need a person.")
+        }
+        _ => format!("{copy} cannot undo them: correct the files, and import them anew."),
+    }
 }
 
 /// Says notes as they come.
@@ -152,7 +202,7 @@ fn add(
     folder: &Path,
     options: &ImportOptions,
     tell: &dyn Fn(&Note),
-) -> anyhow::Result<Answer> {
+) -> anyhow::Result<(Answer, Block)> {
     if !is_block(folder) {
         return Err(Usage(format!("--into {}: this is no block", folder.display())).into());
     }
@@ -180,7 +230,7 @@ fn add(
         }
         Ok(())
     })?;
-    Ok(answer(addition.name(), &block, &notes, folder))
+    Ok((answer(addition.name(), &block, &notes, folder), block))
 }
 
 /// What an import said stands at the top of `block.toml`, and stays there.

@@ -17,6 +17,21 @@ pub fn of_block(block: Block, threads: usize) -> Vec<Mistake> {
     screening::mistakes(&block.about_its_centre(), &Model::default(), SIGNIFICANCE, &options)
 }
 
+/// Mistakes in a block that comes from another program. `reported_px`: what that program says that its tie points are
+/// missed by.
+pub fn of_imported(block: Block, reported_px: Option<f64>, threads: usize) -> Vec<Mistake> {
+    let own_points = screening::of_own_points(&block, reported_px);
+    let mut found = of_block(block, threads);
+    // Where measurements, poses or cameras are recorded wrongly, tie points are missed for that reason.
+    let explained =
+        |own: &Mistake| ["ties", "images", "camera"].contains(&own.subject.as_str()) && !own.mend.is_empty();
+    if !found.iter().any(explained) {
+        // `mend` looks at a block as `check` does, where residuals of another program are not known any more.
+        found.extend(own_points.into_iter().map(|own| own.undone_by(Vec::new())));
+    }
+    found
+}
+
 /// Mistakes in the block of a folder.
 ///
 /// # Errors

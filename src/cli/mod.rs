@@ -163,7 +163,7 @@ impl Command {
             Command::Effects(arguments) => effects::run(&arguments, console),
             Command::Report(arguments) => report::run(&arguments),
             Command::Reproduce(arguments) => reproduce::run(&arguments, console, threads),
-            Command::Import(arguments) => import::run(&arguments, console),
+            Command::Import(arguments) => import::run(&arguments, console, threads),
             Command::Export(arguments) => export::run(&arguments, console),
             Command::Validate(arguments) => validate::run(&arguments, console, threads),
             #[cfg(feature = "lab")]

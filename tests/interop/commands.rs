@@ -1,5 +1,6 @@
 //! `misclosure import` and `export` as scripts see them.
 
+use super::beside;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -170,4 +171,90 @@ fn nothing_is_added_where_something_would_be_lost() {
     fs::write(&list, "+proj=utm +zone=32 +datum=WGS84\n500000 5000000 100 10 10 none.jpg g1\n").expect("a list");
     refused(&["import", "gcp", &list, "--into", &block], "1 check point without a mark");
     assert_eq!(fs::read_to_string(&control).expect("control.csv"), with_one_more);
+}
+
+/// Four control points at one place, which images see at different ones: the block is written, and the mistake is said.
+#[test]
+fn what_is_imported_is_examined_and_written_all_the_same() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let block = simulated(&folder);
+    let images = fs::read_to_string(Path::new(&block).join("images.csv")).expect("images.csv");
+    let names: Vec<&str> = images.lines().skip(1).filter_map(|row| row.split(',').next()).collect();
+    let (points, marks) = (path(&folder, "points.csv"), path(&folder, "marks.csv"));
+    let places = [(100.3, 100.8), (700.1, 200.4), (400.7, 800.2), (900.6, 600.9)];
+    let mut rows = [String::new(), String::new()];
+    for (k, (x, y)) in places.into_iter().enumerate() {
+        rows[0] += &format!("P{k},1,2,3\n");
+        rows[1] += &format!("{},P{k},{x},{y}\n{},P{k},{},{y}\n", names[0], names[1], x + 30.25);
+    }
+    fs::write(&points, &rows[0]).expect("points");
+    fs::write(&marks, &rows[1]).expect("marks");
+    let arguments = ["import", "gcp", &points, &marks, "--into", &block];
+    let made = json(&arguments);
+    let mistakes = made["mistakes"].as_array().expect("a list");
+    let collapsed = mistakes.iter().find(|own| own["kind"] == "collapsed" && own["subject"] == "control");
+    assert!(collapsed.is_some(), "{mistakes:?}");
+    let control = fs::read_to_string(Path::new(&block).join("control.csv")).expect("control.csv");
+    assert!(control.contains("P3"), "{control}");
+    // The same once more changes nothing, and says it again, for people.
+    let (code, stdout, stderr) = misclosure(&arguments);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stdout.starts_with("MISTAKES\n") && stdout.contains("misclosure mend"), "{stdout}");
+    assert!(stderr.contains("MISTAKES in the block: ") && stderr.contains("collapsed of control"), "{stderr}");
+    assert_eq!(made["mistakes"], json(&["check", &block])["mistakes"]);
+}
+
+/// Rotations the wrong way round in a model that says what its points are missed by.
+#[test]
+fn a_model_that_contradicts_itself_is_named() {
+    let Some(sample) = beside::shared("data/interop/colmap-maupertuis") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let model = path(&folder, "model");
+    fs::create_dir(&model).expect("a folder");
+    for name in ["cameras.txt", "points3D.txt", "images.txt"] {
+        fs::copy(sample.join(name), Path::new(&model).join(name)).expect("a copy");
+    }
+    let right = json(&["import", &model, "-o", &path(&folder, "right")]);
+    assert_eq!(right["mistakes"], serde_json::json!([]), "{right}");
+    let file = Path::new(&model).join("images.txt");
+    let text = fs::read_to_string(&file).expect("images.txt");
+    let (mut wrong, mut is_pose) = (String::new(), true);
+    for line in text.lines() {
+        let mut words: Vec<String> = line.split(' ').map(str::to_owned).collect();
+        let is_comment = line.starts_with('#');
+        if is_pose && !is_comment {
+            for word in &mut words[2..5] {
+                *word = word.strip_prefix('-').map_or_else(|| format!("-{word}"), str::to_owned);
+            }
+        }
+        is_pose = is_comment || !is_pose;
+        wrong += &format!("{}\n", words.join(" "));
+    }
+    fs::write(&file, wrong).expect("images.txt");
+    let made = json(&["import", &model, "-o", &path(&folder, "wrong")]);
+    let mistakes = made["mistakes"].as_array().expect("a list");
+    assert!(mistakes.iter().any(|own| own["kind"] == "inverse-rotation"), "{mistakes:?}");
+}
+
+/// Files of other programs of which nothing is wrong.
+#[test]
+fn right_samples_show_no_mistake() {
+    let Some(samples) = beside::shared("data/interop") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let all: [(&str, &str, &[&str]); 8] = [
+        ("colmap", "colmap-maupertuis", &[]),
+        ("opensfm", "opensfm-berlin-v1", &[]),
+        ("opensfm", "opensfm-berlin-v2", &[]),
+        ("metashape", "metashape-sxb/sxb.psz", &[]),
+        ("micmac", "micmac-saisies", &["--approximate"]),
+        ("bundler", "bal-bundler/Balbianello.out", &[]),
+        ("bal", "bal-bundler/dubrovnik-3-7-pre.txt", &[]),
+        ("photomodeler", "photomodeler/camcal-pmexport.txt", &["--approximate"]),
+    ];
+    for (k, (format, name, options)) in all.into_iter().enumerate() {
+        let (from, to) = (samples.join(name), path(&folder, &k.to_string()));
+        let arguments = [&["import", format, from.to_str().expect("UTF-8"), "-o", &to], options].concat();
+        let made = json(&arguments);
+        assert_eq!(made["mistakes"], serde_json::json!([]), "{name}");
+    }
 }
