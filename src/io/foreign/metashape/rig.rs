@@ -11,11 +11,9 @@
 
 use super::super::Note;
 use super::document::{Chunk, Photo, Sensor};
+use super::offset::Placed;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::HashMap;
-
-/// Camera to chunk, or camera to master.
-pub(super) type Placed = (Matrix3<f64>, Vector3<f64>);
 
 /// Why a slave gets no pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
