@@ -31,7 +31,7 @@ fn main() {
         .compile("misclosure_bridge");
     if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|system| system == "linux") {
         // Libraries that the program loads find ours (cpp/faults.cc), not the C library's.
-        for symbol in ["_exit", "_Exit"] {
+        for symbol in ["_exit", "_Exit", "exit", "quick_exit"] {
             println!("cargo::rustc-link-arg-bins=-Wl,--export-dynamic-symbol={symbol}");
         }
     }

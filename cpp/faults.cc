@@ -1,5 +1,6 @@
 #include "faults.h"
 
+#include <dlfcn.h>
 #include <signal.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -26,6 +27,8 @@ constexpr std::size_t kProbe = std::size_t{8} << 20;
 // 0 until the faults are watched. A child between fork() and exec() has another number and ends as it likes.
 std::atomic<pid_t> watched_process{0};
 std::atomic<bool> is_done{false};
+// Set by the first thread that ends the process early: it alone speaks.
+std::atomic_flag is_ending = ATOMIC_FLAG_INIT;
 std::atomic<bool> was_refused{false};
 // Handlers may not allocate: the names stand ready.
 char suspects[4096] = "";
@@ -98,6 +101,8 @@ void OnCrash(int number) {
 
 void OnExit() {
   if (is_done) return;
+  // A second thread waits until the first has spoken and ended the process for both.
+  while (is_ending.test_and_set()) pause();
   if (errno == ENOMEM || was_refused) EndByMemory();
   if (suspects[0] != '\0') EndBySuspects("a library ended the program before its work was done");
   Say("error: a library ended the program before its work was done; the message above, where there is one, is its "
@@ -162,8 +167,9 @@ void work_is_done() { is_done = true; }
 }  // namespace misclosure::bridge
 
 #ifdef __linux__
-// In place of the C library's, for the libraries that the program loads: these two run no handler of atexit(), so that
-// a plug-in would end the program with its own code. What exit() calls at its end is within the C library.
+// These functions take the place of the C library's, for the libraries that the program loads as well. _exit() and
+// _Exit() run no handler of atexit(). exit() and quick_exit() do, but each handler runs once: of two threads that call
+// exit() together, the second finds none and would end the program with its own code.
 extern "C" void _exit(int code) {
   using namespace misclosure::bridge;
   if (watched_process == getpid()) OnExit();
@@ -171,4 +177,21 @@ extern "C" void _exit(int code) {
 }
 
 extern "C" void _Exit(int code) noexcept { _exit(code); }
+
+namespace misclosure::bridge {
+namespace {
+
+// Calls the C library's function of this name.
+[[noreturn]] void EndByLibrary(const char* name, int code) {
+  if (watched_process == getpid()) OnExit();
+  if (void* const function = dlsym(RTLD_NEXT, name)) reinterpret_cast<void (*)(int)>(function)(code);
+  End(code);
+}
+
+}  // namespace
+}  // namespace misclosure::bridge
+
+extern "C" void exit(int code) noexcept { misclosure::bridge::EndByLibrary("exit", code); }
+
+extern "C" void quick_exit(int code) noexcept { misclosure::bridge::EndByLibrary("quick_exit", code); }
 #endif

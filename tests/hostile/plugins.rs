@@ -59,13 +59,11 @@ fn a_library_that_crashes_or_ends_the_program_in_the_middle_is_named() {
     is_named(&place, COMMANDS[1], "leaves-late", "ended the program before its work was done");
 }
 
-/// Commands that load a plug-in and call it; on one thread: of two that call `exit()` at once, the second may end the
-/// program with its own code while
-/// the first still speaks.
+/// Commands that load a plug-in and call it. Two threads, so that both may end the program at the same moment.
 const COMMANDS: [&str; 3] = [
-    "adjust block -o out --threads 1 --plugin LIBRARY --add longer --fix f",
-    "effects check --threads 1 LIBRARY",
-    "improve block -o out --threads 1 --plugin LIBRARY",
+    "adjust block -o out --threads 2 --plugin LIBRARY --add longer --fix f",
+    "effects check --threads 2 LIBRARY",
+    "improve block -o out --threads 2 --plugin LIBRARY",
 ];
 
 /// The command fails, says why, names the library and leaves no output.
