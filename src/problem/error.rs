@@ -35,9 +35,9 @@ pub enum ProblemError {
     /// Nothing to adjust.
     #[error("no point is measured in two images: nothing to adjust")]
     Empty,
-    /// Tie points without coordinates whose rays do not meet.
+    /// Tie points without coordinates in front of their cameras whose rays do not meet.
     #[error(
-        "tie point `{}`{} has no approximate coordinates and its rays do not meet in front of the cameras; give it a row in points.csv or remove it",
+        "tie point `{}`{} has no approximate coordinates in front of its cameras, and its rays do not meet there; correct its row in points.csv or remove it",
         points[0],
         if points.len() > 1 { format!(" (and {} more)", points.len() - 1) } else { String::new() }
     )]

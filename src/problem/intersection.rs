@@ -6,7 +6,8 @@ use crate::camera::{Interior, undistort::viewing_ray};
 use crate::math::intersect::intersect_rays;
 use nalgebra::Vector3;
 
-/// Start coordinates: given, surveyed, or intersected from the approximate orientation; `None` where the rays do not meet.
+/// Start coordinates: surveyed, given, or intersected from the approximate orientation where none are given or a camera
+/// that measures the point has them behind it; `None` where the rays do not meet.
 pub(super) fn start_position(
     block: &Block,
     interiors: &[Interior],
@@ -16,7 +17,9 @@ pub(super) fn start_position(
     match source {
         PointSource::Control(id) => Some(block.surveyed[id.index()].position),
         PointSource::Tie(id) => {
-            block.tie_points[id.index()].position.or_else(|| intersect(block, interiors, observations))
+            let given = block.tie_points[id.index()].position;
+            let in_front = |point: &Vector3<f64>| is_in_front(block, observations, point);
+            given.filter(in_front).or_else(|| intersect(block, interiors, observations))
         }
     }
 }
@@ -36,6 +39,10 @@ pub(super) fn intersect(
         directions.push(image.pose.rotation.inverse() * ray);
     }
     let point = intersect_rays(&origins, &directions)?;
-    let in_front = |o: &ImageObservation| block.images[o.image as usize].pose.cam_from_world(&point).z > 0.0;
-    observations.iter().all(in_front).then_some(point)
+    is_in_front(block, observations, &point).then_some(point)
+}
+
+/// Does a point lie in front of every camera that measures it?
+fn is_in_front(block: &Block, observations: &[ImageObservation], point: &Vector3<f64>) -> bool {
+    observations.iter().all(|row| block.images[row.image as usize].pose.cam_from_world(point).z > 0.0)
 }
