@@ -75,14 +75,15 @@ fn diagnose_in_pool(whole: &Block, model: &Model, settings: &Settings<'_>) -> Re
     }?;
     let fit = &diagnosed.improvement.fit;
     let aside = screening::of_outliers(block, &diagnosed.outliers, fit, &mistakes, settings.significance);
-    judge_mistakes(&mut diagnosed.diagnosis, mistakes, aside);
+    judge_mistakes(&mut diagnosed.diagnosis, mistakes.into_iter().chain(aside));
+    let imprecise = screening::of_weights(&diagnosed.diagnosis);
+    judge_mistakes(&mut diagnosed.diagnosis, imprecise);
     Ok(diagnosed)
 }
 
 /// A mistake is the verdict, whatever effects stand beside it: sizes and coordinates may be wrong with it.
-fn judge_mistakes(diagnosis: &mut Diagnosis, mistakes: Vec<Mistake>, aside: Vec<Mistake>) {
-    diagnosis.mistakes = mistakes;
-    diagnosis.mistakes.extend(aside);
+fn judge_mistakes(diagnosis: &mut Diagnosis, mistakes: impl IntoIterator<Item = Mistake>) {
+    diagnosis.mistakes.extend(mistakes);
     if !diagnosis.mistakes.is_empty() {
         diagnosis.verdict = Verdict::Mistake;
     }

@@ -1,14 +1,16 @@
 //! The shape of one group against the free network.
 
 use super::align::{Aligned, align};
+use super::clock;
 use super::judged::Judged;
 use super::members;
 use super::shape::Change;
-use super::survey::{Group, Survey};
+use super::survey::{Group, Subject, Survey};
 use super::words;
 use super::{BEYOND, ln_p, price};
 use crate::math::statistics::{chi_square_quantile, mean};
 use nalgebra::Vector3;
+use std::cmp::Ordering;
 
 /// Variances within this factor are equally good: mirrors fit alike, whichever axis they mirror.
 const ALIKE: f64 = 4.0;
@@ -21,8 +23,18 @@ struct Trial {
     aligned: Aligned,
 }
 
-/// In the free network, where all alternatives have one scale: in degrees every misfit would be small.
 impl Trial {
+    /// `seen`: members that the images give.
+    fn new(group: &Group, change: Change, seen: &[usize]) -> Option<Self> {
+        let undone = change.undone(group);
+        let members: Vec<usize> = seen.iter().copied().filter(|k| undone[*k].is_some()).collect();
+        let source: Vec<_> = members.iter().filter_map(|k| group.members[*k].computed).collect();
+        let targets: Vec<_> = members.iter().filter_map(|k| undone[*k]).collect();
+        let aligned = align(&source, &targets, group.sigma)?;
+        Some(Self { change, members, targets, aligned })
+    }
+
+    /// Square of the free network's scale, which all alternatives share: in degrees every misfit would be small.
     fn in_network(&self) -> f64 {
         self.aligned.similarity.scale.powi(-2)
     }
@@ -51,17 +63,14 @@ impl Trial {
 pub fn judge(group: &Group, survey: &Survey, alpha: f64) -> Option<Judged> {
     let seen: Vec<usize> = (0..group.members.len()).filter(|k| group.members[*k].computed.is_some()).collect();
     let cap = chi_square_quantile(1.0 - alpha / seen.len().max(1) as f64, 3.0);
-    let mut trials = Vec::new();
-    for change in Change::all(group) {
-        let undone = change.undone(group);
-        let members: Vec<usize> = seen.iter().copied().filter(|k| undone[*k].is_some()).collect();
-        let source: Vec<_> = members.iter().filter_map(|k| group.members[*k].computed).collect();
-        let targets: Vec<_> = members.iter().filter_map(|k| undone[*k]).collect();
-        if let Some(aligned) = align(&source, &targets, group.sigma) {
-            trials.push(Trial { change, members, targets, aligned });
-        }
-    }
+    let trial = |change: Change| Trial::new(group, change, &seen);
+    let mut trials: Vec<Trial> = Change::all(group).into_iter().filter_map(trial).collect();
     let none = trials.iter().position(|trial| trial.change == Change::None);
+    if group.subject == Subject::Gnss
+        && let Some(clock) = clock::best(group, none.map(|none| &trials[none].aligned))
+    {
+        trials.extend(Trial::new(group, Change::Clock(clock), &seen));
+    }
     let mut accepted: Vec<(usize, f64)> = Vec::new();
     for (k, trial) in trials.iter().enumerate().filter(|(_, trial)| trial.change != Change::None) {
         let variance = trial.variance();
@@ -76,8 +85,9 @@ pub fn judge(group: &Group, survey: &Survey, alpha: f64) -> Option<Judged> {
     let least = accepted.iter().map(|(k, _)| trials[*k].variance()).fold(f64::INFINITY, f64::min);
     let alike = accepted.into_iter().filter(|(k, _)| trials[*k].variance() <= ALIKE * least);
     let best = alike.min_by(|(a, _), (b, _)| {
-        let [a, b] = [a, b].map(|k| turned(&trials[*k].aligned, survey));
-        a.total_cmp(&b)
+        // A list that slipped by one place looks like clocks that differ by one interval, and is the simpler mistake.
+        let order = |k: &usize| (matches!(trials[*k].change, Change::Clock(_)), turned(&trials[*k].aligned, survey));
+        order(a).partial_cmp(&order(b)).unwrap_or(Ordering::Equal)
     });
     let chosen = best.map(|(k, _)| k).or(none)?;
     let trial = trials.swap_remove(chosen);

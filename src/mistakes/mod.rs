@@ -29,6 +29,7 @@
 
 mod align;
 mod bend;
+mod clock;
 mod collapsed;
 
 mod group;

@@ -1,5 +1,6 @@
 //! Alternatives of a whole group: what people do to the coordinates of a list, and how it is undone.
 
+use super::clock::{self, Clock};
 use super::survey::{Group, Subject};
 use nalgebra::Vector3;
 
@@ -23,6 +24,8 @@ pub enum Change {
     Degrees(bool),
     /// Each has the position of the one so many places further on.
     Shifted(isize),
+    /// Each has the position of another instant.
+    Clock(Clock),
 }
 
 /// Units of length that lists mix up with metres, m: foot, millimetre, centimetre, and metres taken for feet.
@@ -57,6 +60,7 @@ impl Change {
             Self::Exchanged(..) | Self::Reversed(_) => 3,
             Self::Degrees(_) => 2,
             Self::Shifted(_) => 4,
+            Self::Clock(clock) => clock.tried,
         }
     }
 
@@ -70,6 +74,7 @@ impl Change {
             Self::Degrees(_) => "geographic",
             Self::Shifted(_) if subject == Subject::Gnss => "paired-with-neighbour",
             Self::Shifted(_) => "exchanged",
+            Self::Clock(_) => "clock-offset",
         }
     }
 
@@ -98,6 +103,7 @@ impl Change {
                     Vector3::new(east * longitude.to_radians(), EARTH_M * latitude(&p).to_radians(), p.z)
                 })
             }
+            Self::Clock(clock) => clock::at_exposures(group, clock.seconds),
             Self::Shifted(by) => (0..members.len() as isize)
                 .map(|k| {
                     let other = members.get(usize::try_from(k - by).ok()?)?;
@@ -112,6 +118,7 @@ impl Change {
         match self {
             Self::HeightUnit(metres) => Some((1.0 / metres, "1")),
             Self::Shifted(by) => Some((by as f64, "places")),
+            Self::Clock(clock) => Some((clock.seconds, "s")),
             _ => None,
         }
     }
@@ -129,6 +136,7 @@ mod tests {
             computed: None,
             covariance: nalgebra::Matrix3::zeros(),
             flight: 0,
+            time: None,
         };
         let members = positions.iter().enumerate().map(member).collect();
         Group { subject: Subject::Gnss, sigma: [0.03, 0.05], members, flights: vec!["a".into()] }

@@ -71,6 +71,8 @@ pub struct Member {
     pub covariance: Matrix3<f64>,
     /// Flight of an image; 0 for points.
     pub flight: usize,
+    /// When the image was taken, s; `None` for points and where it is not known.
+    pub time: Option<f64>,
 }
 
 /// Positions that were recorded together.

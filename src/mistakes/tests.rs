@@ -29,6 +29,7 @@ fn survey() -> Survey {
                 computed: Some(network.apply(&truth)),
                 covariance: Matrix3::zeros(),
                 flight,
+                time: Some(3.0 * k as f64),
             }
         });
         let flights = flights.iter().map(|name| name.to_string()).collect();

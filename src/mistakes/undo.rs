@@ -5,7 +5,8 @@ use super::survey::Subject;
 use crate::block::edit::{self, Edit};
 use nalgebra::Vector3;
 
-/// What undoes a change of a whole group. Degrees have no edit: a projection belongs to a program for coordinates.
+/// What undoes a change of a whole group. Degrees have no edit: a projection belongs to a program for coordinates. Nor
+/// has another instant: the receiver recorded the right one.
 pub fn edits_of(subject: Subject, change: Change) -> Vec<Edit> {
     let column = |axis: usize| subject.columns()[axis].to_string();
     match change {
@@ -19,7 +20,7 @@ pub fn edits_of(subject: Subject, change: Change) -> Vec<Edit> {
             let columns = subject.columns().map(String::from).to_vec();
             vec![subject.edit(edit::Change::Shift { columns, by: by as i64, within: within.into() })]
         }
-        Change::None | Change::Degrees(_) => Vec::new(),
+        Change::None | Change::Degrees(_) | Change::Clock(_) => Vec::new(),
     }
 }
 

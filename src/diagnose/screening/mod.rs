@@ -8,12 +8,14 @@ mod marks;
 mod meeting;
 mod network;
 mod places;
+mod precision;
 mod rays;
 mod survey;
 mod undone;
 mod values;
 
 pub use aside::{of_outliers, without};
+pub use precision::of_weights;
 pub use rays::of_own_points;
 
 use crate::adjust::Options;
@@ -51,7 +53,8 @@ fn of_survey(block: &Block, model: &Model, significance: f64, options: &Options)
     }
     let oriented = free_network(block, model, options);
     let Some(network) = oriented.as_ref().and_then(Network::new) else { return Vec::new() };
-    let of_images = oriented.as_ref().map_or_else(Vec::new, |oriented| rays::of_images(block, &oriented.fit));
+    let of_images =
+        oriented.as_ref().map_or_else(Vec::new, |oriented| rays::of_images(block, &oriented.fit, significance));
     let (block, mut found) = network.marks(block, significance);
     found.extend(of_images);
     let survey = network.survey(&block);

@@ -1,8 +1,10 @@
 //! A block oriented by its tie points alone: its shape up to a similarity, whatever was surveyed.
 
 use super::super::fit::Fit;
-use super::super::outliers::{Snooping, robust_fit};
+use super::super::outliers::{Snooping, Strictness, robust_fit};
 use super::super::priors::with_priors;
+use super::super::settings::Settings;
+use super::super::settle::settle;
 use crate::adjust::native::Native;
 use crate::adjust::{Covariance, CovarianceOf, Options, Solver};
 use crate::block::{Block, ByPoint, PointId};
@@ -31,8 +33,9 @@ pub fn free_network(block: &Block, model: &Model, options: &Options) -> Option<O
     // What acts on surveyed coordinates alone has nothing to act on.
     let free = Model { datum: Datum::Free, effects: Vec::new(), ..model.clone() };
     let free = with_priors(&few, &Model { priors: model.priors.clone(), ..free }).ok()?;
-    let meets = Snooping::new(&few, &free).block(&few).into_owned();
-    let free = Oriented::new(robust_fit(&meets, &free, None, options).ok()?, options);
+    let mut search = Snooping::new(&few, &free);
+    let free = Oriented::new(fit_of_most(&few, &mut search, &free, options)?, options);
+    let meets = search.block(&few);
     let tells = matches!(free.focal, Focal::Determined(share) if share * distance(&free.fit) < TOLD_M);
     if tells {
         return Some(free);
@@ -53,8 +56,18 @@ pub fn network_by_gnss(block: &Block, model: &Model, focal: Focal, options: &Opt
     let mut model = Model { datum: Datum::Gnss, effects: Vec::new(), ..model.clone() };
     model.free[F] &= focal != Focal::Stated;
     let model = with_priors(&few, &model).ok()?;
-    let meets = Snooping::new(&few, &model).block(&few).into_owned();
-    robust_fit(&meets, &model, None, options).ok()
+    fit_of_most(&few, &mut Snooping::new(&few, &model), &model, options)
+}
+
+/// A robust fit; where an image that nothing holds keeps it from an end, or the rays of a point part, a fit without
+/// what does not agree with the rest.
+fn fit_of_most(block: &Block, search: &mut Snooping, model: &Model, options: &Options) -> Option<Fit> {
+    if let Ok(fit) = robust_fit(&search.block(block), model, None, options) {
+        return Some(fit);
+    }
+    let settings =
+        Settings { plugins: &[], options: options.clone(), significance: 0.0, snoop: true, tell: &|_: &str| {} };
+    settle(block, search, model, None, Strictness::Loose, &settings).ok()
 }
 
 /// A free network with its precision.

@@ -43,7 +43,7 @@ pub fn of_own_points(block: &Block, reported_px: Option<f64>) -> Vec<Mistake> {
 }
 
 /// Single images that do not fit a network of the block; the poses of the block are their approximate ones.
-pub fn of_images(block: &Block, network: &Fit) -> Vec<Mistake> {
+pub fn of_images(block: &Block, network: &Fit, significance: f64) -> Vec<Mistake> {
     let state = &network.solution.state;
     let mut scene = sample(block, &block.ties, block.tie_points.len(), RAYS_PER_SINGLE, RAYS_OF_SINGLES);
     if state.poses.len() != scene.views.len() || state.interiors.len() != scene.cameras.len() {
@@ -52,7 +52,7 @@ pub fn of_images(block: &Block, network: &Fit) -> Vec<Mistake> {
     let approximate: Vec<_> = scene.views.iter().map(|view| view.pose).collect();
     scene.views.iter_mut().zip(&state.poses).for_each(|(view, pose)| view.pose = *pose);
     scene.cameras.iter_mut().zip(&state.interiors).for_each(|(camera, interior)| camera.interior = *interior);
-    single::images(&scene, &approximate)
+    single::images(&scene, &approximate, significance)
 }
 
 /// Images and cameras of the block, and so many points of a table that each image has `per_image` rays, as long as

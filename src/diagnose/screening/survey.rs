@@ -67,6 +67,7 @@ impl<'f> Network<'f> {
                     computed: places[k],
                     covariance: Matrix3::zeros(),
                     flight: 0,
+                    time: None,
                 })
                 .collect();
             let sigma = [
@@ -82,6 +83,7 @@ impl<'f> Network<'f> {
                 computed: took_part[k].then(|| fitted.predictor.centre(k)),
                 covariance: centres.get(k).copied().unwrap_or_else(Matrix3::zeros),
                 flight: image.flight.index(),
+                time: image.time_s,
             })
         });
         let members: Vec<Member> = antennas.collect();

@@ -1,11 +1,17 @@
 //! A whole group.
 
 use super::super::Mistake;
+use super::super::clock::Clock;
 use super::super::shape::Change;
 use super::super::survey::Subject;
 use super::super::undo::{edits_of, without_positions};
 use super::common::{AXES, list, mistake, places, unit, with};
 use nalgebra::Vector3;
+
+/// Leap seconds since 2017.
+const GPS_AHEAD_OF_UTC: f64 = 18.0;
+/// A difference of clocks this near is that one, s: cameras record whole seconds.
+const NEAR: f64 = 1.0;
 
 /// A change of a whole group.
 pub fn changed(subject: Subject, change: Change, drop: f64, ln_p: f64) -> Mistake {
@@ -42,12 +48,25 @@ pub fn changed(subject: Subject, change: Change, drop: f64, ln_p: f64) -> Mistak
             format!("{who}: each point has the coordinates of the point {} in the list; {fit}.", places(by)),
             format!("Pair names and coordinates anew ({place})."),
         ],
+        Change::Clock(Clock { seconds, .. }) => [
+            format!(
+                "{who} are those of {:.2} s {} the exposures{}; {fit}.",
+                seconds.abs(),
+                if seconds > 0.0 { "after" } else { "before" },
+                if (seconds.abs() - GPS_AHEAD_OF_UTC).abs() < NEAR { " (GPS time is 18 s ahead of UTC)" } else { "" }
+            ),
+            format!("Take clocks of camera and receiver to one time, and interpolate the positions anew ({place})."),
+        ],
         Change::None => [String::new(), String::new()],
     };
     let found = mistake(change.kind(subject), subject.key(), Vec::new(), drop, ln_p, [sentence, remedy])
         .undone_by(edits_of(subject, change));
+    let sigma = match change {
+        Change::Clock(clock) => Some(clock.sigma),
+        _ => None,
+    };
     match change.value() {
-        Some((value, unit)) => with(found, value, None, unit),
+        Some((value, unit)) => with(found, value, sigma, unit),
         None => found,
     }
 }

@@ -7,11 +7,13 @@ use super::start::starts;
 use super::{MOSTLY, share};
 use crate::block::Pose;
 use crate::math::statistics::median;
-use crate::mistakes::BEYOND;
 use nalgebra::Vector3;
 
 /// Nearer to the place of the other image than this share of the distance between the two: halfway would not tell.
 const NEARER: f64 = 0.3;
+/// So many times as far from where its neighbours expect it as the others are, an image is suspect; whether it stands
+/// at the place of another one, the comparison says.
+const FAR: f64 = 3.0;
 /// Images that are compared in pairs: one exchange concerns two.
 const MOST_SUSPECTS: usize = 12;
 
@@ -70,7 +72,7 @@ fn suspects(scene: &Scene, known: &Known, expected: &[Vec<Pose>]) -> Vec<usize> 
         .collect();
     let usual = median(&moved);
     let spacing = spacing(expected);
-    let is_moved = |view: usize| moved[view] > BEYOND * usual && moved[view] > NEARER * spacing;
+    let is_moved = |view: usize| moved[view] > FAR * usual && moved[view] > NEARER * spacing;
     (0..scene.views.len()).filter(|view| known.bad[*view] || is_moved(*view)).collect()
 }
 

@@ -1,14 +1,19 @@
 //! Single images that do not fit a network of the others: mirrored, turned, reduced, cropped, or exchanged.
 //!
 //! Points are placed by the rays of images that fit. An image that does not is resected alone from these points, as
-//! recorded and under each alternative. It is
-//! named where most of its measurements fit under an alternative and few as recorded, wherever it may stand.
+//! recorded and under each alternative. It is named where most of its measurements fit under an alternative and few as
+//! recorded, wherever it may stand. A pose absorbs most of a turn and of a crop: there the shift of the image tells.
 
 mod cause;
 mod exchanged;
+#[cfg(test)]
+mod made_wrong;
 mod network;
 mod resect;
+mod several;
+mod shifted;
 mod start;
+mod turned;
 mod words;
 
 use super::scene::Scene;
@@ -36,10 +41,9 @@ const NEAR_SHARE: f64 = 0.3;
 /// A crop below this share of the longer side is the principal point, which an adjustment estimates.
 const LEAST_CROP: f64 = 0.01;
 
-/// Mistakes of single images. `scene`: images in their places in a network that wrong measurements did not bend, with
-/// its cameras; `approximate`: their
-/// approximate poses.
-pub fn images(scene: &Scene, approximate: &[Pose]) -> Vec<Mistake> {
+/// Mistakes of single images at a level `alpha`. `scene`: images in their places in a network that wrong measurements
+/// did not bend, with its cameras; `approximate`: their approximate poses.
+pub fn images(scene: &Scene, approximate: &[Pose], alpha: f64) -> Vec<Mistake> {
     if approximate.len() != scene.views.len() {
         return Vec::new();
     }
@@ -53,6 +57,18 @@ pub fn images(scene: &Scene, approximate: &[Pose]) -> Vec<Mistake> {
     let mut found: Vec<Mistake> = pairs.iter().map(|pair| words::exchanged(pair.map(name))).collect();
     let rest = bad.into_iter().filter(|view| pairs.iter().flatten().all(|other| other != view));
     found.extend(rest.take(MOST_EXAMINED).filter_map(|view| altered(scene, approximate, &known, view)));
+    let shifted = shifted::shifted(scene, &known);
+    let mut absorbed = several::cameras(scene, &shifted, alpha);
+    if absorbed.is_empty() {
+        absorbed.extend(turned::turned(scene, approximate, &known, alpha));
+        absorbed.extend(shifted::cropped(scene, &shifted, alpha));
+    }
+    for mistake in absorbed {
+        // The place of an exchanged image says nothing of how it is turned.
+        if found.iter().all(|own| mistake.names.iter().all(|name| !own.names.contains(name))) {
+            found.push(mistake);
+        }
+    }
     found
 }
 

@@ -45,6 +45,15 @@ impl Resected {
         projected.map_or(f64::INFINITY, |[x, y]| (row.xy[0] + dx - x).hypot(row.xy[1] + dy - y))
     }
 
+    /// Standard deviation of a coordinate of the offset, px, where measurements err by `usual`; `None` where they do not
+    /// determine it.
+    pub fn offset_sigma(&self, camera: &Camera, rows: &[Row], usual: f64) -> Option<f64> {
+        let (matrix, _) = self.normal(camera, rows, usual, true);
+        let cofactors = matrix.cholesky()?.inverse();
+        let sigma = usual * cofactors[(6, 6)].max(cofactors[(7, 7)]).sqrt();
+        sigma.is_finite().then_some(sigma)
+    }
+
     fn moved(&self, step: &SVector<f64, UNKNOWNS>) -> Self {
         let turn = UnitQuaternion::from_scaled_axis(step.fixed_rows::<3>(0).into_owned());
         let centre = self.pose.centre + step.fixed_rows::<3>(3);

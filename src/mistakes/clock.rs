@@ -1,0 +1,210 @@
+//! Positions of another instant: the clock of the camera and that of the receiver differ.
+//!
+//! Each recorded position is that of the antenna some seconds after the exposure. Positions at the exposures are
+//! interpolated between the recorded ones of the same flight, as far as these reach.
+
+use super::align::{Aligned, align};
+use super::survey::{Group, Member};
+use crate::math::statistics::{median, rms};
+use nalgebra::Vector3;
+
+/// Differences that are tried, s: half a minute both ways, with the 18 s between GPS time and UTC in it.
+const MOST_SECONDS: f64 = 30.0;
+/// Trials within an interval between images: the correction of each reaches the next one.
+const STEPS_PER_INTERVAL: f64 = 2.0;
+/// Trials at the most, both ways.
+const MOST_TRIALS: f64 = 60.0;
+/// Corrections of a trial: each leaves a tenth.
+const CORRECTIONS: usize = 4;
+/// Gaps of so many intervals lie between strips: nothing is interpolated across.
+const GAP: f64 = 2.5;
+/// A difference below this share of an interval is a delay of the receiver, which an effect describes.
+const LEAST_SHARE: f64 = 0.2;
+/// Standard deviation of a median of normal values over that of their mean: `sqrt(pi / 2)`.
+const MEDIAN_OVER_MEAN: f64 = 1.253_314_137_315_500_3;
+
+/// A difference of clocks under which positions agree with the images.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Clock {
+    /// Recorded positions are those so many seconds after the exposures.
+    pub seconds: f64,
+    /// Standard deviation, s.
+    pub sigma: f64,
+    /// Differences that were tried.
+    pub tried: usize,
+}
+
+/// The difference under which the positions of a group agree best; `None` where images have no times, or `as_recorded`
+/// leaves too little for one.
+pub fn best(group: &Group, as_recorded: Option<&Aligned>) -> Option<Clock> {
+    let flights = flights(group);
+    let interval = interval(&flights)?;
+    let path: Vec<f64> = flights.iter().flat_map(|flight| steps(group, flight)).map(|step| step.norm()).collect();
+    let misfits = |aligned: &Aligned| median(&aligned.misfits.iter().map(Vector3::norm).collect::<Vec<_>>());
+    if as_recorded.is_some_and(|aligned| misfits(aligned) < LEAST_SHARE * median(&path)) {
+        return None;
+    }
+    let step = interval / STEPS_PER_INTERVAL;
+    let count = (MOST_SECONDS / step).min(MOST_TRIALS) as i32;
+    let grid = (1..=count).flat_map(|k| [f64::from(k) * step, -f64::from(k) * step]);
+    let tried = 2 * count.max(0) as usize;
+    let all = grid.filter_map(|seconds| Some((seconds, Trial::new(group, seconds)?)));
+    let (seconds, _) = all.min_by(|(_, a), (_, b)| a.variance().total_cmp(&b.variance()))?;
+    let mut found = Clock { seconds, sigma: f64::NAN, tried };
+    for _ in 0..CORRECTIONS {
+        let Some((correction, sigma)) = Trial::new(group, found.seconds)?.correction(group, &flights) else { break };
+        found = Clock { seconds: found.seconds + correction, sigma, tried };
+    }
+    (found.sigma.is_finite() && found.seconds.abs() > LEAST_SHARE * interval).then_some(found)
+}
+
+/// Positions under one difference.
+struct Trial {
+    members: Vec<usize>,
+    aligned: Aligned,
+}
+
+impl Trial {
+    fn new(group: &Group, seconds: f64) -> Option<Self> {
+        let positions = at_exposures(group, seconds);
+        let members: Vec<usize> =
+            (0..positions.len()).filter(|k| positions[*k].is_some() && group.members[*k].computed.is_some()).collect();
+        let source: Vec<_> = members.iter().filter_map(|k| group.members[*k].computed).collect();
+        let target: Vec<_> = members.iter().filter_map(|k| positions[*k]).collect();
+        Some(Self { aligned: align(&source, &target, group.sigma)?, members })
+    }
+
+    /// In the network, where all trials have one scale.
+    fn variance(&self) -> f64 {
+        self.aligned.variance * self.aligned.similarity.scale.powi(-2)
+    }
+
+    /// What the misfits along the path say of the difference, s, with its standard deviation.
+    fn correction(&self, group: &Group, flights: &[Vec<(f64, usize)>]) -> Option<(f64, f64)> {
+        let mut velocity = vec![None; group.members.len()];
+        for flight in flights {
+            for (pair, step) in flight.windows(2).zip(steps(group, flight)) {
+                velocity[pair[0].1] = Some(step / (pair[1].0 - pair[0].0));
+            }
+        }
+        let along = |(k, misfit): (&usize, &Vector3<f64>)| {
+            let v = velocity[*k].filter(|v: &Vector3<f64>| v.norm() > 0.0)?;
+            Some(misfit.dot(&v) / v.norm_squared())
+        };
+        let seconds: Vec<f64> = self.members.iter().zip(&self.aligned.misfits).filter_map(along).collect();
+        if seconds.len() < 2 {
+            return None;
+        }
+        let correction = median(&seconds);
+        let off: Vec<f64> = seconds.iter().map(|own| own - correction).collect();
+        Some((correction, MEDIAN_OVER_MEAN * rms(&off) / (off.len() as f64).sqrt()))
+    }
+}
+
+/// Positions at the exposures, where recorded ones are those of so many seconds later; `None` of a member whose instant
+/// lies between no two recorded ones.
+pub fn at_exposures(group: &Group, seconds: f64) -> Vec<Option<Vector3<f64>>> {
+    let mut positions = vec![None; group.members.len()];
+    let flights = flights(group);
+    let Some(interval) = interval(&flights) else { return positions };
+    for flight in &flights {
+        for &(time, k) in flight {
+            // The exposure at whose record the antenna was where it was at this one.
+            let sought = time - seconds;
+            let next = flight.partition_point(|(other, _)| *other < sought);
+            let (Some(&(after, b)), Some(&(before, a))) = (flight.get(next), flight.get(next.saturating_sub(1))) else {
+                continue;
+            };
+            let [a, b] = [a, b].map(|k| group.members[k].recorded);
+            if after == sought {
+                positions[k] = Some(b);
+            } else if before < sought && after - before < GAP * interval {
+                positions[k] = Some(a + (b - a) * ((sought - before) / (after - before)));
+            }
+        }
+    }
+    positions
+}
+
+/// The usual time between two images of a flight, s.
+fn interval(flights: &[Vec<(f64, usize)>]) -> Option<f64> {
+    let steps: Vec<f64> =
+        flights.iter().flat_map(|flight| flight.windows(2)).map(|pair| pair[1].0 - pair[0].0).collect();
+    if steps.is_empty() { None } else { Some(median(&steps)).filter(|step| *step > 0.0) }
+}
+
+/// From each recorded position of a flight to the next.
+fn steps<'a>(group: &'a Group, flight: &'a [(f64, usize)]) -> impl Iterator<Item = Vector3<f64>> + 'a {
+    flight.windows(2).map(|pair| group.members[pair[1].1].recorded - group.members[pair[0].1].recorded)
+}
+
+/// Times and members of each flight, by time.
+fn flights(group: &Group) -> Vec<Vec<(f64, usize)>> {
+    let mut flights: Vec<Vec<(f64, usize)>> = vec![Vec::new(); group.flights.len()];
+    let timed = |(k, member): (usize, &Member)| Some((member.flight, member.time?, k));
+    for (flight, time, k) in group.members.iter().enumerate().filter_map(timed) {
+        if let Some(rows) = flights.get_mut(flight).filter(|_| time.is_finite()) {
+            rows.push((time, k));
+        }
+    }
+    for rows in &mut flights {
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        rows.dedup_by(|next, own| next.0 == own.0);
+    }
+    flights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::survey::Subject;
+    use super::*;
+    use nalgebra::Matrix3;
+
+    /// Where a drone is that flies strips to and fro at 7 m/s, 36 s each, and turns in 12 s.
+    fn path(time: f64) -> Vector3<f64> {
+        let strip = (time / 48.0).floor();
+        let within = time - 48.0 * strip;
+        let (along, turn) = (7.0 * within.min(36.0), (within - 36.0).max(0.0) / 12.0);
+        let x = if strip as i64 % 2 == 0 { along } else { 252.0 - along };
+        Vector3::new(x, 20.0 * (strip + turn), 80.0 + (0.1 * time).sin())
+    }
+
+    fn flight(seconds: f64) -> Group {
+        let member = |k: usize| {
+            let time = 48.0 * (k / 12) as f64 + 3.0 * (k % 12) as f64;
+            Member {
+                name: k.to_string(),
+                recorded: path(time + seconds),
+                computed: Some(0.5 * path(time)),
+                covariance: Matrix3::zeros(),
+                flight: 0,
+                time: Some(time),
+            }
+        };
+        let members = (0..48).map(member).collect();
+        Group { subject: Subject::Gnss, sigma: [0.03, 0.05], members, flights: vec!["a".into()] }
+    }
+
+    fn as_recorded(group: &Group) -> Option<Aligned> {
+        let of = |own: &dyn Fn(&Member) -> Vector3<f64>| group.members.iter().map(own).collect::<Vec<_>>();
+        align(&of(&|member| member.computed.unwrap()), &of(&|member| member.recorded), group.sigma)
+    }
+
+    #[test]
+    fn clocks_that_differ_are_found_with_their_difference() {
+        for seconds in [5.0, -18.0, 11.3] {
+            let group = flight(seconds);
+            let found = best(&group, as_recorded(&group).as_ref()).expect("a difference");
+            assert!((found.seconds - seconds).abs() < 0.2, "{seconds}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_delay_of_the_receiver_and_images_without_times_are_left_alone() {
+        let group = flight(0.1);
+        assert_eq!(best(&group, as_recorded(&group).as_ref()), None);
+        let mut group = flight(5.0);
+        group.members.iter_mut().for_each(|member| member.time = None);
+        assert_eq!(best(&group, None), None);
+    }
+}

@@ -1,0 +1,119 @@
+//! Images whose measurements are shifted. A pose absorbs most of a crop, like a tilt; what it leaves tells the shift.
+
+use super::super::scene::Scene;
+use super::cause::Cause;
+use super::fitting;
+use super::network::{FEWEST_ROWS, FITS, Known, rows};
+use super::resect::{Resected, Row, resect};
+use super::words::{self, Fitting};
+use crate::camera::Camera;
+use crate::math::statistics::median;
+use crate::mistakes::{BEYOND, Mistake, price};
+
+/// A shift of the image below this is nothing that a person did, px: lenses and sensors wobble by less.
+const LEAST_SHIFT_PX: f64 = 10.0;
+/// Shares of single images beyond which a shift is no mistake of single images.
+pub const MOST_SHIFTED: f64 = 0.1;
+/// Median over standard deviation of a distance in two coordinates (Rayleigh's distribution): `sqrt(2 ln 2)`.
+const MEDIAN_OF_RAYLEIGH: f64 = 1.177_410_022_515_474_7;
+
+/// Images that fit the network, each with the shift that fits it best.
+pub fn shifted<'a>(scene: &'a Scene, known: &Known) -> Vec<Shifted<'a>> {
+    let good = (0..scene.views.len()).filter(|view| !known.bad[*view]);
+    good.filter_map(|view| Shifted::new(scene, known, view)).collect()
+}
+
+/// Cropped images: a shift of one image's measurements that is ten times as far beyond its standard deviation as those
+/// of the others are.
+pub fn cropped(scene: &Scene, shifted: &[Shifted<'_>], alpha: f64) -> Vec<Mistake> {
+    let usual = median(&shifted.iter().map(Shifted::normalised).collect::<Vec<_>>()).max(1.0);
+    let is_cropped = |shifted: &&Shifted<'_>| {
+        shifted.size() > LEAST_SHIFT_PX
+            && shifted.normalised() > BEYOND * usual
+            && shifted.drop > price(alpha, scene.views.len())
+    };
+    let found: Vec<&Shifted<'_>> = shifted.iter().filter(is_cropped).collect();
+    if found.len() as f64 > MOST_SHIFTED * shifted.len() as f64 {
+        return Vec::new();
+    }
+    found.into_iter().map(|shifted| shifted.mistake(scene)).collect()
+}
+
+/// An image with a shift of its measurements as an unknown.
+pub struct Shifted<'a> {
+    /// Its number.
+    pub view: usize,
+    camera: &'a Camera,
+    /// Added to measurements, px.
+    pub shift: [f64; 2],
+    /// Standard deviation of a coordinate of the shift, px.
+    pub sigma: f64,
+    /// Fall of the sum of squares.
+    pub drop: f64,
+    /// Measurements that fit, and all.
+    fit: [usize; 2],
+}
+
+impl<'a> Shifted<'a> {
+    /// `None` where the image has too few measurements, or they do not tell a shift.
+    fn new(scene: &'a Scene, known: &Known, view: usize) -> Option<Self> {
+        let (camera, rows) = seen(scene, known, view)?;
+        let pose = &scene.views[view].pose;
+        let without = resect(camera, &rows, pose, false, known.usual)?;
+        let with = resect(camera, &rows, pose, true, known.usual)?;
+        let drop = cost(camera, &rows, &without, known) - cost(camera, &rows, &with, known);
+        let fit = [fitting(camera, &rows, &with, FITS * known.usual), rows.len()];
+        let sigma = with.offset_sigma(camera, &rows, known.usual)?;
+        Some(Self { view, camera, shift: with.offset, sigma, drop, fit })
+    }
+
+    /// Length of the shift, px.
+    fn size(&self) -> f64 {
+        self.shift[0].hypot(self.shift[1])
+    }
+
+    /// The same in standard deviations.
+    fn normalised(&self) -> f64 {
+        self.size() / self.sigma
+    }
+
+    fn mistake(&self, scene: &Scene) -> Mistake {
+        let Self { camera, shift, fit, .. } = *self;
+        let found =
+            words::altered(&Fitting { image: &scene.views[self.view].name, camera, cause: Cause::Cropped, shift, fit });
+        found.sized(self.size(), Some(self.sigma), "px")
+    }
+}
+
+/// Measurements of an image of points that others know, where they are enough.
+pub fn seen<'a>(scene: &'a Scene, known: &Known, view: usize) -> Option<(&'a Camera, Vec<Row>)> {
+    let rows = rows(scene, known, view);
+    (rows.len() >= FEWEST_ROWS).then(|| (&scene.cameras[scene.views[view].camera], rows))
+}
+
+/// Sum of squared residuals in units of the usual error, each capped where a false match begins.
+pub fn cost(camera: &Camera, rows: &[Row], resected: &Resected, known: &Known) -> f64 {
+    let sigma = known.usual / MEDIAN_OF_RAYLEIGH;
+    rows.iter().map(|row| (resected.error(camera, row).min(FITS * known.usual) / sigma).powi(2)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::made_wrong::with;
+    use super::*;
+
+    const ALPHA: f64 = 0.001;
+
+    #[test]
+    fn a_cropped_image_is_found_with_its_shift() {
+        let (scene, known) = with(|[x, y]| [x - 40.0, y - 30.0], 0.0);
+        let found = cropped(&scene, &shifted(&scene, &known), ALPHA);
+        let [one] = &found[..] else { panic!("{found:?}") };
+        assert_eq!((one.kind.as_str(), &one.names[..]), ("offset", &["i7".to_string()][..]));
+        let size = one.value.expect("a size");
+        assert!((size - 50.0).abs() < 5.0, "{size}");
+
+        let (scene, known) = with(|xy| xy, 0.0);
+        assert_eq!(cropped(&scene, &shifted(&scene, &known), ALPHA), []);
+    }
+}
