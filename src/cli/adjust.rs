@@ -75,11 +75,11 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     }
     outliers.extend(set_aside);
     let named = blunders::named(block, &model, &options, &run);
-    let failure = failure(&run).map(|error| match &named {
-        // Solvers that disagree in a bent adjustment say nothing of solvers.
-        Some(named) if named.bent => Bent(named.text.clone()).into(),
-        _ => error,
-    });
+    let failure = match &named {
+        // Whether solvers agree in a bent adjustment is chance, and says nothing of it.
+        Some(named) if named.bent => Some(Bent(named.text.clone()).into()),
+        _ => failure(&run),
+    };
     if let (Some(named), None) = (&named, &failure) {
         console.message(&named.text);
     }
