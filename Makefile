@@ -43,8 +43,9 @@ test-cases: setup ## judge the labelled blocks of ../shared/cases (make test: si
 test-fresh: setup ## judge blocks drawn at random: SEEDS=1..40 (make test: four of them)
 	MISCLOSURE_FRESH=$(SEEDS) cargo test --release --test fresh -- --nocapture
 
-hit-rates: setup ## how often the diagnosis is right, by kind of block and size of effect, on seeds that nobody looked at: SEEDS=1001..1040
+hit-rates: setup ## how often the diagnosis is right, by kind of block and size of effect, on seeds that nobody looked at: SEEDS=1001..1040; and how many mistakes of people are named
 	MISCLOSURE_FRESH=$(or $(SEEDS),1001..1040) cargo test --release --test fresh improve_finds_what_nobody_chose -- --nocapture
+	cargo run --release --example mistake_rates -- $(or $(MISTAKE_SEEDS),1..3)
 
 test-blunders: setup ## blunders of every size at the worst places, on every preset (make test: a handful)
 	MISCLOSURE_BLUNDERS=all cargo test --release --test blunders -- --nocapture

@@ -1,0 +1,125 @@
+//! How many mistakes of people are named: `cargo run --release --example mistake_rates -- 1..3` makes each kind of
+//! mistake in blocks of all presets, seed by seed, and examines them as `check` does.
+//!
+//! The mistakes are made by rewriting files (`inject --mistake`), at the default of each kind and for each subject. The
+//! clean blocks are examined, too.
+
+use misclosure::adjust::Options;
+use misclosure::diagnose::screening;
+use misclosure::inject::{self, mistakes};
+use misclosure::io::block::{read_block, write_block};
+use misclosure::mistakes::Mistake;
+use misclosure::model::Model;
+use misclosure::scenario::{Scenario, SurveyNoise, add_survey_noise, simulate};
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::Path;
+
+const PRESETS: [&str; 4] = ["mapping", "dike", "corridor", "closerange"];
+/// Tie points of a block: an examination takes a second.
+const POINTS: f64 = 1000.0;
+/// As in `check`.
+const SIGNIFICANCE: f64 = 1e-3;
+/// Groups between which an offset or a unit shows: which of them is wrong, nobody knows.
+const SURVEYED: [&str; 3] = ["control", "check", "gnss"];
+
+/// What became of the blocks with one mistake.
+#[derive(Default)]
+struct Tally {
+    named: usize,
+    otherwise: BTreeMap<String, usize>,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut tallies: BTreeMap<(usize, String), Tally> = BTreeMap::new();
+    let mut clean = Tally::default();
+    for seed in seeds()? {
+        for preset in PRESETS {
+            let place = tempfile::tempdir()?;
+            let right = place.path().join("right");
+            write_block(&block(preset, seed)?, &right)?;
+            match screened(&right)?.first() {
+                None => clean.named += 1,
+                Some(found) => *clean.otherwise.entry(found.kind.clone()).or_default() += 1,
+            }
+            for (number, kind) in mistakes::registry().enumerate() {
+                for subject in kind.subjects() {
+                    let wrong = place.path().join("wrong");
+                    let made = made(kind, subject, &right, &wrong);
+                    let Some(made) = made else { continue };
+                    let tally = tallies.entry((number, subject.to_string())).or_default();
+                    match made {
+                        true => tally.add(kind.id(), subject, &screened(&wrong)?),
+                        false => *tally.otherwise.entry("refused by the reader".into()).or_default() += 1,
+                    }
+                }
+            }
+            eprintln!("{preset}, seed {seed}");
+        }
+    }
+    print(&tallies, &clean);
+    Ok(())
+}
+
+/// `1..3` or `7`; without an argument 1.
+fn seeds() -> Result<Vec<u64>, Box<dyn Error>> {
+    let text = std::env::args().nth(1).unwrap_or("1".into());
+    let (first, last) = text.split_once("..").unwrap_or((&text, &text));
+    Ok((first.parse()?..=last.parse()?).collect())
+}
+
+fn block(preset: &str, seed: u64) -> Result<misclosure::block::Block, Box<dyn Error>> {
+    let truth = simulate(&Scenario::preset(preset, &[("points".to_string(), POINTS)].into())?, seed)?.block;
+    let mut block = inject::apply(&truth, &truth, &[inject::parse("noise:px=0.3")?], seed)?.block;
+    add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: false }, seed);
+    Ok(block)
+}
+
+/// Makes a mistake in a copy; `None` where the block has nothing that it concerns, `false` where no reader takes it.
+fn made(kind: &mistakes::Kind, subject: &str, right: &Path, wrong: &Path) -> Option<bool> {
+    let _ = std::fs::remove_dir_all(wrong);
+    std::fs::create_dir(wrong).ok()?;
+    for file in mistakes::FILES.iter().filter(|file| right.join(file).exists()) {
+        std::fs::copy(right.join(file), wrong.join(file)).ok()?;
+    }
+    let has_subject = kind.parameters().iter().any(|parameter| parameter.name == "of");
+    let text = if has_subject { format!("{}:of={subject}", kind.id()) } else { kind.id().to_string() };
+    mistakes::make(wrong, &[mistakes::parse(&text).ok()?]).ok()?;
+    Some(read_block(wrong).is_ok())
+}
+
+fn screened(folder: &Path) -> Result<Vec<Mistake>, Box<dyn Error>> {
+    let block = read_block(folder)?.block.about_its_centre();
+    Ok(screening::mistakes(&block, &Model::default(), SIGNIFICANCE, &Options::default()))
+}
+
+impl Tally {
+    fn add(&mut self, kind: &str, subject: &str, found: &[Mistake]) {
+        let same = |own: &str| own == subject || (SURVEYED.contains(&own) && SURVEYED.contains(&subject));
+        if found.iter().any(|own| own.kind == kind && same(&own.subject)) {
+            self.named += 1;
+            return;
+        }
+        let said = found.first().map_or("nothing".into(), |own| format!("{} of {}", own.kind, own.subject));
+        *self.otherwise.entry(said).or_default() += 1;
+    }
+
+    fn all(&self) -> usize {
+        self.named + self.otherwise.values().sum::<usize>()
+    }
+
+    fn words(&self) -> String {
+        self.otherwise.iter().map(|(said, count)| format!("{count} {said}")).collect::<Vec<_>>().join(", ")
+    }
+}
+
+fn print(tallies: &BTreeMap<(usize, String), Tally>, clean: &Tally) {
+    println!("| mistake | of | named | otherwise |\n|---|---|---|---|");
+    for ((number, subject), tally) in tallies {
+        let id = mistakes::registry().nth(*number).map_or("", mistakes::Kind::id);
+        println!("| `{id}` | {subject} | {} of {} | {} |", tally.named, tally.all(), tally.words());
+    }
+    let (named, all) = tallies.values().fold((0, 0), |(named, all), own| (named + own.named, all + own.all()));
+    println!("\n{named} of {all} named with their kind and subject.");
+    println!("Of {} blocks without a mistake {} have none named. {}", clean.all(), clean.named, clean.words());
+}
