@@ -7,8 +7,9 @@ use misclosure::block::{Block, Role};
 use misclosure::camera::parameter_indices;
 use misclosure::effects::{self, Context, Descriptor, Effect, OutsideDomain, Stage};
 use misclosure::model::{Datum, EffectRef, EffectTerm, Model};
-use misclosure::problem::Problem;
+use misclosure::problem::{PointSource, Problem};
 use misclosure::scenario::{Scenario, add_noise, simulate};
+use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -169,9 +170,31 @@ fn coordinates_behind_the_camera_give_way_to_where_the_rays_meet() {
     let mut block = dike(&[("k1", 1.5e-9)], 0.0);
     let model = holding(&["dc"]);
     let cost = solve_both(&block, &model).solution().cost;
-    block.tie_points[7].position = Some(nalgebra::Vector3::new(0.0, 0.0, 1000.0));
+    block.tie_points[7].position = Some(Vector3::new(0.0, 0.0, 1000.0));
     let again = solve_both(&block, &model).solution().cost;
     assert!((again - cost).abs() < 1e-6 * cost.max(1.0), "{again} for {cost}");
+}
+
+#[test]
+fn coordinates_of_another_point_give_way_to_where_the_rays_meet() {
+    let mut block = dike(&[("k1", 1.5e-9)], 0.0);
+    let model = holding(&["dc"]);
+    let cost = solve_both(&block, &model).solution().cost;
+    let own = 7;
+    let given = block.tie_points[own].position.expect("given coordinates");
+    let seen: Vec<usize> =
+        block.ties.iter().filter(|row| row.point.index() == own).map(|row| row.image.index()).collect();
+    let in_front =
+        |point: &Vector3<f64>| seen.iter().all(|image| block.images[*image].pose.cam_from_world(point).z > 0.0);
+    let others = block.tie_points.iter().filter_map(|point| point.position).filter(in_front);
+    let distance = |point: &Vector3<f64>| (point - given).norm();
+    let farthest = others.max_by(|a, b| distance(a).total_cmp(&distance(b))).expect("another point");
+    block.tie_points[own].position = Some(farthest);
+    let run = solve_both(&block, &model);
+    assert!((run.solution().cost - cost).abs() < 1e-6 * cost.max(1.0), "{} for {cost}", run.solution().cost);
+    let place = run.problem.point_sources.iter().position(|source| *source == PointSource::Tie(own.into()));
+    let start = run.problem.start.points[place.expect("its place")];
+    assert!(distance(&start) < 0.1 * distance(&farthest), "{start} for {given}");
 }
 
 /// Adds the sum of its parameters, times a bend of its input that no camera has, to its first output, where `domain`
