@@ -5,6 +5,8 @@
 
 mod chain;
 mod eight;
+mod eight_rays;
+mod eight_rows;
 mod error;
 mod frame;
 mod interior_chain;
