@@ -9,7 +9,7 @@ use super::plugins::with_faults;
 use super::summary_text::{failure, warning};
 use super::{Answer, Console};
 use crate::adjust::Options;
-use crate::diagnose::handed_on::{HandedOn, adjust_handed_on};
+use crate::diagnose::handed_on::{HandedOn, Keep};
 use crate::diagnose::pictures::Shown;
 use crate::diagnose::run::{Diagnosed, diagnose};
 use crate::diagnose::settings::Settings;
@@ -18,7 +18,6 @@ use crate::report;
 use crate::run::summary::Summary;
 use crate::run::{self, folder, residual_rows};
 use anyhow::Context;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 /// Adjusts a block and says which physical effect is missing
@@ -58,7 +57,8 @@ struct Common {
     /// Probability with which an adequate block is told that something is missing
     #[arg(long, default_value_t = SIGNIFICANCE, value_name = "P")]
     significance: f64,
-    /// Error of points that you tolerate, mm: what is left is weighed against it instead of against the precision of the points
+    /// Acceptable point error (mm). Remaining misfit below it is reported as harmless; without it, misfit is compared with
+    /// the precision of the points
     #[arg(long, value_name = "MM")]
     tolerance_mm: Option<f64>,
     /// Estimate the weights of image measurements and of GNSS for each flight by itself
@@ -84,13 +84,6 @@ pub fn run_improve(arguments: &ImproveArguments, console: &Console, threads: usi
     drop(progress);
     let mended = (!mended.mended.is_empty()).then_some((copy.path(), &mended));
     execute(&arguments.common, console, threads, Keep::Improved, mended)
-}
-
-/// The model that a run hands on. What is missing is found in the same way for both: whether what is left has a name shows only when it is tried.
-#[derive(Clone, Copy, PartialEq)]
-enum Keep {
-    Base,
-    Improved,
 }
 
 fn execute(
@@ -139,31 +132,14 @@ fn execute(
     outliers.extend(diagnosed.outliers.rows(&whole));
     // Of a large block one copy is enough.
     drop(whole);
-    let block = &diagnosed.block;
-    let ended = match keep {
-        Keep::Base => &diagnosed.improvement.base,
-        Keep::Improved => &diagnosed.improvement.fit,
-    };
-    tell("adjusting the final model with both solvers");
-    let solvers = arguments.model.solvers();
-    // The models on the way decide nothing any more: the ledger keeps what the native solver found.
-    let HandedOn { model: final_model, mut run, held } =
-        adjust_handed_on(block, ended, &solvers, &options, &mut |_, _| ControlFlow::Continue(()))
-            .map_err(|error| with_faults(error.into(), effects(), block))?;
+    let tolerance_m = arguments.tolerance_mm.map(|mm| 1e-3 * mm);
+    let HandedOn { model: final_model, run, held } = diagnosed
+        .hand_on(keep, &arguments.model.solvers(), tolerance_m, &settings)
+        .map_err(|error| with_faults(error.into(), effects(), &diagnosed.block))?;
     if let Some(held) = held {
         console.message(&held);
     }
-    let ledger = &mut diagnosed.diagnosis.ledger;
-    let row = match keep {
-        Keep::Base => ledger.first_mut(),
-        Keep::Improved => ledger.last_mut(),
-    };
-    if let Some(row) = row {
-        row.solvers_agree = run.agreement.as_ref().map(|agreement| agreement.agree);
-        row.one_derivation =
-            run.agreement.as_ref().map(|agreement| agreement.one_derivation.clone()).unwrap_or_default();
-    }
-    run.mistakes.clone_from(&diagnosed.diagnosis.mistakes);
+    let block = &diagnosed.block;
     drop(progress);
     arguments.model.doubts(block, &run, console);
     if let Some(why) = run.why_not_compared(block) {
@@ -173,7 +149,6 @@ fn execute(
     if !idle.is_empty() {
         console.message(&format!("{} images have too few measurements to take part: {}", idle.len(), idle.join(", ")));
     }
-    diagnosed.diagnosis.weigh(run.point_sigma_m(), arguments.tolerance_mm.map(|mm| 1e-3 * mm));
     let Diagnosed { block, diagnosis, improvement, before, after, .. } = &diagnosed;
     output.write(&folder::FILES, folder::SUMMARY, |dir| {
         let before = (!diagnosis.recommended.is_empty()).then_some(before);

@@ -44,7 +44,7 @@ pub fn text(diagnosis: &Diagnosis) -> String {
         }
     }
     if !diagnosis.left.is_empty() {
-        text += "\nLeft:\n";
+        text += "\nUnexplained residual patterns:\n";
     }
     for sentence in &diagnosis.left {
         text += &format!("  - {sentence}\n");

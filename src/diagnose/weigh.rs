@@ -17,12 +17,12 @@ fn sentence(diagnosis: &Diagnosis, precision_m: f64, tolerance_m: Option<f64>) -
     let left = diagnosis.verdict == Verdict::Mistake && !diagnosis.left.is_empty();
     if diagnosis.verdict != Verdict::Unexplained && !left {
         let nothing = match diagnosis.verdict {
-            Verdict::Mistake => "Beside the mistakes nothing is left over that this block shows",
-            _ => "Nothing is left over that this block shows",
+            Verdict::Mistake => "Beside the mistakes, no significant misfit remains",
+            _ => "No significant misfit remains",
         };
-        // What points are known to means nothing in a system that a mistake may have moved.
+        // A standard deviation means nothing in a system that a mistake may have moved.
         return if known && diagnosis.verdict != Verdict::Mistake {
-            format!("{nothing}; points are known to {} mm.", millimetres(precision_m))
+            format!("{nothing}. Points have a typical standard deviation of {} mm.", millimetres(precision_m))
         } else {
             format!("{nothing}.")
         };
@@ -33,7 +33,7 @@ fn sentence(diagnosis: &Diagnosis, precision_m: f64, tolerance_m: Option<f64>) -
         .filter_map(|shape| Some((shape, shape.impact.as_ref()?)))
         .max_by(|(_, a), (_, b)| a.rms_m.total_cmp(&b.rms_m));
     let Some((shape, Impact { rms_m, height_m, .. })) = largest else {
-        return "What is left over is no smooth pattern on the sensor: what it does to the points cannot be computed."
+        return "The remaining misfit is no smooth pattern on the sensor, so its effect on the points cannot be computed."
             .into();
     };
     let beside = match known {
@@ -43,7 +43,7 @@ fn sentence(diagnosis: &Diagnosis, precision_m: f64, tolerance_m: Option<f64>) -
         false => String::new(),
     };
     let what = format!(
-        "Left over: a pattern on the sensor of {:.3} px (as the field {}); it moves points by {} mm ({} mm in height){beside}",
+        "Unexplained: a pattern on the sensor of {:.3} px (described by {}). It moves points by {} mm ({} mm in height){beside}",
         shape.size_px,
         shape.field,
         millimetres(*rms_m),
@@ -51,12 +51,12 @@ fn sentence(diagnosis: &Diagnosis, precision_m: f64, tolerance_m: Option<f64>) -
     );
     match tolerance_m {
         Some(tolerance) if *rms_m <= tolerance => {
-            format!("{what}; within the {} mm that you tolerate.", millimetres(tolerance))
+            format!("{what}; within your tolerance of {} mm.", millimetres(tolerance))
         }
-        Some(tolerance) => format!("{what}; more than the {} mm that you tolerate.", millimetres(tolerance)),
+        Some(tolerance) => format!("{what}; above your tolerance of {} mm.", millimetres(tolerance)),
         None if !known => format!("{what}."),
-        None if *rms_m <= precision_m => format!("{what}: the points are hardly worse for it."),
-        None => format!("{what}: it matters more than the noise."),
+        None if *rms_m <= precision_m => format!("{what}: less than the noise of the measurements."),
+        None => format!("{what}: more than the noise of the measurements."),
     }
 }
 
@@ -88,7 +88,7 @@ mod tests {
         let mut diagnosis = unexplained("[]");
         diagnosis.verdict = Verdict::Adequate;
         diagnosis.weigh(f64::NAN, None);
-        assert_eq!(diagnosis.weight.unwrap().sentence, "Nothing is left over that this block shows.");
+        assert_eq!(diagnosis.weight.unwrap().sentence, "No significant misfit remains.");
     }
 
     #[test]
@@ -101,10 +101,13 @@ mod tests {
             diagnosis.weight.as_ref().expect("a weight").sentence.clone()
         };
         let small = sentence(0.003, None);
-        assert!(small.contains("0.30 mm (0.20 mm in height), 0.10 times") && small.contains("hardly worse"), "{small}");
-        assert!(sentence(0.0001, None).contains("matters more than the noise"));
-        assert!(sentence(0.003, Some(0.0001)).contains("more than the 0.10 mm that you tolerate"));
-        assert!(sentence(0.0001, Some(0.001)).contains("within the 1.0 mm that you tolerate"));
+        assert!(
+            small.contains("0.30 mm (0.20 mm in height), 0.10 times") && small.contains("less than the noise"),
+            "{small}"
+        );
+        assert!(sentence(0.0001, None).contains("more than the noise"));
+        assert!(sentence(0.003, Some(0.0001)).contains("above your tolerance of 0.10 mm"));
+        assert!(sentence(0.0001, Some(0.001)).contains("within your tolerance of 1.0 mm"));
     }
 
     #[test]

@@ -74,8 +74,7 @@ impl Step<'_> {
             Some(_) => Vec::new(),
         };
         source.judge(&mut look.diagnosis, lost);
-        handed_on.run.mistakes.clone_from(&look.diagnosis.mistakes);
-        look.diagnosis.weigh(handed_on.run.point_sigma_m(), None);
+        look.diagnosis.complete(&mut handed_on.run, None);
         lab.tell(Event::told(id, "writing", "writing the folder of the run"));
         let saved = self.saved(figures, &source, &changed, &look.diagnosis, &handed_on);
         lab.setup.folder.add(id, &saved, |dir| self.write(dir, &source, &changed, &look, &handed_on))?;
@@ -110,9 +109,7 @@ impl Step<'_> {
     fn enter_ledger(&self, ledger: &mut Vec<LedgerRow>, diagnosis: &mut Diagnosis, handed_on: &HandedOn) {
         if let Some(mut row) = diagnosis.ledger.pop() {
             row.step = ledger.len();
-            row.solvers_agree = handed_on.run.agreement.as_ref().map(|agreement| agreement.agree);
-            let found = handed_on.run.agreement.as_ref();
-            row.one_derivation = found.map(|agreement| agreement.one_derivation.clone()).unwrap_or_default();
+            row.adjusted_by_both(&handed_on.run);
             if self.parent.is_some() && !matches!(self.change, Change::Add { .. } | Change::Remove { .. }) {
                 row.added = Some(format!("({})", self.change.words()));
                 row.p_value = NO_TEST;

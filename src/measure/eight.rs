@@ -11,8 +11,8 @@ use super::rays::Rays;
 use super::through::{IMAGE_INPUTS, add_by_place, point_through_image, point_through_ray, through_image, through_ray};
 use crate::effects::answer::{Answer, Inputs};
 use crate::effects::{IMAGE_INTERIOR, Stage};
-use crate::math::{Several, Wide};
 use crate::math::lane::{LANES, Lane};
+use crate::math::{Several, Wide};
 use crate::problem::{ImageObservation, Problem};
 use pulp::{Simd, WithSimd};
 

@@ -9,14 +9,14 @@ use crate::mistakes::Mistake;
 pub fn verdict_sentence(diagnosis: &Diagnosis) -> String {
     let names = |ids: &[String]| ids.iter().map(|id| with_partners(diagnosis, id)).collect::<Vec<_>>().join("; and ");
     match diagnosis.verdict {
-        Verdict::Adequate => "adequate: nothing significant is left.".into(),
+        Verdict::Adequate => "adequate: no significant misfit remains.".into(),
         Verdict::Missing => format!("missing: {}.", names(&diagnosis.recommended)),
         Verdict::Mistake => mistake_sentence(diagnosis, &names(&diagnosis.recommended)),
         Verdict::Unexplained if diagnosis.recommended.is_empty() => {
-            "unexplained: something significant is left that no effect of the catalogue explains.".into()
+            "unexplained: residual patterns remain that no effect of the catalogue explains.".into()
         }
         Verdict::Unexplained => {
-            format!("unexplained: {} was added, but something significant is left.", names(&diagnosis.recommended))
+            format!("unexplained: {} is included, but residual patterns remain.", names(&diagnosis.recommended))
         }
     }
 }
@@ -29,8 +29,10 @@ fn mistake_sentence(diagnosis: &Diagnosis, beside: &str) -> String {
     };
     match (diagnosis.recommended.is_empty(), diagnosis.left.is_empty()) {
         (true, true) => format!("mistake: {what}."),
-        (false, true) => format!("mistake: {what}. Beside it is missing: {beside}."),
-        (_, false) => format!("mistake: {what}. Beside it something is left that no effect of the catalogue explains."),
+        (false, true) => format!("mistake: {what}. Also missing: {beside}."),
+        (_, false) => {
+            format!("mistake: {what}. Residual patterns remain, too, that no effect of the catalogue explains.")
+        }
     }
 }
 

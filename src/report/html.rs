@@ -21,9 +21,9 @@ fn class(verdict: Verdict) -> &'static str {
 /// Sign and words: the box is understood without its colour.
 fn heading(verdict: Verdict) -> &'static str {
     match verdict {
-        Verdict::Adequate => "✓ Adequate: nothing significant is left",
-        Verdict::Missing => "! Missing: effects of the catalogue explain what was left over",
-        Verdict::Unexplained => "? Unexplained: structure is left that no effect of the catalogue explains",
+        Verdict::Adequate => "✓ Adequate: no significant misfit remains",
+        Verdict::Missing => "! Missing: effects of the catalogue explain the misfit",
+        Verdict::Unexplained => "? Unexplained: residual patterns remain that no effect of the catalogue explains",
         Verdict::Mistake => "✗ Mistake: something is recorded wrongly",
     }
 }

@@ -47,18 +47,15 @@ pub fn sentences(found: &FoundEntry) -> Vec<String> {
         size += &format!(" {}.", moved(impact));
     }
     size += &format!(
-        " In the images it is {} px (RMS over all coordinates, what the other unknowns absorb left out).",
+        " In the images it is {} px (RMS over all image coordinates, after the part that camera and poses absorb).",
         significant(found.size_px, 2)
     );
     sentences.push(size);
-    sentences.push(format!(
-        "How sure: beside everything else in the model, chance alone would show as much with p = {}.",
-        probability(found)
-    ));
+    sentences.push(format!("Significance, conditional on the rest of the model: p = {}.", probability(found)));
     let tell = words.map_or(String::new(), |words| format!(" To tell: {}.", words.tell));
     sentences.push(match found.inseparable_from.as_slice() {
-        [] => format!("Nothing else of the catalogue looks like it in this block.{tell}"),
-        others => format!("It could also be {}: this block cannot tell.{tell}", others.join(", ")),
+        [] => format!("No other effect of the catalogue looks like it in this block.{tell}"),
+        others => format!("This block cannot tell it from {}.{tell}", others.join(", ")),
     });
     sentences.extend(words.map(|words| format!("What to do: {}", words.remedy)));
     sentences
@@ -92,7 +89,7 @@ fn id(found: &FoundEntry) -> String {
 fn picture(page: &mut Page, run: &RunFolder, found: &FoundEntry) {
     let rows: Vec<&FoundRow> = run.found.iter().filter(|row| row.effect == found.effect).collect();
     let caption =
-        "Residuals with everything as in the final model, without the effect and with it: what the model took out.";
+        "Residuals of the final model, with the effect and without it: their difference is the size of the effect.";
     match rows.first() {
         None => {}
         Some(first) if first.y.is_some() => sensor_picture(page, run, found, &rows, caption),
