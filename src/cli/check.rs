@@ -13,7 +13,7 @@ use crate::report::tables::Table;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// Validates a block and prints what is in it
+/// Validates a block, searches it for mistakes, and prints its contents
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   misclosure check dike           what is in the block, or what is wrong with it and where

@@ -20,7 +20,7 @@ use crate::run::{self, folder, residual_rows};
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 
-/// Adjusts a block and says which physical effect is missing
+/// Adjusts a block and names the physical effect that the model lacks
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   misclosure diagnose block -o run                       everything free, control and GNSS as they are
@@ -31,10 +31,10 @@ pub struct DiagnoseArguments {
     common: Common,
 }
 
-/// Diagnoses, adds what is missing and adjusts again, until nothing significant is left
+/// Diagnoses, adds missing effects and adjusts again, until no significant misfit remains
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  misclosure improve block -o run                        the whole loop; open run/report.html
+  misclosure improve block -o run                        the whole loop; then open run/report.html
   misclosure improve block -o run --json | jq .ledger    the steps and their figures
   misclosure improve block -o run --mend                 undo the mistakes that can be undone first (as mend)
   misclosure adjust block -o again --model run/model.toml   the improved model once more")]
@@ -54,7 +54,7 @@ struct Common {
     /// Folder of the run
     #[arg(short, long, value_name = "RUN")]
     output: PathBuf,
-    /// Probability with which an adequate block is told that something is missing
+    /// Significance level: the probability that a block without any misfit gets a finding
     #[arg(long, default_value_t = SIGNIFICANCE, value_name = "P")]
     significance: f64,
     /// Acceptable point error (mm). Remaining misfit below it is reported as harmless; without it, misfit is compared with

@@ -21,14 +21,14 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Probability with which an adequate block is told that something is missing.
+/// Significance level: the probability that a block without any misfit gets a finding.
 const SIGNIFICANCE: f64 = 0.001;
 /// In the folder of the laboratory: leads a browser to the address.
 const OPENING: &str = "open.html";
 /// Errors of a simulated block until others are chosen.
 const FIRST_ERRORS: [&str; 1] = ["noise:px=0.3"];
 
-/// Opens the laboratory: see where a model fails, add what is missing, watch the error fall, step back
+/// Opens the laboratory, a local web page: see where a model fails, add effects, watch the error fall
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   misclosure lab block                       opens a page in the browser; every step is kept in block.lab
@@ -63,7 +63,7 @@ pub struct Arguments {
     /// Seed of a simulated block
     #[arg(long, default_value_t = 1, requires = "simulate")]
     seed: u64,
-    /// Probability with which an adequate block is told that something is missing
+    /// Significance level: the probability that a block without any misfit gets a finding
     #[arg(long, default_value_t = SIGNIFICANCE, value_name = "P")]
     significance: f64,
     #[command(flatten)]

@@ -8,7 +8,7 @@ use crate::mistakes::Mistake;
 use crate::model::Model;
 use std::path::Path;
 
-/// Probability with which an adequate block is told that something is missing, or wrong.
+/// Significance level: the probability that a block without any misfit or mistake gets a finding.
 pub const SIGNIFICANCE: f64 = 0.001;
 
 /// Mistakes in a block that was read.

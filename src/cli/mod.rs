@@ -41,7 +41,7 @@ use clap::{Args, Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Finds out why an adjustment of images does not meet its measurements.
+/// Finds why a photogrammetric adjustment does not fit its measurements.
 #[derive(Debug, Parser)]
 #[command(name = "misclosure", version, max_term_width = 120, arg_required_else_help = true)]
 #[command(after_help = "Exit codes: 0 done; 1 any other failure; 2 bad usage or bad input; 3 the adjustment failed \

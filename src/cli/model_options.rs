@@ -39,7 +39,7 @@ pub struct ModelOptions {
     /// Effect to add, with start values where the nominal ones do not serve (repeatable; see `misclosure effects`)
     #[arg(long, value_name = "EFFECT[:param=start,...]")]
     pub add: Vec<String>,
-    /// Solver; `both` holds them against each other and ends with code 4 when they disagree
+    /// Solver; `both` compares the two and ends with code 4 where they disagree
     #[arg(long, value_enum, default_value_t)]
     pub solver: SolverChoice,
     /// Shared library of an effect, to be named with --add or in --model (repeatable)
@@ -51,7 +51,7 @@ pub struct ModelOptions {
     /// Robust loss on image measurements [default: none]
     #[arg(long)]
     pub loss: Option<Loss>,
-    /// What becomes of measurements that stand alone [default: none for adjust, which names them; snoop for diagnose and improve]
+    /// Treatment of outliers [default: none for adjust, which names them; snoop for diagnose and improve]
     #[arg(long, value_enum)]
     pub outliers: Option<Treatment>,
     /// Start from half to twice the focal length, and go on from the best: where its start value is in doubt. Where most tie
@@ -66,12 +66,12 @@ pub struct ModelOptions {
 /// Which solvers adjust.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum SolverChoice {
-    /// Both, held against each other.
+    /// Both; results are compared.
     #[default]
     Both,
-    /// Ceres alone.
+    /// Ceres with SuiteSparse.
     Ceres,
-    /// The native one alone.
+    /// The native solver.
     Native,
 }
 
@@ -86,14 +86,14 @@ impl SolverChoice {
     }
 }
 
-/// What becomes of measurements that stand alone.
+/// Treatment of outliers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Treatment {
-    /// Data snooping sets them aside, one by one.
+    /// Data snooping sets outliers aside, one by one.
     Snoop,
-    /// Huber's loss takes their weight (as --loss huber).
+    /// Huber's loss reduces their weight (as --loss huber).
     Huber,
-    /// They stay as they are.
+    /// Outliers stay in the adjustment.
     None,
 }
 

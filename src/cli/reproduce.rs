@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-/// Repeats a published study: every table and figure beside ours
+/// Repeats a published study and prints its tables and figures beside the published ones
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   misclosure reproduce calibration-error -o study                    everything

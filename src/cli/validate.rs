@@ -15,7 +15,7 @@ use crate::validate::{judge, suite};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Certified problems: our solvers, or anybody's result
+/// Checks the solvers, or the result of any program, on problems with a certified solution
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   misclosure validate                     both solvers on every problem
