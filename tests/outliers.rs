@@ -4,11 +4,11 @@ mod common;
 
 use misclosure::adjust::{CovarianceOf, Options};
 use misclosure::block::{Block, ImageId, PointId};
-use misclosure::diagnose::outliers::{self, Outliers, Round, Snooping, Solved, Strictness};
 use misclosure::model::{Datum, Model};
 use misclosure::problem::{MeasurementKind, Problem, State};
 use misclosure::run::RunError;
 use misclosure::scenario::add_noise;
+use misclosure::snooping::{self, Outliers, Round, Snooping, Solved, Strictness};
 use std::collections::BTreeSet;
 
 /// px.
@@ -49,7 +49,7 @@ fn search(block: &Block, strictness: Strictness) -> Outliers {
         let state = run.solution().state.clone();
         Ok((run.problem, state))
     };
-    outliers::find(block, outliers::SnoopingOptions { strictness, ..Default::default() }, refit).unwrap()
+    snooping::find(block, snooping::SnoopingOptions { strictness, ..Default::default() }, refit).unwrap()
 }
 
 fn rays(block: &Block) -> Vec<usize> {
@@ -275,7 +275,7 @@ fn a_local_flaw_of_the_sensor_stays() {
 #[test]
 fn the_block_without_them_has_all_the_rest() {
     let block = block("mapping", 300.0, 1);
-    let one = outliers::Rejected {
+    let one = snooping::Rejected {
         kind: MeasurementKind::Tie,
         measurement: 7,
         image: ImageId(0),

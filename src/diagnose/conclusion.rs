@@ -1,7 +1,7 @@
 //! What a diagnosis comes to: its verdict, and everything that stands beside it.
 
 use super::entries;
-use super::fit::DiagnoseError;
+use super::error::DiagnoseError;
 use super::imprecise;
 use super::improvement::Improvement;
 use super::ledger::{Change, Step};

@@ -1,10 +1,10 @@
 //! The model that a diagnosis hands on, adjusted with both solvers.
 
-use super::fit::Fit;
 use super::models::with_search_held;
 use crate::adjust::{Options, Solver};
 use crate::block::Block;
 use crate::model::Model;
+use crate::run::fit::Fit;
 use crate::run::{self, Progress, Run, RunError};
 
 /// A model that is handed on, adjusted to the last digit by `solvers`.

@@ -3,7 +3,7 @@
 
 use super::added::Added;
 use super::competition::{Competition, Expected};
-use super::fit::{DiagnoseError, Fit, fit};
+use super::error::DiagnoseError;
 use super::heldout::held_out_px;
 use super::hypothesis::Prices;
 use super::ledger::{Change, Confirmation, Step};
@@ -19,6 +19,7 @@ use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Solver};
 use crate::block::Block;
 use crate::math::statistics::chi_square_ln_sf;
 use crate::run::distortion_centre;
+use crate::run::fit::{Fit, fit};
 use std::ops::ControlFlow;
 
 /// Weights after a step.

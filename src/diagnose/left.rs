@@ -2,7 +2,7 @@
 
 use super::catalogue;
 use super::check_points;
-use super::fit::{DiagnoseError, Fit};
+use super::error::DiagnoseError;
 use super::improvement::Improvement;
 use super::linearised::{Linearised, Questions, with_candidates};
 use super::select::Judged;
@@ -10,6 +10,7 @@ use super::settings::Settings;
 use super::structure::{self, Structure};
 use crate::adjust::native::null_model::{Columns, measurements_at};
 use crate::block::Block;
+use crate::run::fit::Fit;
 
 /// Unexplained structure.
 pub struct Left {

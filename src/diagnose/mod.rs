@@ -9,7 +9,7 @@
 //!   its way and its ledger.
 //! - [`settle`] fits without outliers; [`run`] is a whole diagnosis; [`look`]: one model as it stands, without the
 //!   descent.
-//! - [`structure`]: structure of the residuals, whatever its cause; [`outliers`]: data snooping.
+//! - [`structure`]: structure of the residuals, whatever its cause.
 //! - [`screening`]: mistakes that people made, before anything else; they are left out.
 //! - [`check_points`]: height errors of check points against what the block's own errors allow.
 //! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
@@ -23,7 +23,7 @@ mod conclusion;
 mod descent;
 mod domain;
 mod entries;
-pub mod fit;
+pub mod error;
 pub mod handed_on;
 pub mod heldout;
 pub mod hypothesis;
@@ -36,11 +36,8 @@ pub mod left;
 pub mod linearised;
 pub mod look;
 pub mod models;
-mod neighbours;
 pub mod objective;
-pub mod outliers;
 pub mod pictures;
-mod pinned;
 pub mod priors;
 mod probability;
 pub mod refit;

@@ -1,10 +1,10 @@
 //! What the structure of the residuals showed, as rows of the run folder, before and after effects were added.
 
-use super::fit::Fit;
 use super::shown::marks;
 use super::structure::{Pictures, Structure};
 use crate::block::Block;
 use crate::measure::MeasureError;
+use crate::run::fit::Fit;
 use crate::run::folder::{self, BASE, FINAL, FoundRow, ImageScaleRow, ProfileRow, SensorRow, WITH, WITHOUT};
 
 /// What the pictures of a diagnosis are drawn from.

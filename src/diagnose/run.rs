@@ -3,12 +3,11 @@
 use super::added::Added;
 use super::check_points;
 use super::conclusion::diagnosis;
-use super::fit::{DiagnoseError, Fit, fit};
+use super::error::DiagnoseError;
 use super::improvement::Improvement;
 use super::knowledge::with_known;
 use super::left;
 use super::linearised::{Linearised, linearise};
-use super::outliers::{Outliers, Snooping, Strictness};
 use super::priors::with_priors;
 use super::screening;
 use super::search::SAME;
@@ -24,6 +23,8 @@ use crate::math::statistics::chi_square_quantile;
 use crate::mistakes::Mistake;
 use crate::model::Model;
 use crate::run::RunError;
+use crate::run::fit::{Fit, fit};
+use crate::snooping::{Outliers, Snooping, Strictness};
 
 /// Rounds of the weights: the second changes a factor by the square of what the first changed it.
 const WEIGHT_ROUNDS: usize = 3;

@@ -18,7 +18,7 @@ enum May {
 }
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
-const TABLE: [(&str, May); 28] = [
+const TABLE: [(&str, May); 29] = [
     ("files", May::Only(&[])),
     ("math", May::Only(&[])),
     ("score", May::Only(&["math"])),
@@ -46,15 +46,19 @@ const TABLE: [(&str, May); 28] = [
         ]),
     ),
     (
+        "snooping",
+        May::Only(&["math", "score", "camera", "block", "model", "problem", "measure", "adjust", "evaluate", "run"]),
+    ),
+    (
         "diagnose",
         May::Only(&[
             "math", "score", "geodesy", "camera", "block", "effects", "model", "problem", "measure", "adjust",
-            "evaluate", "mistakes", "run",
+            "evaluate", "mistakes", "run", "snooping",
         ]),
     ),
     ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "validate", "lab", "cli"])),
-    ("study", May::AllBut(&["diagnose", "validate", "lab", "cli"])),
-    ("validate", May::AllBut(&["diagnose", "kit", "report", "study", "lab", "cli"])),
+    ("study", May::AllBut(&["snooping", "diagnose", "validate", "lab", "cli"])),
+    ("validate", May::AllBut(&["snooping", "diagnose", "kit", "report", "study", "lab", "cli"])),
     ("book", May::Only(&[])),
     ("memory", May::Only(&["adjust"])),
     ("lab", May::AllBut(&["study", "validate", "cli"])),

@@ -25,7 +25,7 @@ pub mod patterns;
 pub mod propagation;
 mod sentence;
 
-use super::fit::{DiagnoseError, Fit};
+use super::error::DiagnoseError;
 use super::settings::Settings;
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{NullModel, SharedBase};
@@ -35,6 +35,7 @@ use crate::math::statistics::{f_ln_sf, f_quantile};
 use crate::model::{Loss, Model, TieWeights};
 use crate::problem::{Problem, State};
 use crate::run;
+use crate::run::fit::Fit;
 use crate::score::variance_factor;
 use nalgebra::{DMatrix, DVector, Vector3};
 use patterns::{COEFFICIENTS, DOME, PLANE, Patterns};

@@ -1,6 +1,6 @@
 //! Design effects: by how much measurements that err together, in an image or about a point, make an estimate less sure than it says.
 
-use super::super::fit::DiagnoseError;
+use super::super::error::DiagnoseError;
 use super::super::select::{Known, Nature, Set};
 use super::super::settings::Settings;
 use super::Linearised;

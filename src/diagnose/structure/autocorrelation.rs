@@ -9,7 +9,7 @@
 use super::asked::Tested;
 use super::context::Context;
 use super::found::Found;
-use crate::diagnose::neighbours::Neighbours;
+use crate::block::neighbours::Neighbours;
 use crate::math::statistics::{normal_ln_sf, normal_sf};
 use nalgebra::{Matrix2x6, Matrix6};
 use rayon::prelude::*;

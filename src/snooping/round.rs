@@ -153,10 +153,10 @@ impl Alone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::outliers::{Kept, Solved};
     use crate::model::Model;
     use crate::problem::Problem;
     use crate::scenario::{Scenario, add_noise, simulate};
+    use crate::snooping::{Kept, Solved};
     use std::collections::BTreeMap;
 
     /// px.

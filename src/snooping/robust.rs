@@ -5,10 +5,10 @@ use super::majority::start_where_most_rays_meet;
 use super::{Outliers, SIGNIFICANCE, Snooping, Solved, Strictness};
 use crate::adjust::{AdjustError, Options};
 use crate::block::Block;
-use crate::diagnose::fit::{Fit, solve};
 use crate::model::{Loss, Model};
 use crate::problem::Problem;
 use crate::run::RunError;
+use crate::run::fit::{Fit, solve};
 
 /// A fit that single measurements cannot bend: with Cauchy's loss, from where most rays of each point meet; where the camera is not determined even so,
 /// it is held at its start values. `near`: an earlier fit of the same images, to start from.

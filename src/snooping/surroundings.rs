@@ -2,7 +2,7 @@
 
 use super::point::{Intersected, SeenPoint};
 use super::sight::Sight;
-use crate::diagnose::neighbours::Neighbours;
+use crate::block::neighbours::Neighbours;
 use crate::math::statistics::median;
 use nalgebra::{Matrix2, Vector2};
 use rayon::prelude::*;

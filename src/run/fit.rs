@@ -1,14 +1,12 @@
-//! Fits of the diagnosis: by the native solver, as far as decisions see.
+//! A quick fit: by the native solver alone, as exact as decisions need.
 
-use super::pinned;
+use super::{RunError, pinned};
 use crate::adjust::native::Native;
 use crate::adjust::native::null_model::SharedBase;
 use crate::adjust::{AdjustError, CovarianceOf, Options, Solution, Solver};
 use crate::block::Block;
-use crate::measure::MeasureError;
 use crate::model::Model;
-use crate::problem::{Problem, ProblemError};
-use crate::run::RunError;
+use crate::problem::Problem;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
@@ -48,7 +46,7 @@ const IDLE_STEPS: usize = 4;
 pub const FEW_ITERATIONS: usize = 10;
 
 /// Options of a fit that decides.
-pub(super) fn deciding(options: &Options) -> Options {
+fn deciding(options: &Options) -> Options {
     Options {
         chi_square_change: options.chi_square_change.max(CHI_SQUARE_CHANGE),
         idle_steps: Some(IDLE_STEPS),
@@ -118,32 +116,6 @@ fn hold_search(model: &Model, problem: &Problem, effects: &BTreeSet<u32>) -> (Mo
         }
     }
     (model, problem)
-}
-
-/// Why a diagnosis failed.
-#[derive(Debug, thiserror::Error)]
-pub enum DiagnoseError {
-    /// A fit failed.
-    #[error(transparent)]
-    Run(#[from] RunError),
-}
-
-impl From<AdjustError> for DiagnoseError {
-    fn from(error: AdjustError) -> Self {
-        Self::Run(error.into())
-    }
-}
-
-impl From<MeasureError> for DiagnoseError {
-    fn from(error: MeasureError) -> Self {
-        AdjustError::from(error).into()
-    }
-}
-
-impl From<ProblemError> for DiagnoseError {
-    fn from(error: ProblemError) -> Self {
-        Self::Run(error.into())
-    }
 }
 
 #[cfg(test)]
