@@ -65,10 +65,11 @@
 //! | [`mistakes`] | surveyed groups against the shape that images give | math, evaluate |
 //! | [`run`] | one adjustment from end to end, and its folder | all of the above but scenario, inject and kit |
 //! | [`snooping`] | data snooping: blunders, and robust fits to find them at | math, score, camera, block, model, problem, measure, adjust, evaluate, run |
-//! | [`diagnose`] | which effect is missing | math, score, geodesy, camera, block, effects, model, problem, measure, adjust, evaluate, mistakes, run, snooping |
+//! | [`residuals`] | structure of the residuals, check points, and their pictures | math, score, camera, block, model, problem, measure, adjust, evaluate, run |
+//! | [`diagnose`] | which effect is missing | math, score, geodesy, camera, block, effects, model, problem, measure, adjust, evaluate, mistakes, run, snooping, residuals |
 //! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, kit, study, validate, lab |
-//! | [`study`] | the repetition of the study that this began with | all but snooping, diagnose, validate, lab |
-//! | [`validate`] | problems with certified answers | all but snooping, diagnose, kit, report, study, lab |
+//! | [`study`] | the repetition of the study that this began with | all but snooping, residuals, diagnose, validate, lab |
+//! | [`validate`] | problems with certified answers | all but snooping, residuals, diagnose, kit, report, study, lab |
 //! | [`book`] | the pages of `docs/` as chapters | nothing |
 //! | `lab` | the laboratory, a page of this machine (feature `lab`) | all but study, validate |
 //!
@@ -111,6 +112,8 @@ pub mod mistakes;
 pub mod run;
 
 pub mod snooping;
+
+pub mod residuals;
 
 pub mod diagnose;
 

@@ -8,9 +8,9 @@ use super::ledger::{Change, Step};
 use super::left::Left;
 use super::linearised::Linearised;
 use super::settings::Settings;
-use super::structure::Structure;
 use super::verdict::{Diagnosis, LedgerRow, StructureEntry, Verdict};
 use crate::block::Block;
+use crate::residuals::Structure;
 
 /// Version of the format.
 const FORMAT: u32 = 1;

@@ -9,15 +9,12 @@
 //!   its way and its ledger.
 //! - [`settle`] fits without outliers; [`run`] is a whole diagnosis; [`look`]: one model as it stands, without the
 //!   descent.
-//! - [`structure`]: structure of the residuals, whatever its cause.
 //! - [`screening`]: mistakes that people made, before anything else; they are left out.
-//! - [`check_points`]: height errors of check points against what the block's own errors allow.
 //! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
 
 pub mod added;
 pub mod candidate;
 mod catalogue;
-pub mod check_points;
 pub mod competition;
 mod conclusion;
 mod descent;
@@ -39,7 +36,6 @@ pub mod models;
 pub mod objective;
 pub mod pictures;
 pub mod priors;
-mod probability;
 pub mod refit;
 pub mod run;
 pub mod scan;
@@ -51,7 +47,6 @@ pub mod settle;
 pub mod shown;
 mod single;
 mod squares;
-pub mod structure;
 pub mod verdict;
 mod weigh;
 pub mod weights;

@@ -1,7 +1,6 @@
 //! A whole diagnosis: a base without outliers and with believable weights, the loop, what is left, the verdict.
 
 use super::added::Added;
-use super::check_points;
 use super::conclusion::diagnosis;
 use super::error::DiagnoseError;
 use super::improvement::Improvement;
@@ -13,7 +12,6 @@ use super::screening;
 use super::search::SAME;
 use super::settings::Settings;
 use super::settle::{judge, settle};
-use super::structure::{self, Structure};
 use super::verdict::{Diagnosis, Verdict};
 use super::weights;
 use crate::adjust::AdjustError;
@@ -22,6 +20,7 @@ use crate::block::Block;
 use crate::math::statistics::chi_square_quantile;
 use crate::mistakes::Mistake;
 use crate::model::Model;
+use crate::residuals::{self, Structure, check_points};
 use crate::run::RunError;
 use crate::run::fit::{Fit, fit};
 use crate::snooping::{Outliers, Snooping, Strictness};
@@ -295,6 +294,6 @@ fn tied(model: &Model) -> Model {
 fn structure_of(block: &Block, fitted: &Fit, settings: &Settings<'_>) -> Result<Structure, DiagnoseError> {
     let state = &fitted.solution.state;
     let Settings { significance, options, .. } = settings;
-    let heights = check_points::of_fit(block, fitted, settings)?;
-    Ok(structure::analyse(&fitted.problem, state, &heights, *significance, options.threads)?)
+    let heights = check_points::of_fit(block, fitted, *significance, options.threads)?;
+    Ok(residuals::analyse(&fitted.problem, state, &heights, *significance, options.threads)?)
 }

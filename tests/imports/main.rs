@@ -18,7 +18,7 @@ enum May {
 }
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
-const TABLE: [(&str, May); 29] = [
+const TABLE: [(&str, May); 30] = [
     ("files", May::Only(&[])),
     ("math", May::Only(&[])),
     ("score", May::Only(&["math"])),
@@ -50,15 +50,32 @@ const TABLE: [(&str, May); 29] = [
         May::Only(&["math", "score", "camera", "block", "model", "problem", "measure", "adjust", "evaluate", "run"]),
     ),
     (
+        "residuals",
+        May::Only(&["math", "score", "camera", "block", "model", "problem", "measure", "adjust", "evaluate", "run"]),
+    ),
+    (
         "diagnose",
         May::Only(&[
-            "math", "score", "geodesy", "camera", "block", "effects", "model", "problem", "measure", "adjust",
-            "evaluate", "mistakes", "run", "snooping",
+            "math",
+            "score",
+            "geodesy",
+            "camera",
+            "block",
+            "effects",
+            "model",
+            "problem",
+            "measure",
+            "adjust",
+            "evaluate",
+            "mistakes",
+            "run",
+            "snooping",
+            "residuals",
         ]),
     ),
     ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "validate", "lab", "cli"])),
-    ("study", May::AllBut(&["snooping", "diagnose", "validate", "lab", "cli"])),
-    ("validate", May::AllBut(&["snooping", "diagnose", "kit", "report", "study", "lab", "cli"])),
+    ("study", May::AllBut(&["snooping", "residuals", "diagnose", "validate", "lab", "cli"])),
+    ("validate", May::AllBut(&["snooping", "residuals", "diagnose", "kit", "report", "study", "lab", "cli"])),
     ("book", May::Only(&[])),
     ("memory", May::Only(&["adjust"])),
     ("lab", May::AllBut(&["study", "validate", "cli"])),

@@ -1,8 +1,8 @@
 //! Height errors of the check points, plane and dome, as tests of structure. Descriptive: check points decide nothing.
 
 use super::StructureTest;
+use super::check_points::{Heights, PatternTest};
 use super::found::Found;
-use crate::diagnose::check_points::{Heights, PatternTest};
 
 pub(super) fn describe(heights: &Result<Heights, &'static str>, found: &mut Found) {
     let heights = match heights {

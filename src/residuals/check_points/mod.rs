@@ -25,8 +25,6 @@ pub mod patterns;
 pub mod propagation;
 mod sentence;
 
-use super::error::DiagnoseError;
-use super::settings::Settings;
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{NullModel, SharedBase};
 use crate::block::{Block, Role};
@@ -34,8 +32,8 @@ use crate::evaluate::Comparison;
 use crate::math::statistics::{f_ln_sf, f_quantile};
 use crate::model::{Loss, Model, TieWeights};
 use crate::problem::{Problem, State};
-use crate::run;
 use crate::run::fit::Fit;
+use crate::run::{self, RunError};
 use crate::score::variance_factor;
 use nalgebra::{DMatrix, DVector, Vector3};
 use patterns::{COEFFICIENTS, DOME, PLANE, Patterns};
@@ -151,20 +149,21 @@ pub fn heights(
     Ok(Ok(heights))
 }
 
-/// [`heights`] of a fit of the diagnosis.
+/// [`heights`] of a quick fit.
 ///
 /// # Errors
 /// See there.
 pub fn of_fit(
     block: &Block,
     fit: &Fit,
-    settings: &Settings<'_>,
-) -> Result<Result<Heights, &'static str>, DiagnoseError> {
+    significance: f64,
+    threads: usize,
+) -> Result<Result<Heights, &'static str>, RunError> {
     let Fit { model, problem, solution, null_base } = fit;
     let comparison = run::compare(block, problem, solution)?;
     let (state, comparison) = (&solution.state, comparison.as_ref());
     let adjusted = Adjusted { block, model, problem, state, comparison, null_base };
-    Ok(heights(&adjusted, settings.significance, settings.options.threads)?)
+    Ok(heights(&adjusted, significance, threads)?)
 }
 
 /// F test that some coefficients are zero; `None` without a covariance.

@@ -12,11 +12,12 @@
 //! are read one after another, show in the tests `autocorrelation`, `row-autocorrelation` and `row-spectrum`, the sign flip of whole points being the
 //! null.
 //!
-//! Check points decide nothing: their tests are marked as descriptive.
+//! Check points ([`check_points`]) decide nothing: their tests are marked as descriptive.
 
 mod asked;
 mod autocorrelation;
 mod check;
+pub mod check_points;
 mod columns;
 mod context;
 mod covariates;
@@ -27,7 +28,9 @@ mod image;
 mod layout;
 mod pictures;
 mod place;
+mod probability;
 mod row_spectrum;
+mod rows;
 mod sensor;
 mod spectrum;
 
@@ -36,11 +39,11 @@ pub use columns::Families;
 pub use layout::Layout;
 pub use pictures::{Cell, ImageValue, Peak, Pictures, Profile, ProfileBin, SensorGrid, SpectrumGrid};
 
-use super::check_points::Heights;
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{Columns, NullModel};
 use crate::problem::{Problem, State};
 use crate::score::System;
+use check_points::Heights;
 
 /// One test of residual structure.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,8 +1,8 @@
 //! The check points in one sentence.
 
+use super::super::probability::probability;
 use super::patterns::DOME;
 use super::{Heights, PatternTest};
-use crate::diagnose::probability::probability;
 use crate::problem::Problem;
 
 /// Of tested heights of a fit at a level of significance.

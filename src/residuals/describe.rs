@@ -1,6 +1,6 @@
 //! What is left, in words.
 
-use super::super::probability::probability;
+use super::probability::probability;
 use super::{Structure, StructureTest};
 use crate::math::statistics::normal_two_sided;
 

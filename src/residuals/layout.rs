@@ -1,6 +1,7 @@
 //! All tests laid out as columns, and judged together.
 
 use super::asked::{Asked, Spread};
+use super::check_points::Heights;
 use super::columns::{self, Families, Family};
 use super::context::Context;
 use super::covariates::Covariate;
@@ -11,7 +12,6 @@ use super::{
 };
 use crate::adjust::AdjustError;
 use crate::adjust::native::null_model::{Columns, Coordinate, Local};
-use crate::diagnose::check_points::Heights;
 use crate::problem::{Problem, State};
 use crate::score::{System, is_noise};
 use std::ops::Range;

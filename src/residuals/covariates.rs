@@ -9,6 +9,7 @@ use super::found::Found;
 use super::pictures::{Profile, ProfileBin};
 use super::place::{LINEAR_PATTERNS, PATTERNS, Place, Span, legendre, patterns};
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 /// Bins of the profiles.
 const ROW_BINS: usize = 16;
@@ -67,9 +68,6 @@ impl Extent {
 /// Every covariate that the block has.
 pub(super) fn all<'a>(context: &Context<'a>, found: &mut Found) -> Vec<Covariate<'a>> {
     let problem = context.problem;
-    let contexts = &problem.image_contexts;
-    let time = Span::of(contexts.iter().map(|image| image.time_s));
-    let temperature = Span::of(contexts.iter().map(|image| image.temperature_c));
     let Extent { depth, radius, nadir } = Extent::of(context);
     let [radius, nadir] = [radius, nadir].map(|most| Span::of([0.0, most].into_iter()));
     let mut list = Vec::new();
@@ -80,12 +78,11 @@ pub(super) fn all<'a>(context: &Context<'a>, found: &mut Found) -> Vec<Covariate
     let flights = problem.block_context.counts[1] as usize;
     take("flight", flight(flights), "one flight, or too many to test each");
     let unknown = "not known for every image, or the same in all";
-    let smooth_in = |against, unit, span: Option<Span>, degrees, key: fn(&crate::effects::ImageContext) -> f64| {
-        span.map(|span| smooth(against, unit, span, degrees, Box::new(move |place| key(&contexts[place.image]))))
-    };
-    take("time", smooth_in("time", "s", time, 3, |image| image.time_s), unknown);
-    let of_temperature = smooth_in("temperature", "degrees Celsius", temperature, 2, |image| image.temperature_c);
-    take("temperature", of_temperature, unknown);
+    let images = problem.image_contexts.iter();
+    let times = images.clone().map(|image| image.time_s).collect();
+    take("time", smooth("time", "s", times, 3), unknown);
+    let temperatures = images.map(|image| image.temperature_c).collect();
+    take("temperature", smooth("temperature", "degrees Celsius", temperatures, 2), unknown);
     take("row", Span::of([-1.0, 1.0].into_iter()).map(row), "");
     take("radius", radius.map(self::radius), "all measurements lie in the centre");
     take("height", depth.map(height), "every point has the same depth");
@@ -181,22 +178,18 @@ fn flight<'a>(flights: usize) -> Option<Covariate<'a>> {
     }))
 }
 
-fn smooth<'a>(
-    against: &'static str,
-    unit: &'static str,
-    span: Span,
-    degrees: usize,
-    key: Box<dyn Fn(&Place) -> f64 + Send + Sync + 'a>,
-) -> Covariate<'a> {
-    let key = std::sync::Arc::new(key);
-    let own = key.clone();
+/// Of a value that every image has; `None` where one is not known, or all are the same.
+fn smooth<'a>(against: &'static str, unit: &'static str, of_images: Vec<f64>, degrees: usize) -> Option<Covariate<'a>> {
+    let span = Span::of(of_images.iter().copied())?;
+    let of_images: Arc<[f64]> = of_images.into();
+    let own = of_images.clone();
     let description = format!(
         "{PATTERNS} smooth patterns over the sensor that change evenly with {against}, {LINEAR_PATTERNS} with its powers \
          up to {degrees}"
     );
     let count = PATTERNS + (degrees - 1) * LINEAR_PATTERNS;
-    covariate(against, count, false, description, move |place, to| {
-        let factors = legendre(span.scale(own(place)));
+    let made = covariate(against, count, false, description, move |place, to| {
+        let factors = legendre(span.scale(own[place.image]));
         let patterns = patterns(place.u, place.v);
         patterns.iter().enumerate().for_each(|(p, d)| to.entry(p, times(*d, factors[0])));
         for (degree, factor) in factors.iter().enumerate().take(degrees).skip(1) {
@@ -204,8 +197,9 @@ fn smooth<'a>(
             let linear = patterns.iter().take(LINEAR_PATTERNS).enumerate();
             linear.for_each(|(p, d)| to.entry(first + p, times(*d, *factor)));
         }
-    })
-    .profile(("radial", unit), (span, DEPTH_BINS), move |place| key(place), |place, r| dot(place.radial, r))
+    });
+    let key = move |place: &Place| of_images[place.image];
+    Some(made.profile(("radial", unit), (span, DEPTH_BINS), key, |place, r| dot(place.radial, r)))
 }
 
 fn row<'a>(span: Span) -> Covariate<'a> {
