@@ -3,9 +3,9 @@
 
 use anyhow::{Context, Result};
 use misclosure::adjust::native::Native;
-use misclosure::adjust::native::null_model::SharedBase;
 use misclosure::adjust::{CovarianceOf, Options};
 use misclosure::model::Model;
+use misclosure::null_model::SharedBase;
 use misclosure::residuals::analyse;
 use misclosure::residuals::check_points::{Adjusted, heights};
 use misclosure::run::{adjust, default_diagnosis_datum};

@@ -3,11 +3,11 @@
 
 mod common;
 
-use misclosure::adjust::native::null_model::SharedBase;
 use misclosure::adjust::{CovarianceOf, Options};
 use misclosure::block::Block;
 use misclosure::math::statistics::normal_quantile;
 use misclosure::model::{Datum, Model};
+use misclosure::null_model::SharedBase;
 use misclosure::residuals::check_points::{Adjusted, Heights, heights};
 use misclosure::residuals::{Structure, analyse};
 use misclosure::run::{Run, default_diagnosis_datum};

@@ -6,8 +6,8 @@ use super::improvement::Improvement;
 use super::linearised::{Linearised, Questions, with_candidates};
 use super::select::Judged;
 use super::settings::Settings;
-use crate::adjust::native::null_model::{Columns, measurements_at};
 use crate::block::Block;
+use crate::null_model::{Columns, measurements_at};
 use crate::residuals::{self, Structure, check_points};
 use crate::run::fit::Fit;
 

@@ -1,8 +1,8 @@
 //! The columns of one test, asked whether they are zero.
 
 use super::context::Noise;
-use crate::adjust::native::null_model::ScoreSystem;
 use crate::math::statistics::f_ln_sf;
+use crate::null_model::ScoreSystem;
 use crate::score::pivoted::KEPT_SHARE;
 use crate::score::{System, variance_factor};
 use nalgebra::{DVector, Matrix2, Vector2};

@@ -1,7 +1,7 @@
 //! Columns of the tests: what a unit of each pattern would move every measurement by. All tests share one null model.
 
 use super::place::Place;
-use crate::adjust::native::null_model::{Columns, Coordinate, Entries, Measured};
+use crate::null_model::{Columns, Coordinate, Entries, Measured};
 use crate::problem::{Problem, State};
 use std::ops::Range;
 

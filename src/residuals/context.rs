@@ -2,9 +2,9 @@
 
 use super::place::Place;
 use crate::adjust::AdjustError;
-use crate::adjust::native::null_model::Local;
 use crate::adjust::native::pool::Pool;
 use crate::measure::Predictor;
+use crate::null_model::Local;
 use crate::problem::{Problem, State};
 use crate::score::variance_factor;
 use nalgebra::{Matrix6, Vector3};

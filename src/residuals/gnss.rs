@@ -5,7 +5,7 @@ use super::asked::Asked;
 use super::columns::Family;
 use super::context::Context;
 use super::found::Found;
-use crate::adjust::native::null_model::Coordinate;
+use crate::null_model::Coordinate;
 use crate::problem::Problem;
 use nalgebra::Vector3;
 

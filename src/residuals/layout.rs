@@ -11,7 +11,7 @@ use super::{
     Structure, StructureTest, autocorrelation, check, covariates, gnss, image, row_spectrum, sensor, spectrum,
 };
 use crate::adjust::AdjustError;
-use crate::adjust::native::null_model::{Columns, Coordinate, Local};
+use crate::null_model::{Columns, Coordinate, Local};
 use crate::problem::{Problem, State};
 use crate::score::{System, is_noise};
 use std::ops::Range;

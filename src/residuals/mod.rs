@@ -40,7 +40,7 @@ pub use layout::Layout;
 pub use pictures::{Cell, ImageValue, Peak, Pictures, Profile, ProfileBin, SensorGrid, SpectrumGrid};
 
 use crate::adjust::AdjustError;
-use crate::adjust::native::null_model::{Columns, NullModel};
+use crate::null_model::{Columns, NullModel};
 use crate::problem::{Problem, State};
 use crate::score::System;
 use check_points::Heights;

@@ -2,10 +2,10 @@
 
 use super::{RunError, pinned};
 use crate::adjust::native::Native;
-use crate::adjust::native::null_model::SharedBase;
 use crate::adjust::{AdjustError, CovarianceOf, Options, Solution, Solver};
 use crate::block::Block;
 use crate::model::Model;
+use crate::null_model::SharedBase;
 use crate::problem::Problem;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;

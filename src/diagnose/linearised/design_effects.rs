@@ -5,7 +5,7 @@ use super::super::select::{Known, Nature, Set};
 use super::super::settings::Settings;
 use super::Linearised;
 use crate::adjust::AdjustError;
-use crate::adjust::native::null_model::{GROUPINGS, ImageCell, ImageCells, NullModel, Parts};
+use crate::null_model::{GROUPINGS, ImageCell, ImageCells, NullModel, Parts};
 use crate::score::design_effect::{ClusterOfValues, Clusters, Share, of_values, shares_of};
 use nalgebra::DMatrix;
 use rayon::prelude::*;

@@ -11,7 +11,7 @@
 use super::super::error::DiagnoseError;
 use super::super::linearised::Linearised;
 use super::super::squares;
-use crate::adjust::native::null_model::{Entries, Measured};
+use crate::null_model::{Entries, Measured};
 use crate::problem::Problem;
 use crate::run::fit::Fit;
 use nalgebra::{DMatrix, DVector};

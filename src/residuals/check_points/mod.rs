@@ -26,11 +26,11 @@ pub mod propagation;
 mod sentence;
 
 use crate::adjust::AdjustError;
-use crate::adjust::native::null_model::{NullModel, SharedBase};
 use crate::block::{Block, Role};
 use crate::evaluate::Comparison;
 use crate::math::statistics::{f_ln_sf, f_quantile};
 use crate::model::{Loss, Model, TieWeights};
+use crate::null_model::{NullModel, SharedBase};
 use crate::problem::{Problem, State};
 use crate::run::fit::Fit;
 use crate::run::{self, RunError};

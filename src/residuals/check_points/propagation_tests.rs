@@ -1,10 +1,10 @@
 use super::*;
 use crate::adjust::native::Native;
-use crate::adjust::native::null_model::SharedBase;
 use crate::adjust::{CovarianceOf, Options};
 use crate::block::Role;
 use crate::effects::find;
 use crate::model::{Datum, EffectRef, EffectTerm, Model};
+use crate::null_model::SharedBase;
 use crate::problem::{Problem, State};
 use crate::residuals::check_points::alignment;
 use crate::residuals::check_points::patterns::Patterns;

@@ -8,13 +8,9 @@ use super::columns::{Coordinate, Entries, Measured};
 use super::products::{Lengths, PointOut, add};
 use super::source::{Carry, Source};
 use crate::adjust::AdjustError;
-use crate::adjust::native::MAX_DIM;
-use crate::adjust::native::linearise::rays_do_not_meet;
-use crate::adjust::native::loss::Curvature;
-use crate::adjust::native::point::inverse_of_damped;
-use crate::adjust::native::rows::Contents;
-use crate::adjust::native::side_by_side::{Cameras, Eight, Eights, Workspace};
-use crate::adjust::native::structure::{NONE, POSE};
+use crate::adjust::native::for_null_model::{
+    Cameras, Contents, Curvature, Eight, Eights, MAX_DIM, NONE, POSE, Workspace, inverse_of_damped, rays_do_not_meet,
+};
 use crate::math::vectors::dispatch;
 use crate::measure::lanes::{Lane, MISCLOSURE, POINT, Predictions, ROTATION, THETA};
 use crate::measure::{self, MeasureError};

@@ -12,8 +12,7 @@ use super::products::{ImageLines, ImagesDense, ImagesLocal, LocalLines, add};
 use super::source::Source;
 use super::waves::{Task, waves};
 use crate::adjust::AdjustError;
-use crate::adjust::native::MAX_DIM;
-use crate::adjust::native::aligned::zeros;
+use crate::adjust::native::for_null_model::{MAX_DIM, zeros};
 use crate::math::vectors::dispatch;
 
 /// Columns of a product that one task sums.

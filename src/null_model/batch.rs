@@ -1,7 +1,6 @@
 //! A batch of points as rows, and in the orders in which they are summed.
 
-use crate::adjust::native::MAX_DIM;
-use crate::adjust::native::structure::NONE;
+use crate::adjust::native::for_null_model::{MAX_DIM, NONE};
 use std::ops::Range;
 
 /// What rows are grouped by.

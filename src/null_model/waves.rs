@@ -3,7 +3,7 @@
 use super::batch::Batch;
 use super::source::Source;
 use crate::adjust::AdjustError;
-use crate::adjust::native::in_order::locked;
+use crate::adjust::native::for_null_model::locked;
 use std::ops::Range;
 use std::sync::Mutex;
 

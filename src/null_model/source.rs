@@ -3,7 +3,7 @@
 use super::cells::SensorCells;
 use super::columns::Columns;
 use super::products::LANES;
-use crate::adjust::native::structure::Structure;
+use crate::adjust::native::for_null_model::Structure;
 use crate::measure::{Frame, Stages};
 use crate::problem::{Problem, State};
 

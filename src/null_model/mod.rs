@@ -40,13 +40,10 @@ pub use measurements::{Local, measurements_at};
 pub use parts::{Part, Parts};
 pub use score_system::ScoreSystem;
 
-use super::pool::Pool;
-use super::structure::Structure;
-use super::{frames as frames_of, step, structure as structure_of};
 use crate::adjust::AdjustError;
-use crate::camera::Interior;
+use crate::adjust::native::for_null_model::{Pool, Structure, move_images_and_border, structure_of};
 use crate::effects::{Role, Scope};
-use crate::measure::{Frame, Stages};
+use crate::measure::{self, Frame, Stages};
 use crate::problem::{Problem, State};
 use base::Base;
 use nalgebra::Vector3;
@@ -107,7 +104,7 @@ impl NullModel {
         let acting = structure.stages.only(&problem, |effect| acting[effect]);
         let pool = Pool::new(threads)?;
         let base = base.of(&problem, &mut structure, &state, &acting, &pool)?;
-        let frames = frames_of(&problem, &structure, &state)?;
+        let frames = measure::frames(&problem, &structure.stages, &state)?;
         let mut model = Self {
             acting,
             frames,
@@ -137,13 +134,13 @@ impl NullModel {
     }
 
     /// Interior orientation of an image, after the effects on it.
-    pub fn interior(&self, image: usize) -> &Interior {
+    pub fn interior(&self, image: usize) -> &[f64; 12] {
         &self.frames[image].interior
     }
 
     /// `v'Pv`.
     pub fn chi_square(&self) -> f64 {
-        self.base.system.chi_square
+        self.base.normal.chi_square()
     }
 
     /// Unknown (number of the layout) of a column of an effect.
@@ -257,7 +254,7 @@ impl NullModel {
             products::add(&mut base, *change, system.moves.col_as_slice(c));
         }
         let mut state = self.state.clone();
-        let turn = step::move_images_and_border(&self.problem, &self.structure, &mut state, &base[..n], &base[n..]);
+        let turn = move_images_and_border(&self.problem, &self.structure, &mut state, &base[..n], &base[n..]);
         let layout = self.problem.layout();
         for ((unknown, unit), change) in self.columns.iter().zip(&self.units).zip(change) {
             match unknown.checked_sub(layout.theta(0)) {

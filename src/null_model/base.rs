@@ -1,25 +1,14 @@
 //! What null models of one fit take for granted: linearised and factorised once.
 
-use crate::adjust::native::factor::Factor;
-use crate::adjust::native::in_order::locked;
-use crate::adjust::native::loss::Curvature;
-use crate::adjust::native::pattern::Pattern;
-use crate::adjust::native::point::Prepared;
-use crate::adjust::native::pool::Pool;
-use crate::adjust::native::rank::factor_of_full_rank;
-use crate::adjust::native::spare::Spare;
-use crate::adjust::native::structure::Structure;
-use crate::adjust::native::system::System;
-use crate::adjust::native::{frames, linearise};
-use crate::adjust::{AdjustError, LinearSolver};
+use crate::adjust::AdjustError;
+use crate::adjust::native::for_null_model::{NormalEquations, Pool, Structure, locked};
 use crate::measure::Stages;
 use crate::problem::{Problem, State};
 use std::sync::{Arc, Mutex};
 
 /// The free unknowns of a fit but the columns that are asked about, factorised.
 pub(super) struct Base {
-    pub system: System,
-    pub factor: Factor,
+    pub normal: NormalEquations,
     free: Free,
 }
 
@@ -57,13 +46,9 @@ impl SharedBase {
             return Ok(base);
         }
         let all_stages = std::mem::replace(&mut structure.stages, acting.clone());
-        let frames = frames(problem, structure, state)?;
-        let at = Prepared { problem, structure, state, frames: &frames };
-        let system = pool.install(|| linearise::linearise(&at, 0.0, Curvature::Weights, &Spare::default()))?;
+        let normal = NormalEquations::at(problem, structure, state, pool);
         structure.stages = all_stages;
-        let pattern = Pattern::of(structure, LinearSolver::Auto);
-        let factor = factor_of_full_rank(problem, structure, &system, pattern.as_deref())?;
-        let base = Arc::new(Base { system, factor, free });
+        let base = Arc::new(Base { normal: normal?, free });
         locked(&self.0).get_or_insert_with(|| base.clone());
         Ok(base)
     }

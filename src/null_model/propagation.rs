@@ -20,7 +20,7 @@ impl NullModel {
             (usize::MAX, _) => 0.0,
             (unknown, scale) => gradients[(unknown, column)] * scale,
         });
-        let solved = self.pool.install(|| self.base.factor.solve_columns(&columns));
+        let solved = self.pool.install(|| self.base.normal.solve_columns(&columns));
         let product = columns.transpose() * &solved;
         // Rounding alone tells the two halves apart.
         DMatrix::from_fn(gradients.ncols(), gradients.ncols(), |i, j| 0.5 * (product[(i, j)] + product[(j, i)]))

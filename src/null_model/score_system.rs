@@ -89,8 +89,8 @@ impl NullModel {
             lower
         };
         drop(sums);
-        let solved = self.base.factor.solve_columns(&with_base);
-        let rhs = [&self.base.system.rhs_images[..], &self.base.system.rhs_border].concat();
+        let solved = self.base.normal.solve_columns(&with_base);
+        let rhs = self.base.normal.rhs();
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
         score.par_iter_mut().enumerate().for_each(|(c, score)| *score -= dot(solved.col_as_slice(c), &rhs));
         if each_alone {
