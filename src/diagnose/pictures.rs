@@ -1,4 +1,5 @@
-//! What a diagnosis shows, as rows of the run folder: the effects that it found, and the structure of the residuals before and after they were added.
+//! What a diagnosis shows, as rows of the run folder: the effects that it found, and the structure of the residuals
+//! before and after they were added.
 
 use super::shown::marks;
 use crate::block::Block;

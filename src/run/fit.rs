@@ -35,7 +35,7 @@ impl Fit {
     }
 }
 
-/// Change of chi-square at which a fit of the diagnosis stops: parameters are then known to a tenth of their sigma, and what is left of the
+/// Change of chi-square at which a quick fit stops: parameters are then known to a tenth of their sigma, and what is left of the
 /// gradient the null model takes out of every score. The model that is handed on is solved to the last digit, by both solvers.
 const CHI_SQUARE_CHANGE: f64 = 1e-2;
 

@@ -267,10 +267,10 @@ impl Snooping {
     pub fn judge(&mut self, block: &Block, fit: Solved<'_>, strictness: Strictness) -> Result<Round, AdjustError> {
         let barred: Vec<bool> = self.apart.iter().map(|apart| *apart == Apart::Again).collect();
         let lost = lost::lost_points(block, &self.left.ties, &self.outliers.rejected, &barred);
-        let options = SnoopingOptions { strictness, significance: self.significance, max_rounds: MAX_ROUNDS };
         let number = self.outliers.rounds.len() + 1;
         let sight = Sight::new(block, &self.left, &lost, fit)?;
-        let Judged { round, changed } = round::judge(&sight, options, number, &mut self.outliers.rejected);
+        let rejected = &mut self.outliers.rejected;
+        let Judged { round, changed } = round::judge(&sight, strictness, self.significance, number, rejected);
         drop(sight);
         for (kind, measurement, is_in) in changed {
             self.left.of(kind)[measurement] = is_in;

@@ -7,7 +7,7 @@ use super::point::{Seen, SeenPoint};
 use super::sight::Sight;
 use super::statistic::{Statistic, Statistics};
 use super::surroundings::judge_neighbours;
-use super::{Rejected, Round, SnoopingOptions, Strictness};
+use super::{Rejected, Round, Strictness};
 use crate::math::statistics::chi_square_ln_sf;
 use crate::problem::MeasurementKind;
 use rayon::prelude::*;
@@ -41,10 +41,16 @@ struct Alone {
 }
 
 /// Judges every measurement. What `rejected` says of measurements that come back is taken out of it, what is rejected put there.
-pub(super) fn judge(sight: &Sight, options: SnoopingOptions, number: usize, rejected: &mut Vec<Rejected>) -> Judged {
+pub(super) fn judge(
+    sight: &Sight,
+    strictness: Strictness,
+    significance: f64,
+    number: usize,
+    rejected: &mut Vec<Rejected>,
+) -> Judged {
     let (alone, variance, active) = each_alone(sight);
-    let wide = if options.strictness == Strictness::Loose { LOOSE * LOOSE } else { 1.0 };
-    let level = (options.significance / active.max(1) as f64).ln();
+    let wide = if strictness == Strictness::Loose { LOOSE * LOOSE } else { 1.0 };
+    let level = (significance / active.max(1) as f64).ln();
     let beyond = |verdict: Statistic, share: f64| {
         chi_square_ln_sf(verdict.statistic / (variance * wide * share * share), verdict.dof) < level
     };
@@ -156,7 +162,7 @@ mod tests {
     use crate::model::Model;
     use crate::problem::Problem;
     use crate::scenario::{Scenario, add_noise, simulate};
-    use crate::snooping::{Kept, Solved};
+    use crate::snooping::{Kept, SIGNIFICANCE, Solved};
     use std::collections::BTreeMap;
 
     /// px.
@@ -174,7 +180,7 @@ mod tests {
         left.ties[7] = false;
         let solved = Solved { problem: &problem, state: &state };
         let sight = Sight::new(&block, &left, &[], solved).expect("a solution");
-        let Judged { round, changed } = judge(&sight, SnoopingOptions::default(), 2, &mut Vec::new());
+        let Judged { round, changed } = judge(&sight, Strictness::Loose, SIGNIFICANCE, 2, &mut Vec::new());
         (round, changed.contains(&(MeasurementKind::Tie, 7, true)))
     }
 

@@ -14,7 +14,7 @@ use crate::adjust::{AdjustError, LinearSolver};
 use crate::problem::{Problem, State};
 use faer::Mat;
 
-/// The reduced normal equations of images and border, factorised; unknowns in scaled units, images by rank, then border.
+/// The reduced normal equations of images and border, factorised. Unknowns are scaled: images by rank, then border.
 pub(crate) struct NormalEquations {
     system: System,
     factor: Factor,
