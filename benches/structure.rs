@@ -3,11 +3,11 @@
 
 use anyhow::{Context, Result};
 use misclosure::adjust::native::Native;
-use misclosure::adjust::native::null_model::SharedBase;
 use misclosure::adjust::{CovarianceOf, Options};
-use misclosure::diagnose::check_points::{Adjusted, heights};
-use misclosure::diagnose::structure::analyse;
 use misclosure::model::Model;
+use misclosure::null_model::SharedBase;
+use misclosure::residuals::analyse;
+use misclosure::residuals::check_points::{Adjusted, heights};
 use misclosure::run::{adjust, default_diagnosis_datum};
 use misclosure::scenario::{Scenario, SurveyNoise, add_noise, add_survey_noise, simulate};
 use std::collections::BTreeMap;

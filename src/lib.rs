@@ -10,7 +10,7 @@
 //! ```
 //!
 //! An adjustment finds cameras, poses, points and effects that minimise `v'Pv`, `P` the weights. At the solution, with `A` the derivatives of
-//! everything that was estimated, the *null model* says of any columns `C` that the model lacks what they would explain:
+//! everything that was estimated, the [null model](null_model) says of any columns `C` that the model lacks what they would explain:
 //!
 //! ```text
 //! Q = P - P A (A'PA)^-1 A'P        s = C'Q v        M = C'Q C        drop of v'Pv: s'M^-1 s        estimate: M^-1 s
@@ -58,16 +58,19 @@
 //! | [`problem`] | block and model as flat arrays; the datum | math, camera, block, effects, model |
 //! | [`measure`] | the forward model: predictions and derivatives by hand | math, camera, effects, problem |
 //! | [`adjust`] | the solvers, which know nothing of each other | math, camera, effects, problem; native also measure |
+//! | [`null_model`] | one linearisation at a converged fit as `(s, M)` of any columns | math, effects, model, problem, measure, adjust |
 //! | [`scenario`] | error-free blocks | math, camera, block |
 //! | [`mod@inject`] | errors by their cause | files, math, camera, block, scenario |
 //! | [`kit`] | an effect of one's own: template, build, check, as an error | files, math, camera, block, effects, model, problem, measure, inject |
 //! | [`evaluate`] | surveyed points against any block | math, camera, block |
 //! | [`mistakes`] | surveyed groups against the shape that images give | math, evaluate |
-//! | [`run`] | one adjustment from end to end, and its folder | all of the above but scenario, inject and kit |
-//! | [`diagnose`] | which effect is missing | math, score, geodesy, camera, block, effects, model, problem, measure, adjust, evaluate, mistakes, run |
+//! | [`run`] | one adjustment from end to end, and its folder | math, camera, block, io, effects, model, problem, measure, adjust, null_model, evaluate, mistakes |
+//! | [`snooping`] | data snooping: blunders, and robust fits to find them at | math, score, camera, block, model, problem, measure, adjust, null_model, evaluate, run |
+//! | [`residuals`] | structure of the residuals, check points, and their pictures | math, score, camera, block, model, problem, measure, adjust, null_model, evaluate, run |
+//! | [`diagnose`] | which effect is missing | math, score, geodesy, camera, block, effects, model, problem, measure, adjust, null_model, evaluate, mistakes, run, snooping, residuals |
 //! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, kit, study, validate, lab |
-//! | [`study`] | the repetition of the study that this began with | all but diagnose, validate, lab |
-//! | [`validate`] | problems with certified answers | all but diagnose, kit, report, study, lab |
+//! | [`study`] | the repetition of the study that this began with | all but snooping, residuals, diagnose, validate, lab |
+//! | [`validate`] | problems with certified answers | all but snooping, residuals, diagnose, kit, report, study, lab |
 //! | [`book`] | the pages of `docs/` as chapters | nothing |
 //! | `lab` | the laboratory, a page of this machine (feature `lab`) | all but study, validate |
 //!
@@ -97,6 +100,8 @@ pub mod measure;
 
 pub mod adjust;
 
+pub mod null_model;
+
 pub mod scenario;
 
 pub mod inject;
@@ -108,6 +113,10 @@ pub mod evaluate;
 pub mod mistakes;
 
 pub mod run;
+
+pub mod snooping;
+
+pub mod residuals;
 
 pub mod diagnose;
 

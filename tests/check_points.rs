@@ -3,12 +3,12 @@
 
 mod common;
 
-use misclosure::adjust::native::null_model::SharedBase;
 use misclosure::adjust::{CovarianceOf, Options};
 use misclosure::block::{Block, Role};
-use misclosure::diagnose::check_points::{Adjusted, Heights, heights};
 use misclosure::math::statistics::{f_sf, kolmogorov_smirnov};
 use misclosure::model::{Datum, Model, TieWeights};
+use misclosure::null_model::SharedBase;
+use misclosure::residuals::check_points::{Adjusted, Heights, heights};
 use misclosure::run::Run;
 use misclosure::scenario::{SurveyNoise, add_noise, add_survey_noise};
 use nalgebra::{DMatrix, DVector};

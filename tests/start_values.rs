@@ -6,12 +6,12 @@ use misclosure::adjust::Options;
 use misclosure::adjust::native::Native;
 use misclosure::block::Block;
 use misclosure::camera::{F, PARAMETERS, PPX};
-use misclosure::diagnose::outliers::Snooping;
 use misclosure::model::Model;
 use misclosure::run::multistart::best_start;
 use misclosure::run::start_focal::{FocalLengths, focal_lengths};
 use misclosure::run::start_values::{Doubt, doubts};
 use misclosure::scenario::{add_noise, preset_names};
+use misclosure::snooping::Snooping;
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// px.

@@ -8,6 +8,7 @@ pub mod edit;
 pub mod edited;
 pub mod inventory;
 pub mod mended;
+pub mod neighbours;
 
 pub use by_point::ByPoint;
 

@@ -4,13 +4,14 @@ use super::model_options::Treatment;
 use super::output::Output;
 use crate::adjust::{AdjustError, Options};
 use crate::block::Block;
-use crate::diagnose::fit::{DiagnoseError, Fit};
-use crate::diagnose::outliers::{Outliers, Snooping, Solved, Strictness, has_converged, robust_fit, stand_alone};
+use crate::diagnose::error::DiagnoseError;
 use crate::diagnose::settings::Settings;
 use crate::diagnose::settle::settle;
 use crate::model::Model;
+use crate::run::fit::Fit;
 use crate::run::folder::{self, FILES, SUMMARY};
 use crate::run::{Run, RunError, residual_rows};
+use crate::snooping::{Outliers, Snooping, Solved, Strictness, has_converged, robust_fit, stand_alone};
 
 const ADVICE: &str = "--outliers snoop sets them aside";
 /// Measurements that a message names.
@@ -108,7 +109,7 @@ pub fn explain(error: RunError, block: &Block, model: &Model, options: &Options,
 
 fn list(block: &Block, outliers: &Outliers) -> String {
     let rows = outliers.rows(block);
-    let one = |(row, rejected): (&folder::OutlierRow, &crate::diagnose::outliers::Rejected)| {
+    let one = |(row, rejected): (&folder::OutlierRow, &crate::snooping::Rejected)| {
         format!("point {} in image {} ({:.0} standard deviations)", row.point, row.image, rejected.normalised)
     };
     let worst: Vec<String> = rows.iter().zip(&outliers.rejected).take(NAMED).map(one).collect();

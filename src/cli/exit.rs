@@ -1,7 +1,7 @@
 //! Exit codes: which error means which code, in one place.
 
 use crate::adjust::AdjustError;
-use crate::diagnose::fit::DiagnoseError;
+use crate::diagnose::error::DiagnoseError;
 use crate::effects::plugin::PluginError;
 use crate::evaluate::similarity::SimilarityError;
 use crate::io;

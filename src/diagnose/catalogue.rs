@@ -2,12 +2,12 @@
 
 use super::added::Added;
 use super::candidate::{Addition, Candidate, candidates as all};
-use super::fit::Fit;
 use super::select::Searched;
 use crate::block::Block;
 use crate::effects::{Domain, Role, Stage};
 use crate::model::EffectRef;
 use crate::problem::Problem;
+use crate::run::fit::Fit;
 
 /// Values that are tried besides the default: the domain's end and its halves, since a lag acts by its ratio to the length of a flight.
 const HALVINGS: i32 = 6;

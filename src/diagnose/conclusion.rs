@@ -1,16 +1,16 @@
 //! What a diagnosis comes to: its verdict, and everything that stands beside it.
 
 use super::entries;
-use super::fit::DiagnoseError;
+use super::error::DiagnoseError;
 use super::imprecise;
 use super::improvement::Improvement;
 use super::ledger::{Change, Step};
 use super::left::Left;
 use super::linearised::Linearised;
 use super::settings::Settings;
-use super::structure::Structure;
 use super::verdict::{Diagnosis, LedgerRow, StructureEntry, Verdict};
 use crate::block::Block;
+use crate::residuals::Structure;
 
 /// Version of the format.
 const FORMAT: u32 = 1;

@@ -1,7 +1,7 @@
 //! One step of the descent: sets that the search prefers are fitted, and the fit of the lowest objective is taken.
 
 use super::competition::{Competition, Expected};
-use super::fit::DiagnoseError;
+use super::error::DiagnoseError;
 use super::heldout::held_out_px;
 use super::improvement::{Improvement, Weights};
 use super::ledger::{Change, Confirmation};

@@ -1,6 +1,6 @@
 //! The model that a diagnosis hands on, adjusted with both solvers.
 
-use super::fit::{DiagnoseError, Fit};
+use super::error::DiagnoseError;
 use super::models::with_search_held;
 use super::run::Diagnosed;
 use super::settings::Settings;
@@ -8,6 +8,7 @@ use super::verdict::{Diagnosis, LedgerRow};
 use crate::adjust::{Options, Solver};
 use crate::block::Block;
 use crate::model::Model;
+use crate::run::fit::Fit;
 use crate::run::{self, Progress, Run, RunError};
 use std::ops::ControlFlow;
 

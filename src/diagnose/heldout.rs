@@ -4,13 +4,13 @@
 //! and predicted in that one (in closed form: the residual of the whole intersection divided by what it leaves of itself). An image that the
 //! other parts do not orient predicts nothing, and stays where it is.
 
-use super::fit::Fit;
 use crate::adjust::AdjustError;
 use crate::adjust::native::one_step;
 use crate::adjust::native::pool::Pool;
 use crate::math::statistics::{chi_square_quantile, median};
 use crate::measure::{ImagePoint, Predictor, Sighted};
 use crate::problem::{ImageObservation, PointSource, Problem, State};
+use crate::run::fit::Fit;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 

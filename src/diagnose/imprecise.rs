@@ -1,12 +1,13 @@
 //! Groups of observations that are much less precise than stated: a finding of its own, with what causes it.
 
-use super::fit::{DiagnoseError, Fit};
+use super::error::DiagnoseError;
 use super::squares;
 use super::weights::MOST;
 use crate::block::Block;
 use crate::measure::Predictor;
 use crate::model::{FlightFactors, SigmaFactors};
 use crate::problem::PositionObservation;
+use crate::run::fit::Fit;
 use serde::{Deserialize, Serialize};
 
 /// Images or points that are named at most.

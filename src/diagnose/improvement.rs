@@ -3,7 +3,7 @@
 
 use super::added::Added;
 use super::competition::{Competition, Expected};
-use super::fit::{DiagnoseError, Fit, fit};
+use super::error::DiagnoseError;
 use super::heldout::held_out_px;
 use super::hypothesis::Prices;
 use super::ledger::{Change, Confirmation, Step};
@@ -14,11 +14,12 @@ use super::refit::{Refits, Refitted, settle};
 use super::settings::Settings;
 use super::weights;
 use crate::adjust::native::Native;
-use crate::adjust::native::null_model::SharedBase;
 use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Solver};
 use crate::block::Block;
 use crate::math::statistics::chi_square_ln_sf;
+use crate::null_model::SharedBase;
 use crate::run::distortion_centre;
+use crate::run::fit::{Fit, fit};
 use std::ops::ControlFlow;
 
 /// Weights after a step.

@@ -1,9 +1,10 @@
 //! The ledger of an improvement: what happened in each step, and what became of each candidate that was tried.
 
-use super::fit::{DiagnoseError, Fit};
+use super::error::DiagnoseError;
 use crate::block::Block;
 use crate::model::Model;
 use crate::run;
+use crate::run::fit::Fit;
 
 /// What happened in a step of the ledger.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,15 +1,15 @@
 //! Unexplained structure beside the effects in the model: fields that the objective took in, tests of the residuals.
 
 use super::catalogue;
-use super::check_points;
-use super::fit::{DiagnoseError, Fit};
+use super::error::DiagnoseError;
 use super::improvement::Improvement;
 use super::linearised::{Linearised, Questions, with_candidates};
 use super::select::Judged;
 use super::settings::Settings;
-use super::structure::{self, Structure};
-use crate::adjust::native::null_model::{Columns, measurements_at};
 use crate::block::Block;
+use crate::null_model::{Columns, measurements_at};
+use crate::residuals::{self, Structure, check_points};
+use crate::run::fit::Fit;
 
 /// Unexplained structure.
 pub struct Left {
@@ -42,9 +42,9 @@ pub fn analyse(
     let fit = &improvement.fit;
     let Fit { problem, solution, .. } = fit;
     let state = &solution.state;
-    let heights = check_points::of_fit(block, fit, settings)?;
+    let heights = check_points::of_fit(block, fit, settings.significance, settings.options.threads)?;
     let measurements = measurements_at(problem, state, settings.options.threads)?;
-    let mut layout = structure::Layout::new(problem, state, &measurements, settings.options.threads)?;
+    let mut layout = residuals::Layout::new(problem, state, &measurements, settings.options.threads)?;
     let asked = |extra: &dyn Columns| {
         let is_field = |candidate: &super::candidate::Candidate| !candidate.physical;
         let (tested, _) = catalogue::candidates(block, fit, &improvement.parts, settings.plugins, is_field);
@@ -54,7 +54,7 @@ pub fn analyse(
     let (shapes, structure) = layout.analyse(&heights, settings.significance, |columns| {
         let linearised = asked(columns)?;
         let beside = linearised.situation(settings).beside().into_system();
-        let spread = structure::Spread::of(&linearised.scores);
+        let spread = residuals::Spread::of(&linearised.scores);
         Ok::<_, DiagnoseError>((linearised, beside, spread))
     })?;
     let fields = fields_in(linearised, settings);

@@ -3,7 +3,7 @@
 
 use super::competition::{Next, next};
 use super::conclusion::diagnosis;
-use super::fit::DiagnoseError;
+use super::error::DiagnoseError;
 use super::improvement::Improvement;
 use super::left::{self, Left};
 use super::linearised::{Linearised, linearise};

@@ -9,21 +9,18 @@
 //!   its way and its ledger.
 //! - [`settle`] fits without outliers; [`run`] is a whole diagnosis; [`look`]: one model as it stands, without the
 //!   descent.
-//! - [`structure`]: structure of the residuals, whatever its cause; [`outliers`]: data snooping.
 //! - [`screening`]: mistakes that people made, before anything else; they are left out.
-//! - [`check_points`]: height errors of check points against what the block's own errors allow.
 //! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
 
 pub mod added;
 pub mod candidate;
 mod catalogue;
-pub mod check_points;
 pub mod competition;
 mod conclusion;
 mod descent;
 mod domain;
 mod entries;
-pub mod fit;
+pub mod error;
 pub mod handed_on;
 pub mod heldout;
 pub mod hypothesis;
@@ -36,13 +33,9 @@ pub mod left;
 pub mod linearised;
 pub mod look;
 pub mod models;
-mod neighbours;
 pub mod objective;
-pub mod outliers;
 pub mod pictures;
-mod pinned;
 pub mod priors;
-mod probability;
 pub mod refit;
 pub mod run;
 pub mod scan;
@@ -54,7 +47,6 @@ pub mod settle;
 pub mod shown;
 mod single;
 mod squares;
-pub mod structure;
 pub mod verdict;
 mod weigh;
 pub mod weights;

@@ -2,7 +2,7 @@
 
 use super::added::Added;
 use super::candidate::Addition;
-use super::fit::{DiagnoseError, Fit};
+use super::error::DiagnoseError;
 use super::linearised::Linearised;
 use super::priors::{WEAK_PRIOR, with_priors};
 use super::select::{Nature, Searched, Situation, Taken};
@@ -11,6 +11,7 @@ use crate::camera;
 use crate::effects::{Kind, Role};
 use crate::model::{EffectTerm, Model, PRIOR_KEY};
 use crate::problem::State;
+use crate::run::fit::Fit;
 
 /// Standard deviation (typical sizes) below which random values are none.
 pub const SMALLEST_DEVIATION: f64 = 1e-4;

@@ -3,7 +3,7 @@
 
 use super::added::Added;
 use super::candidate::is_random;
-use super::fit::{DiagnoseError, Fit, fit, solve};
+use super::error::DiagnoseError;
 use super::linearised::{Linearised, prior_information, without_candidates};
 use super::models::{SMALLEST_DEVIATION, at_approximations, at_solution, with_members};
 use super::objective::{Members, Objective, misfit};
@@ -13,6 +13,7 @@ use super::single;
 use crate::adjust::Options;
 use crate::block::Block;
 use crate::problem::{Problem, ThetaEntry};
+use crate::run::fit::{Fit, fit, solve};
 
 /// Refits for the standard deviation of random values at most.
 const VARIANCE_REFITS: usize = 3;

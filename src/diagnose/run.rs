@@ -1,20 +1,17 @@
 //! A whole diagnosis: a base without outliers and with believable weights, the loop, what is left, the verdict.
 
 use super::added::Added;
-use super::check_points;
 use super::conclusion::diagnosis;
-use super::fit::{DiagnoseError, Fit, fit};
+use super::error::DiagnoseError;
 use super::improvement::Improvement;
 use super::knowledge::with_known;
 use super::left;
 use super::linearised::{Linearised, linearise};
-use super::outliers::{Outliers, Snooping, Strictness};
 use super::priors::with_priors;
 use super::screening;
 use super::search::SAME;
 use super::settings::Settings;
 use super::settle::{judge, settle};
-use super::structure::{self, Structure};
 use super::verdict::{Diagnosis, Verdict};
 use super::weights;
 use crate::adjust::AdjustError;
@@ -23,7 +20,10 @@ use crate::block::Block;
 use crate::math::statistics::chi_square_quantile;
 use crate::mistakes::Mistake;
 use crate::model::Model;
+use crate::residuals::{self, Structure, check_points};
 use crate::run::RunError;
+use crate::run::fit::{Fit, fit};
+use crate::snooping::{Outliers, Snooping, Strictness};
 
 /// Rounds of the weights: the second changes a factor by the square of what the first changed it.
 const WEIGHT_ROUNDS: usize = 3;
@@ -294,6 +294,6 @@ fn tied(model: &Model) -> Model {
 fn structure_of(block: &Block, fitted: &Fit, settings: &Settings<'_>) -> Result<Structure, DiagnoseError> {
     let state = &fitted.solution.state;
     let Settings { significance, options, .. } = settings;
-    let heights = check_points::of_fit(block, fitted, settings)?;
-    Ok(structure::analyse(&fitted.problem, state, &heights, *significance, options.threads)?)
+    let heights = check_points::of_fit(block, fitted, *significance, options.threads)?;
+    Ok(residuals::analyse(&fitted.problem, state, &heights, *significance, options.threads)?)
 }

@@ -1,8 +1,7 @@
 //! A fit without outliers: adjust, judge every measurement, and adjust again until nothing changes. Where blunders bend a least-squares fit, or make
 //! it fail, they are looked for in a robust one.
 
-use super::fit::{DiagnoseError, FEW_ITERATIONS, Fit, fit};
-use super::outliers::{self, MAX_ROUNDS, Round, Snooping, Strictness};
+use super::error::DiagnoseError;
 use super::settings::Settings;
 use crate::adjust::native::pool::Pool;
 use crate::adjust::{AdjustError, Options};
@@ -10,6 +9,8 @@ use crate::block::{Block, PointId};
 use crate::model::Model;
 use crate::problem::ProblemError;
 use crate::run::RunError;
+use crate::run::fit::{FEW_ITERATIONS, Fit, fit};
+use crate::snooping::{self, MAX_ROUNDS, Round, Snooping, Strictness};
 use std::collections::HashSet;
 
 /// Difference of `v'Pv` that two fits of one minimum may have: some times what either leaves.
@@ -74,7 +75,7 @@ pub fn judge(
     strictness: Strictness,
     settings: &Settings<'_>,
 ) -> Result<Round, AdjustError> {
-    let seen = outliers::Solved { problem: &fitted.problem, state: &fitted.solution.state };
+    let seen = snooping::Solved { problem: &fitted.problem, state: &fitted.solution.state };
     Pool::new(settings.options.threads)?.install(|| search.judge(whole, seen, strictness))
 }
 
@@ -126,7 +127,7 @@ impl Settling<'_> {
         let options = Options { may_stay_unconverged: true, ..settings.options.clone() };
         let (mut last, mut changed) = (None, false);
         for _ in 0..MAX_ROUNDS {
-            let robust = self.fit_what_meets(|block| outliers::robust_fit(block, model, near, &options));
+            let robust = self.fit_what_meets(|block| snooping::robust_fit(block, model, near, &options));
             let Ok(robust) = robust else { break };
             let round = judge(whole, self.search, &robust, strictness, settings)?;
             last = Some(robust);

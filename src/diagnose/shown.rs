@@ -1,10 +1,10 @@
 //! The picture that shows an effect: what the measurements leave when everything is as in the final model but the effect is switched off, beside
 //! what they leave with it. (Residuals of two fits would not show it: cameras and poses absorb most of what a model lacks.)
 
-use super::fit::Fit;
 use crate::effects::{By, ImageContext, Picture};
 use crate::measure::{MeasureError, Predictor};
 use crate::problem::{PositionObservation, Problem, State};
+use crate::run::fit::Fit;
 use nalgebra::{Vector2, Vector3};
 use std::collections::BTreeMap;
 

@@ -5,10 +5,10 @@
 //! lies in one point alone, a blunder there explains entirely. So the effect has to be significant without that
 //! point, too.
 
-use super::fit::{Fit, solve};
 use super::squares;
 use crate::adjust::{AdjustError, Options};
 use crate::problem::PointSource;
+use crate::run::fit::{Fit, solve};
 
 /// Share of the drop of `v'Pv` that lies in one point, from which it is worth two fits to see what is left without
 /// it. A blunder has most of the drop

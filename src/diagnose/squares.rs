@@ -1,7 +1,7 @@
 //! What each image measurement has of `v'Pv`.
 
-use super::fit::Fit;
 use crate::measure::{MeasureError, Predictor};
+use crate::run::fit::Fit;
 
 /// Tells point, image and standardised squared residual of every image measurement of a fit, in the order of its problem; robust weights not
 /// applied. What the state holds but cannot be predicted is left out, as it is in the fit.

@@ -3,11 +3,11 @@
 use super::predicted::Predicted;
 use crate::block::Block;
 use crate::diagnose::competition::Next;
-use crate::diagnose::fit::Fit;
 use crate::diagnose::improvement::Improvement;
 use crate::diagnose::linearised::Linearised;
 use crate::diagnose::look::Look;
 use crate::diagnose::verdict::LedgerRow;
+use crate::run::fit::Fit;
 use crate::run::folder::OutlierRow;
 use anyhow::Result;
 use std::collections::HashMap;

@@ -9,9 +9,9 @@ use super::letter;
 use super::numbers::{fixed, significant};
 use super::pictures::RunFolder;
 use super::sensor_section::sensor_figures;
-use crate::diagnose::fit::FEW_ITERATIONS;
 use crate::diagnose::verdict::Diagnosis;
 use crate::mistakes::Mistake;
+use crate::run::fit::FEW_ITERATIONS;
 use crate::run::folder::ProfileRow;
 
 /// An effect whole, as it stands in the catalogue: what one writes oneself looks the same.

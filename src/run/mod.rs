@@ -2,11 +2,13 @@
 //! system and compare it with control and check points.
 
 pub(crate) mod distortion_centre;
+pub mod fit;
 mod fitted;
 pub mod folder;
 mod gnss;
 mod loose_poses;
 pub mod multistart;
+mod pinned;
 mod residual_means;
 mod residuals;
 pub mod set_aside;

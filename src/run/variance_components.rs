@@ -2,10 +2,10 @@
 //! the values, and their marginal likelihood the variance, without a fit per round ([`crate::math::variance_component`]).
 
 use super::{Progress, RunError};
-use crate::adjust::native::null_model::{NoColumns, NullModel};
 use crate::adjust::{CovarianceOf, Options, Solver};
 use crate::effects::Role;
 use crate::math::variance_component::RandomValues;
+use crate::null_model::{NoColumns, NullModel};
 use crate::problem::{Problem, State};
 
 /// Fits at most: the likelihood is that of a linear model, and what bends it is gone after the second.

@@ -1,10 +1,10 @@
 //! What a null model says twice, it says the same.
 
 use crate::common::{effect, preset};
-use misclosure::adjust::native::null_model::{NoColumns, NullModel, Parts, SharedBase};
 use misclosure::block::Block;
 use misclosure::camera::{K1, K3};
 use misclosure::model::Model;
+use misclosure::null_model::{NoColumns, NullModel, Parts, SharedBase};
 use misclosure::problem::{CameraPrior, Problem};
 use misclosure::scenario::add_noise;
 

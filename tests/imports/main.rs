@@ -18,7 +18,8 @@ enum May {
 }
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
-const TABLE: [(&str, May); 28] = [
+#[rustfmt::skip] // Lists of names side by side.
+const TABLE: [(&str, May); 31] = [
     ("files", May::Only(&[])),
     ("math", May::Only(&[])),
     ("score", May::Only(&["math"])),
@@ -32,6 +33,7 @@ const TABLE: [(&str, May); 28] = [
     ("measure", May::Only(&["math", "camera", "effects", "problem"])),
     ("adjust::native", May::Only(&["math", "camera", "effects", "problem", "measure"])),
     ("adjust", May::Only(&["math", "camera", "effects", "problem"])),
+    ("null_model", May::Only(&["math", "effects", "model", "problem", "measure", "adjust"])),
     ("scenario", May::Only(&["math", "camera", "block"])),
     // Mistakes are made in files of text: nothing of the search for them, nor of the edits that undo them.
     ("inject::mistakes", May::Only(&["files"])),
@@ -39,22 +41,23 @@ const TABLE: [(&str, May); 28] = [
     ("kit", May::Only(&["files", "math", "camera", "block", "effects", "model", "problem", "measure", "inject"])),
     ("evaluate", May::Only(&["math", "camera", "block"])),
     ("mistakes", May::Only(&["math", "camera", "block", "evaluate"])),
-    (
-        "run",
-        May::Only(&[
-            "math", "camera", "block", "io", "effects", "model", "problem", "measure", "adjust", "evaluate", "mistakes",
-        ]),
-    ),
-    (
-        "diagnose",
-        May::Only(&[
-            "math", "score", "geodesy", "camera", "block", "effects", "model", "problem", "measure", "adjust",
-            "evaluate", "mistakes", "run",
-        ]),
-    ),
+    ("run", May::Only(&[
+        "math", "camera", "block", "io", "effects", "model", "problem", "measure", "adjust", "null_model",
+        "evaluate", "mistakes",
+    ])),
+    ("snooping", May::Only(&[
+        "math", "score", "camera", "block", "model", "problem", "measure", "adjust", "null_model", "evaluate", "run",
+    ])),
+    ("residuals", May::Only(&[
+        "math", "score", "camera", "block", "model", "problem", "measure", "adjust", "null_model", "evaluate", "run",
+    ])),
+    ("diagnose", May::Only(&[
+        "math", "score", "geodesy", "camera", "block", "effects", "model", "problem", "measure", "adjust", "null_model",
+        "evaluate", "mistakes", "run", "snooping", "residuals",
+    ])),
     ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "validate", "lab", "cli"])),
-    ("study", May::AllBut(&["diagnose", "validate", "lab", "cli"])),
-    ("validate", May::AllBut(&["diagnose", "kit", "report", "study", "lab", "cli"])),
+    ("study", May::AllBut(&["snooping", "residuals", "diagnose", "validate", "lab", "cli"])),
+    ("validate", May::AllBut(&["snooping", "residuals", "diagnose", "kit", "report", "study", "lab", "cli"])),
     ("book", May::Only(&[])),
     ("memory", May::Only(&["adjust"])),
     ("lab", May::AllBut(&["study", "validate", "cli"])),

@@ -2,11 +2,11 @@
 
 use misclosure::adjust::{CovarianceOf, Options};
 use misclosure::block::Block;
-use misclosure::diagnose::fit::{Fit, fit};
 use misclosure::diagnose::settings::Settings;
 use misclosure::measure::Predictor;
 use misclosure::model::{Datum, EffectTerm, Model};
 use misclosure::problem::Problem;
+use misclosure::run::fit::{Fit, fit};
 use misclosure::scenario::{Scenario, SurveyNoise, add_noise, add_survey_noise, simulate};
 use std::collections::BTreeMap;
 

@@ -7,12 +7,12 @@ use misclosure::block::Block;
 use misclosure::diagnose::added::Added;
 use misclosure::diagnose::candidate::{Addition, Candidate, candidates};
 use misclosure::diagnose::competition::Competition;
-use misclosure::diagnose::fit::Fit;
 use misclosure::diagnose::linearised::{Questions, with_candidates};
 use misclosure::diagnose::objective::Members;
 use misclosure::diagnose::refit::Refits;
 use misclosure::diagnose::select::Searched;
 use misclosure::effects::{self, Domain, Kind, Role};
+use misclosure::run::fit::Fit;
 use std::collections::BTreeSet;
 
 /// What the catalogue asks.

@@ -4,10 +4,10 @@
 
 use super::blocks::{everything_free, fitted, options, preset, with_noise};
 use super::in_turn::in_turn;
-use misclosure::adjust::native::null_model::{Columns, Entries, Measured, NullModel};
 use misclosure::block::Block;
 use misclosure::effects::find;
 use misclosure::model::{Datum, EffectRef, EffectTerm};
+use misclosure::null_model::{Columns, Entries, Measured, NullModel};
 use misclosure::problem::{Problem, State};
 
 /// Blocks with noise alone.

@@ -73,7 +73,7 @@ pub fn add_in_order<P: Send, E: Send>(
 }
 
 /// A panic of another thread is passed on by the pool; what it left does not matter then.
-pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

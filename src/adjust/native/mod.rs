@@ -12,6 +12,7 @@ mod eliminate;
 mod evaluation;
 mod factor;
 mod follow;
+pub(crate) mod for_null_model;
 mod in_order;
 mod iterated;
 pub mod kernels;
@@ -19,7 +20,7 @@ mod linearise;
 pub mod lm;
 mod loss;
 mod nonlinear;
-pub mod null_model;
+mod normal_equations;
 mod pattern;
 mod point;
 pub(crate) mod pool;
@@ -40,6 +41,7 @@ pub use loss::Curvature;
 pub use rank::EFFECT_DOMAIN;
 
 use bundle::{Bundle, BundleState, gradient_max};
+use normal_equations::NormalEquations;
 use pattern::Pattern;
 use point::Prepared;
 use pool::Pool;
@@ -130,12 +132,7 @@ impl Solver for Native {
 /// A singular problem; a state that cannot be projected.
 pub fn one_step(problem: &Problem, state: &State, threads: usize) -> Result<State, AdjustError> {
     let structure = structure(problem)?;
-    let frames = frames(problem, &structure, state)?;
-    let at = Prepared { problem, structure: &structure, state, frames: &frames };
-    let system =
-        Pool::new(threads)?.install(|| linearise::linearise(&at, 0.0, Curvature::Weights, &Spare::default()))?;
-    let pattern = Pattern::of(&structure, LinearSolver::Auto);
-    let (images, border) = rank::factor_of_full_rank(problem, &structure, &system, pattern.as_deref())?.solve();
+    let (images, border) = NormalEquations::at(problem, &structure, state, &Pool::new(threads)?)?.solve();
     let mut next = state.clone();
     step::move_images_and_border(problem, &structure, &mut next, &images, &border);
     Ok(next)

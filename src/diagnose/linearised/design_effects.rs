@@ -1,11 +1,11 @@
 //! Design effects: by how much measurements that err together, in an image or about a point, make an estimate less sure than it says.
 
-use super::super::fit::DiagnoseError;
+use super::super::error::DiagnoseError;
 use super::super::select::{Known, Nature, Set};
 use super::super::settings::Settings;
 use super::Linearised;
 use crate::adjust::AdjustError;
-use crate::adjust::native::null_model::{GROUPINGS, ImageCell, ImageCells, NullModel, Parts};
+use crate::null_model::{GROUPINGS, ImageCell, ImageCells, NullModel, Parts};
 use crate::score::design_effect::{ClusterOfValues, Clusters, Share, of_values, shares_of};
 use nalgebra::DMatrix;
 use rayon::prelude::*;

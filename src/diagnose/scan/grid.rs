@@ -5,7 +5,7 @@ use super::cells::{Cells, Residual};
 use super::elsewhere;
 use super::shape::{Moves, Shape, Sums};
 use crate::adjust::AdjustError;
-use crate::adjust::native::null_model::{Local, NullModel};
+use crate::null_model::{Local, NullModel};
 use crate::problem::ImageObservation;
 use rayon::prelude::*;
 

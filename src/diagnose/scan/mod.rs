@@ -11,13 +11,14 @@ mod grid;
 mod shape;
 
 use super::candidate::{Addition, Candidate};
-use super::fit::{DiagnoseError, Fit};
+use super::error::DiagnoseError;
 use super::select::Searched;
-use crate::adjust::native::null_model::NullModel;
 use crate::effects::{Domain, Role};
 use crate::math::statistics::chi_square_ln_sf;
 use crate::model::EffectRef;
+use crate::null_model::NullModel;
 use crate::problem::Problem;
+use crate::run::fit::Fit;
 use grid::Grid;
 use rayon::prelude::*;
 use shape::{List, Shape};

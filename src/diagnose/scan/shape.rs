@@ -2,10 +2,10 @@
 
 use super::Scan;
 use super::cells::Residual;
-use crate::adjust::native::null_model::{Columns, Entries, Measured};
 use crate::effects::answer::{Answer, FEW_PARAMETERS, Thetas};
 use crate::effects::{Context, Stage};
 use crate::math::lane::{LANES, Lane};
+use crate::null_model::{Columns, Entries, Measured};
 use crate::problem::ImageObservation;
 use smallvec::{SmallVec, smallvec};
 

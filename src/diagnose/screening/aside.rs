@@ -1,7 +1,5 @@
 //! What takes no part, and what that says.
 
-use super::super::fit::Fit;
-use super::super::outliers::Outliers;
 use super::lost::control_points;
 use super::undone::with_conventions;
 use crate::block::{Block, Role};
@@ -9,6 +7,8 @@ use crate::mistakes::set_aside::{self, Count, SetAside};
 use crate::mistakes::{Mistake, Subject};
 use crate::model::{Datum, Model};
 use crate::problem::MeasurementKind;
+use crate::run::fit::Fit;
+use crate::snooping::Outliers;
 use std::collections::HashSet;
 
 /// The block and model to go on with: what is recorded wrongly takes no part. Control points become check points:

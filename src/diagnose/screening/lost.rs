@@ -1,6 +1,5 @@
 //! Control points whose marks were set aside, at the fit that goes without them.
 
-use super::super::fit::Fit;
 use crate::block::{Block, Role};
 use crate::evaluate::intersection::{Intersection, Method, intersect_surveyed};
 use crate::math::statistics::median;
@@ -8,6 +7,7 @@ use crate::measure::Predictor;
 use crate::mistakes::Mistake;
 use crate::mistakes::lost::{Lost, judge};
 use crate::run::FittedModel;
+use crate::run::fit::Fit;
 use nalgebra::Vector3;
 
 /// Standard deviations from the median of absolute values, for the normal distribution.

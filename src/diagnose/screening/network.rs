@@ -1,7 +1,5 @@
 //! A block oriented by its tie points alone: its shape up to a similarity, whatever was surveyed.
 
-use super::super::fit::Fit;
-use super::super::outliers::{Snooping, Strictness, robust_fit};
 use super::super::priors::with_priors;
 use super::super::settings::Settings;
 use super::super::settle::settle;
@@ -11,6 +9,8 @@ use crate::block::{Block, ByPoint, PointId};
 use crate::camera::F;
 use crate::mistakes::Focal;
 use crate::model::{Datum, Model};
+use crate::run::fit::Fit;
+use crate::snooping::{Snooping, Strictness, robust_fit};
 use nalgebra::{Matrix3, SMatrix};
 use std::ops::ControlFlow;
 

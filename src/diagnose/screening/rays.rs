@@ -1,11 +1,11 @@
 //! Conventions of image measurements, cameras and orientations, examined at the start values of a block; and single
 //! images beside a free network.
 
-use super::super::fit::Fit;
 use crate::block::{Block, ByPoint, Measurement, PointId};
 use crate::camera::Camera;
 use crate::mistakes::Mistake;
 use crate::mistakes::rays::{self, Scene, Sight, View, single};
+use crate::run::fit::Fit;
 use nalgebra::Vector3;
 
 /// Rays of each image that are examined: their median is known to a tenth.

@@ -1,6 +1,5 @@
 //! Surveyed positions beside those that the network of tie points gives.
 
-use super::super::fit::Fit;
 use super::network::{Oriented, distance};
 use crate::block::{Block, Measurement, Role};
 use crate::camera::F;
@@ -9,6 +8,7 @@ use crate::math::statistics::{mean, median, rms};
 use crate::measure::Predictor;
 use crate::mistakes::{BEYOND, Group, Member, Subject, Survey};
 use crate::run::FittedModel;
+use crate::run::fit::Fit;
 use nalgebra::{Matrix3, Vector3};
 
 /// A block that tie points alone orient.

@@ -8,11 +8,12 @@
 //! Sources: Helmert's estimator of variance components in Koch, Parameter Estimation and Hypothesis Testing (1999), sec. 3.6; random signs for
 //! a trace in Hutchinson (1989), Communications in Statistics 18.
 
-use super::super::fit::{DiagnoseError, Fit};
+use super::super::error::DiagnoseError;
 use super::super::linearised::Linearised;
 use super::super::squares;
-use crate::adjust::native::null_model::{Entries, Measured};
+use crate::null_model::{Entries, Measured};
 use crate::problem::Problem;
+use crate::run::fit::Fit;
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

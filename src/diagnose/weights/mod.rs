@@ -17,14 +17,15 @@ mod flights;
 mod tests;
 
 use super::added::Added;
-use super::fit::{DiagnoseError, Fit};
+use super::error::DiagnoseError;
 use super::linearised::{Linearised, Questions, with_candidates};
 use super::settings::Settings;
-use crate::adjust::native::null_model::{Columns, Coordinate, Entries, Measured};
 use crate::block::Block;
 use crate::math::statistics::chi_square_quantile;
 use crate::model::{Model, SigmaFactors};
+use crate::null_model::{Columns, Coordinate, Entries, Measured};
 use crate::problem::Problem;
+use crate::run::fit::Fit;
 use crate::score::{System, random};
 use flights::{Flights, Share};
 
