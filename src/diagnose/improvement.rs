@@ -227,7 +227,8 @@ impl Improvement {
         let refit = || -> Result<Option<(Fit, f64)>, DiagnoseError> {
             let Some(weights) = weights::reweighted(block, &self.fit, &self.parts, settings)? else { return Ok(None) };
             let refitted = fit(block, &weights.model, Some(&self.fit), &settings.options)?;
-            Ok(Some((settle(block, refitted, &self.parts, settings)?, -weights.gain)))
+            let gain = -(weights.gain + weights.gain_of_images);
+            Ok(Some((settle(block, refitted, &self.parts, settings)?, gain)))
         };
         let changed = match refit() {
             Ok(None) => false,

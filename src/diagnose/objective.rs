@@ -2,9 +2,15 @@
 //! price.
 //!
 //! ```text
-//! J(S) = r ln(chi(S) / r) + ln|I + t^2 M_RR|        -2 ln L, the variance factor by profile, random effects R by their variance t^2
-//!        + sum over h in S of kappa_h                what chance would reach
+//! J(S) = chi(S) / phi + ln|I + t^2 M_RR|       -2 ln L under the present weights, random effects R by their variance t^2
+//!        + sum over h in S of kappa_h           what chance would reach
 //! ```
+//!
+//! `phi` is the variance factor of the model as it stands. It belongs to all observations, so that it may not follow
+//! the sets that compete: where a large cause spoils the images, their standard deviation was estimated too large,
+//! and a factor that falls with the cause would call GNSS and control too noisy, and ask for random effects that
+//! absorb them. The weights are estimated anew after each step, image by survey, and the objective falls by the
+//! likelihood of that too.
 //!
 //! `chi(S)` is `v'Pv` of the fit with `S`, where every size of a law is a pseudo-observation of its nominal value
 //! (half its plausible range is the
@@ -16,20 +22,8 @@
 //! decides.
 
 use super::hypothesis::Hypothesis;
-use crate::score::{LEAST_NOISE, Penalised, System};
+use crate::score::{Penalised, System, variance_factor};
 use std::sync::{Arc, Mutex, PoisonError};
-
-/// `-2 ln L` of a fit that leaves `chi_square` with redundancy `redundancy`, but for a constant: the variance factor
-/// takes its likeliest value. Where
-/// residuals are much smaller than stated they are rounding, and the stated variance stands.
-pub fn misfit(chi_square: f64, redundancy: f64) -> f64 {
-    let least = LEAST_NOISE * redundancy;
-    if chi_square >= least {
-        redundancy * (chi_square / redundancy).ln()
-    } else {
-        redundancy * LEAST_NOISE.ln() + chi_square - least
-    }
-}
 
 /// Some hypotheses, by their position.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -103,6 +97,8 @@ pub struct Objective<'a> {
     law_columns: Vec<usize>,
     /// Columns of each law among those.
     pub(super) of_laws: Vec<Vec<usize>>,
+    /// Variance factor of the model as it stands.
+    pub(super) variance: f64,
     /// Logarithm of the level of a single hypothesis.
     pub ln_level: f64,
     known: Mutex<Vec<Known>>,
@@ -110,8 +106,8 @@ pub struct Objective<'a> {
 
 impl<'a> Objective<'a> {
     /// `system`: all columns at zero; `prior`: information that the prior of each column adds, zero where nothing is
-    /// known.
-    pub fn new(system: &System, prior: &[f64], hypotheses: &'a [Hypothesis], ln_level: f64) -> Self {
+    /// known; `current`: the hypotheses in the model.
+    pub fn new(system: &System, prior: &[f64], hypotheses: &'a [Hypothesis], current: &Members, ln_level: f64) -> Self {
         let mut system = system.clone();
         let information = Arc::make_mut(&mut system.information);
         prior.iter().enumerate().for_each(|(c, own)| information[(c, c)] += own);
@@ -125,7 +121,16 @@ impl<'a> Objective<'a> {
             false => h.columns.iter().filter_map(|column| law_columns.binary_search(column).ok()).collect(),
         };
         let of_laws = hypotheses.iter().map(of).collect();
-        Self { system, hypotheses, law_columns, of_laws, ln_level, known: Mutex::default() }
+        let variance = 1.0;
+        let mut objective =
+            Self { system, hypotheses, law_columns, of_laws, variance, ln_level, known: Mutex::default() };
+        objective.variance = variance_factor(objective.chi_square(current), objective.redundancy());
+        objective
+    }
+
+    /// `-2 ln L` of a set that leaves `chi_square`, but for a constant.
+    pub(super) fn misfit(&self, chi_square: f64) -> f64 {
+        chi_square / self.variance
     }
 
     /// Redundancy of the base.
@@ -156,7 +161,7 @@ impl<'a> Objective<'a> {
         let columns: Vec<&[usize]> = laws.iter().map(|law| self.of_laws[*law].as_slice()).collect();
         let drop = conditional.system.pivoted_in_turn(&columns).drop();
         let price: f64 = laws.iter().map(|law| self.hypotheses[*law].price).sum();
-        misfit(conditional.system.chi_square - drop, self.redundancy()) + conditional.cost + price
+        self.misfit(conditional.system.chi_square - drop) + conditional.cost + price
     }
 
     /// `v'Pv` that some members leave to first order, their priors included.

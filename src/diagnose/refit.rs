@@ -6,7 +6,7 @@ use super::candidate::is_random;
 use super::error::DiagnoseError;
 use super::linearised::{Linearised, prior_information, without_candidates};
 use super::models::{SMALLEST_DEVIATION, at_approximations, at_solution, with_members};
-use super::objective::{Members, Objective, misfit};
+use super::objective::{Members, Objective};
 use super::select::{Nature, Taken};
 use super::settings::Settings;
 use super::single;
@@ -70,7 +70,7 @@ impl Refits<'_> {
     /// `J` of a fit with some members.
     fn value(&self, fit: &Fit, members: &Members) -> f64 {
         let objective = self.objective;
-        misfit(fit.chi_square() + implausibility(fit, self.added.own), objective.redundancy())
+        objective.misfit(fit.chi_square() + implausibility(fit, self.added.own))
             + objective.log_determinant(members)
             + objective.price(members)
     }
@@ -125,8 +125,7 @@ impl Refits<'_> {
         let carrier = single::carrier(from, &fit, &settings.options)?;
         if let Some(found) = &carrier {
             let drop = from.chi_square() - fit.chi_square();
-            let left = |chi_square: f64| misfit(chi_square, objective.redundancy());
-            value += (left(from.chi_square() - found.left * drop) - left(fit.chi_square())).max(0.0);
+            value += objective.misfit((1.0 - found.left) * drop).max(0.0);
         }
         let carrier = carrier.map(|found| found.point);
         Ok(Refitted { fit, added, value, carrier })

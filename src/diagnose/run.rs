@@ -176,6 +176,7 @@ pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Bas
     for _ in 0..WEIGHT_ROUNDS {
         let Some(weights) = weights::reweighted(&block, &fitted, &added, settings)? else { break };
         fitted = fit(&block, &weights.model, Some(&fitted), &settings.options)?;
+        // The images' factor is that of the model with the survey as stated, too: it is where the objective is zero.
         objective -= weights.gain;
     }
     drop(block);

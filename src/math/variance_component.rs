@@ -89,22 +89,19 @@ impl RandomValues {
         size
     }
 
-    /// Variance of a value as a multiple of the variance factor, which takes its likeliest value as well: the minimum
-    /// of
-    /// `r ln(chi(rho) / r) + sum ln(1 + rho l)`, `chi_square` that of no variance and `r` the redundancy. `None`
-    /// where zero is likeliest.
-    pub fn likeliest_ratio(&self, chi_square: f64, redundancy: f64) -> Option<f64> {
+    /// Variance of a value as a multiple `rho` of the variance factor `phi`: the minimum of
+    /// `chi(rho) / phi + sum ln(1 + rho l)`. `None` where zero is likeliest.
+    pub fn likeliest_ratio(&self, phi: f64) -> Option<f64> {
         let kept = self.left();
         let mean = kept.iter().map(|k| self.eigenvalues[*k]).sum::<f64>() / kept.len().max(1) as f64;
         let lack = |ln_ratio: f64| {
             let ratio = ln_ratio.exp();
-            let (mut left, mut freedom) = (chi_square, 0.0);
+            let mut lack = 0.0;
             for k in &kept {
                 let (l, s) = (self.eigenvalues[*k], self.scores[*k]);
-                left -= s * s * ratio / (1.0 + ratio * l);
-                freedom += (ratio * l).ln_1p();
+                lack += (ratio * l).ln_1p() - s * s * ratio / (1.0 + ratio * l) / phi;
             }
-            redundancy * (left.max(f64::MIN_POSITIVE) / chi_square).ln() + freedom
+            lack
         };
         let (low, high) = RATIOS.map(|ratio| ratio.ln() - mean.ln()).into();
         let ln_ratio = minimum(lack, low, high);

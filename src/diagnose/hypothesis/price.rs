@@ -49,7 +49,9 @@ impl Law {
             }
             _ => design_effect * quantile(ln_p, ln_level),
         };
-        redundancy * (drop / rest).ln_1p()
+        // Of the redundancy's share that the law takes at its F quantile: the variance factor is that without the law.
+        let ratio = drop / rest;
+        redundancy * ratio / (1.0 + ratio)
     }
 }
 
@@ -100,7 +102,8 @@ mod tests {
         assert_relative_eq!(large, chi_square_quantile(1.0 - level, 2.0), max_relative = 1e-6);
         // With ten degrees of freedom left F = t^2 has its quantile at 6.211^2 (two-sided, Student's t).
         let small = law(1.0, Searched::None).price(level.ln(), 11.0);
-        assert_relative_eq!(small, 11.0 * (1.0 + 6.2110f64.powi(2) / 10.0).ln(), max_relative = 1e-4);
+        let squared = 6.2110f64.powi(2);
+        assert_relative_eq!(small, 11.0 * squared / (10.0 + squared), max_relative = 1e-4);
     }
 
     #[test]

@@ -22,7 +22,7 @@ use crate::null_model::{Columns, NoColumns, NullModel, ScoreSystem};
 use crate::problem::State;
 use crate::run::fit::Fit;
 use crate::score::design_effect::Clusters;
-use crate::score::{System, random};
+use crate::score::{System, random, variance_factor};
 pub use limits::prior_information;
 use limits::{least_information, plausible_values, prior_in_fit};
 use nalgebra::{DMatrix, DVector};
@@ -333,9 +333,11 @@ impl Linearised {
     /// Variance of chance values of largest likelihood beside what else is in, in units of the variance of unit
     /// weight and of their columns squared.
     pub fn variance(&self, situation: &Situation<'_>, set: usize) -> f64 {
+        let with = situation.beside();
+        let phi = variance_factor(with.chi_square, with.redundancy);
         let beside = situation.without(&self.sets[set].id).beside();
         let values = random::values(&beside, &self.sets[set].columns);
-        values.and_then(|values| values.likeliest_ratio(beside.chi_square, beside.redundancy)).unwrap_or(0.0)
+        values.and_then(|values| values.likeliest_ratio(phi)).unwrap_or(0.0)
     }
 
     /// Raw value of a column per scaled unit.

@@ -2,7 +2,7 @@
 //! exchange, and add two.
 
 use crate::diagnose::models::SMALLEST_DEVIATION;
-use crate::diagnose::objective::{Conditional, Members, Objective, misfit};
+use crate::diagnose::objective::{Conditional, Members, Objective};
 use crate::score::random;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -92,7 +92,7 @@ fn likeliest(objective: &Objective<'_>, members: &Members) -> Members {
 fn likeliest_variance(objective: &Objective<'_>, hypothesis: usize, members: &Members) -> Option<f64> {
     let system = objective.of_random(hypothesis, members);
     let all: Vec<usize> = (0..system.len()).collect();
-    random::values(&system, &all)?.likeliest_ratio(system.chi_square, system.redundancy)
+    random::values(&system, &all)?.likeliest_ratio(objective.variance)
 }
 
 impl Objective<'_> {
@@ -139,7 +139,7 @@ fn with_one_law(objective: &Objective<'_>, conditional: &Arc<Conditional>, membe
     let price = objective.price(&Members { laws: members.laws.clone(), random: Vec::new() }) + conditional.cost;
     let with = |law: usize| {
         let chi_square = beside.chi_square - beside.pivoted(&objective.of_laws[law]).drop();
-        let value = misfit(chi_square, objective.redundancy()) + price + objective.hypotheses[law].price;
+        let value = objective.misfit(chi_square) + price + objective.hypotheses[law].price;
         Ranked { members: members.with_law(law), value }
     };
     open_laws(objective, members).into_par_iter().map(with).collect()
@@ -161,7 +161,7 @@ fn with_two_laws(objective: &Objective<'_>, conditional: &Arc<Conditional>, memb
             let columns = [objective.of_laws[*first].as_slice(), &objective.of_laws[*second]];
             let chi_square = beside.chi_square - beside.pivoted_in_turn(&columns).drop();
             let both = objective.hypotheses[*first].price + objective.hypotheses[*second].price;
-            let value = misfit(chi_square, objective.redundancy()) + price + both;
+            let value = objective.misfit(chi_square) + price + both;
             Ranked { members: members.with_law(*first).with_law(*second), value }
         };
         let differs = |second: &&usize| objective.hypotheses[**second].id != objective.hypotheses[*first].id;
@@ -181,7 +181,7 @@ fn with_one_random(objective: &Objective<'_>, members: &Members) -> Vec<Ranked> 
         if !random::may_vary(&system, &all, own.design_effect, objective.ln_level) {
             return None;
         }
-        let variance = random::values(&system, &all)?.likeliest_ratio(system.chi_square, system.redundancy)?;
+        let variance = random::values(&system, &all)?.likeliest_ratio(objective.variance)?;
         let members = members.with_random(h, variance);
         Some(Ranked { value: objective.value(&members), members })
     };

@@ -123,9 +123,11 @@ impl Columns for Extra<'_> {
 pub struct Weights {
     /// The model with them.
     pub model: Model,
-    /// What the objective falls by: twice the logarithm of the likelihood ratio, less the price of every group that
-    /// is not believed as stated.
+    /// What the objective falls by through the groups of the survey: twice the logarithm of the likelihood ratio,
+    /// less the price of every group that is not believed as stated.
     pub gain: f64,
+    /// The same through the images.
+    pub gain_of_images: f64,
 }
 
 /// The weights that the residuals of a fit ask for, conditional on its model; `None` where they are those that it has.
@@ -183,7 +185,7 @@ fn weighed(
     let groups = Coordinated::of(linearised, of_coordinates.start, settings);
     let coordinates = &extra.coordinates;
     let mut next = fit.model.clone();
-    let mut gain = 0.0;
+    let (mut gain, mut gain_of_images) = (0.0, 0.0);
     let in_plan_and_height = |plan: (Vec<usize>, f64), height: (Vec<usize>, f64)| {
         rayon::join(|| groups.factor(&plan.0, plan.1), || groups.factor(&height.0, height.1))
     };
@@ -201,7 +203,9 @@ fn weighed(
         for (flight, (name, share)) in block.flights.iter().zip(shares).enumerate() {
             let Some(own) = next.flight_factors.get_mut(name) else { continue };
             let of = |number: usize| flights.of_image(problem.gnss[number].index) == flight;
-            own.image = share.factor(own.image);
+            let image = share.factor(own.image);
+            gain_of_images += share.gain(own.image, image);
+            own.image = image;
             (own.gnss, own.gnss_z) = noted(in_plan_and_height(
                 (coordinates.gnss(false, of), own.gnss),
                 (coordinates.gnss(true, of), own.gnss_z),
@@ -215,13 +219,14 @@ fn weighed(
             images.chi_square -= residual(linearised, column).powi(2);
         }
         factors.image = images.factor(now.image);
+        gain_of_images = images.gain(now.image, factors.image);
         let all = |_| true;
         (factors.gnss, factors.gnss_z) = noted(in_plan_and_height(
             (coordinates.gnss(false, all), now.gnss),
             (coordinates.gnss(true, all), now.gnss_z),
         ));
     }
-    Ok(Weights { model: next, gain })
+    Ok(Weights { model: next, gain, gain_of_images })
 }
 
 impl Share {
@@ -236,6 +241,12 @@ impl Share {
         let spread = chi_square_quantile(1.0 - 0.5 * BELIEVED, redundancy) / redundancy - 1.0;
         let factor = if (variance - 1.0).abs() > spread { variance.sqrt() } else { 1.0 };
         (now * factor).max(LEAST_IMAGE)
+    }
+
+    /// Twice the logarithm of the likelihood ratio of the factor `next` against `now`.
+    fn gain(&self, now: f64, next: f64) -> f64 {
+        let ratio = (next / now).powi(2);
+        self.chi_square * (1.0 - 1.0 / ratio) - self.redundancy * ratio.ln()
     }
 }
 
