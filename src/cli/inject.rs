@@ -60,7 +60,7 @@ pub struct Arguments {
     /// the estimator has too; the truth says so
     #[arg(long, value_name = "FILE.so")]
     plugin: Vec<PathBuf>,
-    /// Seed of everything random; the same seed gives the same bytes [default: 1]
+    /// Seed of the errors; the same seed gives the same bytes [default: 1]
     #[arg(long)]
     seed: Option<u64>,
     /// List the errors and the mistakes with their parameters and units
@@ -91,6 +91,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
                 .into(),
         )
         .into());
+    }
+    if arguments.errors.is_empty() && arguments.seed.is_some() {
+        let message = "--seed: without --error nothing is random; mistakes are made the same way each time";
+        return Err(Usage(message.into()).into());
     }
     let (injections, terms) = errors(arguments)?;
     let mistakes = arguments.mistakes.iter().map(|text| mistakes::parse(text)).collect::<anyhow::Result<Vec<_>>>();
