@@ -103,6 +103,17 @@ fn two_points_are_enough_to_show_another_height_system() {
 }
 
 #[test]
+fn one_point_shows_a_height_offset_that_nothing_undoes() {
+    let mut one = survey();
+    one.groups.remove(1);
+    one.groups[0].members.truncate(1);
+    rewrite(&mut one, 0, |_, p| p - Vector3::new(0.0, 0.0, 47.3));
+    let found = screen(&one, ALPHA);
+    assert!(found.len() == 1 && found[0].kind == "height-offset", "{found:?}");
+    assert!(found[0].mend.is_empty() && found[0].sentence.contains("One point alone"), "{found:?}");
+}
+
+#[test]
 fn turned_and_scaled_lists() {
     let mut turned = survey();
     let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 2f64.to_radians());
