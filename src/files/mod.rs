@@ -1,7 +1,8 @@
 //! Files that are read: regular ones alone, and held as a whole only where memory allows. Folders for what is being
-//! written: [`scratch`].
+//! written: [`scratch`]. Text in which values change: [`toml_text`].
 
 pub(crate) mod scratch;
+pub(crate) mod toml_text;
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
