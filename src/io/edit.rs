@@ -2,14 +2,13 @@
 
 use super::error::{Error, Place};
 use crate::block::edit::{Change, Edit, Rows};
+use crate::files::OF_BLOCK;
 use crate::files::toml_text::rewritten;
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// Files that a block may have.
-const FILES: [&str; 6] = ["block.toml", "images.csv", "ties.csv", "points.csv", "control.csv", "marks.csv"];
 const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 
 /// Writes the block in `from` with some edits, in their order, into the folder `to`.
@@ -17,7 +16,7 @@ const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 /// # Errors
 /// A file that cannot be read or written; an edit of a column that is not there or of a cell that is no number.
 pub fn edited(from: &Path, to: &Path, edits: &[Edit]) -> Result<(), Error> {
-    for file in FILES {
+    for file in OF_BLOCK {
         let (source, target) = (from.join(file), to.join(file));
         if !source.is_file() {
             continue;
