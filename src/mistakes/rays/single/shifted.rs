@@ -64,7 +64,7 @@ impl<'a> Shifted<'a> {
         let with = resect(camera, &rows, pose, true, known.usual)?;
         let drop = cost(camera, &rows, &without, known) - cost(camera, &rows, &with, known);
         let fit = [fitting(camera, &rows, &with, FITS * known.usual), rows.len()];
-        let covariance = with.offset_covariance(camera, &rows, FITS * known.usual)?;
+        let covariance = with.offset_covariance(camera, &rows, known.usual, FITS * known.usual)?;
         Some(Self { view, camera, shift: with.offset, covariance, drop, fit })
     }
 
