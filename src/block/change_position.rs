@@ -4,8 +4,8 @@
 use super::edit::Change;
 use nalgebra::Vector3;
 
-/// Makes a change of a position whose zero lies at `origin` in the system of the files; `None` where it is none of these
-/// columns.
+/// Makes a change of a position whose zero lies at `origin` in the system of the files; `None` where it is none of
+/// these columns.
 pub(super) fn change_position(
     position: &mut Vector3<f64>,
     origin: &Vector3<f64>,

@@ -150,7 +150,11 @@ fn errors(arguments: &Arguments) -> anyhow::Result<(Vec<Injection>, Vec<EffectTe
 fn follow_recipe(file: &Path, output: &Path, arguments: &Arguments) -> anyhow::Result<Answer> {
     let is_given = [&arguments.errors, &arguments.mistakes].iter().any(|list| !list.is_empty());
     if arguments.seed.is_some() || is_given || !arguments.plugin.is_empty() {
-        return Err(Usage(format!("{}: a recipe has its own seed, errors and mistakes", file.display())).into());
+        return Err(Usage(format!(
+            "{}: a recipe has its own seed, errors and mistakes: leave out --seed, --error, --mistake, --plugin",
+            file.display()
+        ))
+        .into());
     }
     let output = Output::of_block(output, None)?;
     let recipe = recipe::read(file).map_err(bad_input)?;

@@ -61,8 +61,8 @@ pub fn best(group: &Group, as_recorded: Option<&Aligned>) -> Option<Clock> {
     (found.sigma.is_finite() && found.seconds.abs() > LEAST_SHARE * interval).then_some(found)
 }
 
-/// Differences that are tried, s, both ways: unknown ones on a grid, and known ones within the longest flight. Beyond it
-/// no position is recorded at any exposure.
+/// Differences that are tried, s, both ways: unknown ones on a grid, and known ones within the longest flight. Beyond
+/// it no position is recorded at any exposure.
 fn differences(interval: f64, flights: &[Vec<(f64, usize)>]) -> Vec<f64> {
     let step = interval / STEPS_PER_INTERVAL;
     let count = (MOST_SECONDS / step).min(MOST_TRIALS) as i32;
