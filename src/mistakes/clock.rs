@@ -61,15 +61,15 @@ pub fn best(group: &Group, as_recorded: Option<&Aligned>) -> Option<Clock> {
     (found.sigma.is_finite() && found.seconds.abs() > LEAST_SHARE * interval).then_some(found)
 }
 
-/// Differences that are tried, s, both ways: unknown ones on a grid, and known ones within the longest flight. Beyond
-/// it no position is recorded at any exposure.
+/// Differences that are tried, s, both ways: unknown ones on a grid, and known ones up to half of the longest
+/// flight: beyond, few exposures keep a position, and these fit by chance.
 fn differences(interval: f64, flights: &[Vec<(f64, usize)>]) -> Vec<f64> {
     let step = interval / STEPS_PER_INTERVAL;
     let count = (MOST_SECONDS / step).min(MOST_TRIALS) as i32;
     let grid = (1..=count).map(|k| f64::from(k) * step);
     let longest = flights.iter().filter_map(|flight| Some(flight.last()?.0 - flight.first()?.0)).fold(0.0, f64::max);
     let zones = (1..=MOST_HALF_HOURS).map(|k| f64::from(k) * HALF_HOUR);
-    let known = std::iter::once(GPS_AHEAD_OF_UTC).chain(zones).filter(|seconds| *seconds < longest);
+    let known = std::iter::once(GPS_AHEAD_OF_UTC).chain(zones).filter(|seconds| *seconds < 0.5 * longest);
     grid.chain(known).flat_map(|seconds| [seconds, -seconds]).collect()
 }
 
@@ -227,7 +227,7 @@ mod tests {
         assert!((found.seconds - GPS_AHEAD_OF_UTC).abs() < 0.2, "{found:?}");
         // The grid and 18 s, both ways; a flight of two minutes holds no half hour.
         assert_eq!(found.tried, 122);
-        let long = [(0..3_u32).map(|k| (f64::from(k) * 1000.0, k as usize)).collect::<Vec<_>>()];
+        let long = [(0..3_u32).map(|k| (f64::from(k) * 2000.0, k as usize)).collect::<Vec<_>>()];
         let known = differences(3.0, &long);
         assert_eq!(&known[known.len() - 4..], [18.0, -18.0, 1800.0, -1800.0]);
     }
