@@ -46,7 +46,7 @@
 //!
 //! | module | is | imports |
 //! |---|---|---|
-//! | `files` | regular files, read | nothing of ours |
+//! | `files` | regular files, read; TOML in which values change | nothing of ours |
 //! | [`math`] | rotations, statistics, intersection, variance components | nothing of ours |
 //! | [`score`] | statistics of small systems of score and information | math |
 //! | [`geodesy`] | coordinate systems: maps, local ones | nothing of ours |

@@ -19,7 +19,8 @@ const WORDS = {
   "exchange-columns": ({ columns }) => `${columns.join(" and ")} exchanged`,
   "exchange-values": ({ values }) => `${values.join(" and ")} exchanged`,
   clear: ({ columns }) => `${columns.join(", ")} emptied`,
-  shift: ({ columns, by }) => `${columns.join(", ")} moved by ${Math.abs(by)} rows`,
+  // A row takes the cells of the row `by` places before it.
+  shift: ({ columns, by }) => `${columns.join(", ")} moved ${by < 0 ? "up" : "down"} by ${Math.abs(by)} ${Math.abs(by) === 1 ? "row" : "rows"}`,
   set: ({ column, value }) => `${column} = ${value}`,
   turn: () => "rotations converted",
   remove: () => "rows left out",

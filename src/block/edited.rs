@@ -2,6 +2,7 @@
 //! coordinates are left out instead, and are no part of
 //! this: [`super::mended`] changes them, too.)
 
+use super::change_position::change_position;
 use super::edit::{Change, Edit};
 use super::{Block, Camera, Image};
 use crate::camera::PARAMETERS;
@@ -118,62 +119,55 @@ fn change_image(image: &mut Image, origin: &Vector3<f64>, change: &Change) -> Op
     const CENTRE: [&str; 3] = ["x", "y", "z"];
     const VELOCITY: [&str; 3] = ["vx", "vy", "vz"];
     const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
-    let axis = |names: [&str; 3], column: &String| names.iter().position(|name| name == column);
-    match change {
-        Change::Affine { column, factor, offset } => match column.as_str() {
-            "time_s" => image.time_s = image.time_s.map(|own| factor * own + offset),
-            "temperature_c" => image.temperature_c = image.temperature_c.map(|own| factor * own + offset),
-            _ => match (axis(CENTRE, column), axis(VELOCITY, column)) {
-                (Some(k), _) => {
-                    image.pose.centre[k] = factor * (image.pose.centre[k] + origin[k]) + offset - origin[k];
-                }
-                (_, Some(k)) => {
-                    if let Some(velocity) = &mut image.velocity {
-                        velocity[k] = factor * velocity[k] + offset;
-                    }
-                }
-                _ => return None,
-            },
-        },
-        Change::ExchangeColumns { columns: [a, b] } => {
-            let part = |column: &String| QUATERNION.iter().position(|name| name == column);
-            if let (Some(a), Some(b)) = (part(a), part(b)) {
-                let [x, y, z, w]: [f64; 4] = image.pose.rotation.coords.into();
-                let mut parts = [w, x, y, z];
-                parts.swap(a, b);
-                let [w, x, y, z] = parts;
-                image.pose.rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
-            } else if let (Some(a), Some(b)) = (axis(CENTRE, a), axis(CENTRE, b)) {
-                let mut centre = image.pose.centre + origin;
-                centre.swap_rows(a, b);
-                image.pose.centre = centre - origin;
-            } else {
-                let (a, b) = (axis(VELOCITY, a)?, axis(VELOCITY, b)?);
-                image.velocity.iter_mut().for_each(|velocity| velocity.swap_rows(a, b));
-            }
-        }
+    let columns = match change {
         Change::Turn { inverse, after, before } => {
             let [after, before] = [after, before].map(|q| Quaternion::new(q[0], q[1], q[2], q[3]));
             let own = image.pose.rotation;
             let own = if *inverse { own.inverse() } else { own };
             image.pose.rotation = UnitQuaternion::from_quaternion(after * own.into_inner() * before);
+            return Some(());
         }
-        Change::Set { column, value } => {
-            let axis = axis(CENTRE, column)?;
-            image.pose.centre[axis] = value.parse::<f64>().ok()? - origin[axis];
+        Change::Clear { columns } => return columns.iter().try_for_each(|column| clear(image, column, &VELOCITY)),
+        Change::Affine { column, .. } | Change::Set { column, .. } => std::slice::from_ref(column),
+        Change::ExchangeColumns { columns } => columns,
+        _ => return None,
+    };
+    let are_in = |own: &[&str]| columns.iter().all(|column| own.contains(&column.as_str()));
+    if are_in(&CENTRE) {
+        return change_position(&mut image.pose.centre, origin, CENTRE, change);
+    }
+    if are_in(&VELOCITY) {
+        let mut velocities = image.velocity.iter_mut();
+        return velocities.try_for_each(|own| change_position(own, &Vector3::zeros(), VELOCITY, change));
+    }
+    match change {
+        Change::Affine { column, factor, offset } => {
+            let value = match column.as_str() {
+                "time_s" => &mut image.time_s,
+                "temperature_c" => &mut image.temperature_c,
+                _ => return None,
+            };
+            *value = value.map(|own| factor * own + offset);
         }
-        Change::Clear { columns } => {
-            for column in columns {
-                match column.as_str() {
-                    "time_s" => image.time_s = None,
-                    "temperature_c" => image.temperature_c = None,
-                    _ => {
-                        axis(VELOCITY, column)?;
-                        image.velocity = None;
-                    }
-                }
-            }
+        Change::ExchangeColumns { columns: [a, b] } => {
+            let part = |column: &String| QUATERNION.iter().position(|name| name == column);
+            let [x, y, z, w]: [f64; 4] = image.pose.rotation.coords.into();
+            let mut parts = [w, x, y, z];
+            parts.swap(part(a)?, part(b)?);
+            let [w, x, y, z] = parts;
+            image.pose.rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
         }
+        _ => return None,
+    }
+    Some(())
+}
+
+/// Empties a cell of the platform's records; a velocity has three or none.
+fn clear(image: &mut Image, column: &str, velocity: &[&str; 3]) -> Option<()> {
+    match column {
+        "time_s" => image.time_s = None,
+        "temperature_c" => image.temperature_c = None,
+        column if velocity.contains(&column) => image.velocity = None,
         _ => return None,
     }
     Some(())

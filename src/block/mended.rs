@@ -1,6 +1,7 @@
 //! A block in which mistakes are undone, in memory: the edits that `mend` makes in its files, those of surveyed
 //! coordinates among them.
 
+use super::change_position::change_position;
 use super::edit::{Change, Edit};
 use super::edited::apply;
 use super::{Block, Gnss, Image, Role, SurveyedPoint};
@@ -29,10 +30,6 @@ pub fn mended<'e>(block: &Block, edits: &'e [Edit]) -> Result<Block, &'e Edit> {
     Ok(block)
 }
 
-fn axis(columns: [&str; 3], column: &str) -> Option<usize> {
-    columns.iter().position(|own| *own == column)
-}
-
 fn change_points(block: &mut Block, edit: &Edit) -> Option<()> {
     let origin = block.origin;
     if let Change::ExchangeValues { column, values: [a, b] } = &edit.change {
@@ -47,15 +44,6 @@ fn change_points(block: &mut Block, edit: &Edit) -> Option<()> {
     };
     for point in block.surveyed.iter_mut().filter(|point| is_chosen(point)) {
         match &edit.change {
-            Change::Affine { column, factor, offset } => {
-                let k = axis(POINT, column)?;
-                point.position[k] = factor * (point.position[k] + origin[k]) + offset - origin[k];
-            }
-            Change::ExchangeColumns { columns: [a, b] } => {
-                let mut position = point.position + origin;
-                position.swap_rows(axis(POINT, a)?, axis(POINT, b)?);
-                point.position = position - origin;
-            }
             Change::Set { column, value } if column == "role" => {
                 point.role = match value.as_str() {
                     "control" => Role::Control,
@@ -63,7 +51,7 @@ fn change_points(block: &mut Block, edit: &Edit) -> Option<()> {
                     _ => return None,
                 };
             }
-            _ => return None,
+            change => change_position(&mut point.position, &origin, POINT, change)?,
         }
     }
     Some(())
@@ -85,7 +73,7 @@ fn exchange(points: &mut [SurveyedPoint], a: &str, b: &str) -> Option<()> {
 
 /// Does the change concern antenna positions, or whole rows that hold them?
 fn is_of_positions(change: &Change) -> bool {
-    let is_one = |column: &String| axis(GNSS, column).is_some();
+    let is_one = |column: &String| GNSS.contains(&column.as_str());
     match change {
         Change::Affine { column, .. } | Change::Set { column, .. } => is_one(column),
         Change::ExchangeColumns { columns } => columns.iter().all(is_one),
@@ -106,24 +94,6 @@ fn change_positions(block: &mut Block, edit: &Edit) -> Option<()> {
     };
     let chosen: Vec<usize> = (0..block.images.len()).filter(|k| is_chosen(&block.images[*k])).collect();
     match &edit.change {
-        Change::Affine { column, factor, offset } => {
-            let k = axis(GNSS, column)?;
-            for image in chosen {
-                if let Some(gnss) = &mut block.images[image].gnss {
-                    gnss.position[k] = factor * (gnss.position[k] + origin[k]) + offset - origin[k];
-                }
-            }
-        }
-        Change::ExchangeColumns { columns: [a, b] } => {
-            let (a, b) = (axis(GNSS, a)?, axis(GNSS, b)?);
-            for image in chosen {
-                if let Some(gnss) = &mut block.images[image].gnss {
-                    let mut position = gnss.position + origin;
-                    position.swap_rows(a, b);
-                    gnss.position = position - origin;
-                }
-            }
-        }
         Change::Clear { columns } if GNSS.iter().all(|own| columns.iter().any(|column| column == own)) => {
             chosen.into_iter().for_each(|image| block.images[image].gnss = None);
         }
@@ -131,7 +101,13 @@ fn change_positions(block: &mut Block, edit: &Edit) -> Option<()> {
         Change::Shift { columns, by, within } if GNSS.iter().all(|own| columns.iter().any(|column| column == own)) => {
             shift(block, &chosen, *by, within)?;
         }
-        _ => return None,
+        change => {
+            for image in chosen {
+                if let Some(gnss) = &mut block.images[image].gnss {
+                    change_position(&mut gnss.position, &origin, GNSS, change)?;
+                }
+            }
+        }
     }
     Some(())
 }

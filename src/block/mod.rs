@@ -4,6 +4,7 @@
 //! down), angles radians, times seconds, temperatures degrees Celsius.
 
 mod by_point;
+mod change_position;
 pub mod edit;
 pub mod edited;
 pub mod inventory;

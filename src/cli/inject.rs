@@ -60,7 +60,7 @@ pub struct Arguments {
     /// the estimator has too; the truth says so
     #[arg(long, value_name = "FILE.so")]
     plugin: Vec<PathBuf>,
-    /// Seed of everything random; the same seed gives the same bytes [default: 1]
+    /// Seed of the errors; the same seed gives the same bytes [default: 1]
     #[arg(long)]
     seed: Option<u64>,
     /// List the errors and the mistakes with their parameters and units
@@ -91,6 +91,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
                 .into(),
         )
         .into());
+    }
+    if arguments.errors.is_empty() && arguments.seed.is_some() {
+        let message = "--seed: without --error nothing is random; mistakes are made the same way each time";
+        return Err(Usage(message.into()).into());
     }
     let (injections, terms) = errors(arguments)?;
     let mistakes = arguments.mistakes.iter().map(|text| mistakes::parse(text)).collect::<anyhow::Result<Vec<_>>>();
@@ -146,7 +150,11 @@ fn errors(arguments: &Arguments) -> anyhow::Result<(Vec<Injection>, Vec<EffectTe
 fn follow_recipe(file: &Path, output: &Path, arguments: &Arguments) -> anyhow::Result<Answer> {
     let is_given = [&arguments.errors, &arguments.mistakes].iter().any(|list| !list.is_empty());
     if arguments.seed.is_some() || is_given || !arguments.plugin.is_empty() {
-        return Err(Usage(format!("{}: a recipe has its own seed, errors and mistakes", file.display())).into());
+        return Err(Usage(format!(
+            "{}: a recipe has its own seed, errors and mistakes: leave out --seed, --error, --mistake, --plugin",
+            file.display()
+        ))
+        .into());
     }
     let output = Output::of_block(output, None)?;
     let recipe = recipe::read(file).map_err(bad_input)?;

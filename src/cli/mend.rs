@@ -8,14 +8,12 @@ use crate::block::edit::Edit;
 use crate::io::block::BLOCK_FILE;
 use crate::io::edit::edited;
 use crate::io::write_atomically;
-use crate::mistakes::Mistake;
+use crate::mistakes::{MOST_MENDS, Mistake, mending_stopped};
 use crate::run::folder::MENDED;
 use anyhow::Context;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// A mistake may hide another one; so many are undone in turn at most.
-const ROUNDS: usize = 4;
 /// Of the text beside what became of a mistake.
 const INDENT: usize = 8;
 
@@ -46,6 +44,8 @@ pub struct Mended {
     pub mended: Vec<Mistake>,
     /// Still there.
     pub left: Vec<Mistake>,
+    /// Did it end at [`MOST_MENDS`] rounds, with mistakes left that can be undone?
+    pub stopped: bool,
 }
 
 /// Runs the command.
@@ -75,12 +75,13 @@ pub fn mend(from: &Path, to: &Path, only: &[String], threads: usize, tell: &dyn 
     let wanted = |mistake: &Mistake| !mistake.mend.is_empty() && (only.is_empty() || only.contains(&mistake.kind));
     let mut mended = Mended { format: 1, ..Mended::default() };
     let mut edits: Vec<Edit> = Vec::new();
-    for round in 0..=ROUNDS {
+    for round in 0..=MOST_MENDS {
         tell("looking for mistakes");
         let block = if round == 0 { from } else { to };
         let (now, left): (Vec<Mistake>, Vec<Mistake>) = screened(block, threads)?.into_iter().partition(wanted);
         mended.left = left;
-        if now.is_empty() || round == ROUNDS {
+        if now.is_empty() || round == MOST_MENDS {
+            mended.stopped = !now.is_empty();
             mended.left.extend(now);
             break;
         }
@@ -133,11 +134,12 @@ fn json_without_numbers(mended: &Mended) -> anyhow::Result<serde_json::Value> {
     Ok(value)
 }
 
-/// What was undone, in words.
+/// What was undone, in words, and whether it came to an end.
 pub fn undone(mended: &Mended) -> String {
     let each =
         |own: &Mistake| paragraph("undone", INDENT, &format!("{} of {}: {}", own.kind, own.subject, own.sentence));
-    mended.mended.iter().map(each).collect()
+    let stopped = if mended.stopped { paragraph("", 0, &mending_stopped()) } else { String::new() };
+    mended.mended.iter().map(each).collect::<String>() + &stopped
 }
 
 fn text(mended: &Mended) -> String {

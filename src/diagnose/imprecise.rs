@@ -28,6 +28,13 @@ pub struct Imprecise {
     pub worst: Vec<String>,
 }
 
+impl Imprecise {
+    /// Does the factor stand at the end of its range, so that it is a bound alone?
+    pub fn is_bound(&self) -> bool {
+        self.factor <= MOST
+    }
+}
+
 /// A group, its factor, and the size of each of its residuals, standardised and squared, by image or point.
 type Group = (String, f64, Vec<(f64, String)>);
 

@@ -1,12 +1,15 @@
 //! Files that are read: regular ones alone, and held as a whole only where memory allows. Folders for what is being
-//! written: [`scratch`].
+//! written: [`scratch`]. Text in which values change: [`toml_text`].
 
 pub(crate) mod scratch;
+pub(crate) mod toml_text;
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
+/// Files that a block may have.
+pub const OF_BLOCK: [&str; 6] = ["block.toml", "images.csv", "ties.csv", "points.csv", "control.csv", "marks.csv"];
 /// Longest file that is held as a whole, bytes: a reconstruction of a hundred thousand images has less; what is longer
 /// fills the memory.
 const MOST_BYTES: u64 = 2 << 30;

@@ -2,13 +2,13 @@
 
 use super::error::{Error, Place};
 use crate::block::edit::{Change, Edit, Rows};
+use crate::files::OF_BLOCK;
+use crate::files::toml_text::rewritten;
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// Files that a block may have.
-const FILES: [&str; 6] = ["block.toml", "images.csv", "ties.csv", "points.csv", "control.csv", "marks.csv"];
 const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 
 /// Writes the block in `from` with some edits, in their order, into the folder `to`.
@@ -16,7 +16,7 @@ const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 /// # Errors
 /// A file that cannot be read or written; an edit of a column that is not there or of a cell that is no number.
 pub fn edited(from: &Path, to: &Path, edits: &[Edit]) -> Result<(), Error> {
-    for file in FILES {
+    for file in OF_BLOCK {
         let (source, target) = (from.join(file), to.join(file));
         if !source.is_file() {
             continue;
@@ -182,7 +182,7 @@ impl Cells {
     }
 }
 
-/// Edits of cameras; comments of the file are not kept.
+/// Edits of cameras.
 fn edit_cameras(from: &Path, to: &Path, edits: &[&Edit]) -> Result<(), Error> {
     const FILE: &str = "block.toml";
     let refuse = |problem: String| Error::content(FILE, Place::File, problem);
@@ -218,7 +218,7 @@ fn edit_cameras(from: &Path, to: &Path, edits: &[&Edit]) -> Result<(), Error> {
             }
         }
     }
-    super::write_atomically(to, block.to_string().as_bytes())
+    super::write_atomically(to, rewritten(&text, &block).as_bytes())
 }
 
 #[cfg(test)]
@@ -271,13 +271,14 @@ mod tests {
     #[test]
     fn a_camera_changes() {
         let [from, to] = [tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder")];
-        let text = "name = \"b\"\n[[camera]]\nid = \"one\"\nf = 35\n[[camera]]\nid = \"two\"\nf = 4000.0\n";
+        let text = "name = \"b\" # of tests\n[[camera]]\nid = \"one\"\nf = 35\n[[camera]]\nid = \"two\"\nf = 4000.0\n";
         fs::write(from.path().join("block.toml"), text).expect("a file");
         let edit = Edit::all("block.toml", Change::times("f", 100.0)).of("id", &["one".into()]);
         let width = Change::Set { column: "width_px".into(), value: "4000".into() };
         edited(from.path(), to.path(), &[edit, Edit::all("block.toml", width)]).expect("a copy");
-        let block: toml::Table =
-            fs::read_to_string(to.path().join("block.toml")).expect("a file").parse().expect("TOML");
+        let text = fs::read_to_string(to.path().join("block.toml")).expect("a file");
+        assert!(text.starts_with("name = \"b\" # of tests\n"), "comments stay: {text}");
+        let block: toml::Table = text.parse().expect("TOML");
         assert_eq!(block["camera"][0]["f"].as_float(), Some(3500.0));
         assert_eq!(block["camera"][1]["f"].as_float(), Some(4000.0));
         assert_eq!(block["camera"][1]["width_px"].as_integer(), Some(4000));

@@ -13,7 +13,7 @@ use crate::diagnose::models::at_solution;
 use crate::diagnose::run::{Base, base};
 use crate::diagnose::screening;
 use crate::diagnose::settings::Settings;
-use crate::mistakes::Mistake;
+use crate::mistakes::{MOST_MENDS, Mistake, mending_stopped};
 use crate::model::Model;
 use crate::run::folder::OutlierRow;
 use crate::run::set_aside::{self, MARK, TIE};
@@ -22,14 +22,14 @@ use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A mistake may hide another one; so many are undone in turn at most, as `mend` does.
-const ROUNDS: usize = 4;
-
 impl Step<'_> {
     /// The block of the step above without mistakes of the kinds `only` (none: of all kinds), and the model on it.
     pub(super) fn mended(&self, parent: u32, from: &Live, only: &[String], settings: &Settings<'_>) -> Result<Changed> {
         let source = undone(&*self.lab.source(parent)?, only, |block| self.mistakes(block, settings))?;
         source.undone.iter().for_each(|mistake| (settings.tell)(&format!("undone: {}", mistake.sentence)));
+        if source.mistakes.iter().any(|mistake| is_wanted(mistake, only)) {
+            (settings.tell)(&mending_stopped());
+        }
         let chosen = Model { datum: self.lab.chosen_datum(parent)?, ..at_solution(from.fit()) };
         self.begun(source, self.fixed(from), &chosen, Some(from.improvement.parts.clone()), settings)
     }
@@ -84,7 +84,6 @@ impl Step<'_> {
 /// A kind that cannot be undone there.
 fn undone(above: &Source, only: &[String], screen: impl Fn(&Block) -> Result<Vec<Mistake>>) -> Result<Source> {
     let can_be = |mistake: &Mistake| !mistake.mend.is_empty();
-    let wanted = |mistake: &Mistake| can_be(mistake) && (only.is_empty() || only.contains(&mistake.kind));
     let named = |kind: &&String| above.mistakes.iter().any(|mistake| can_be(mistake) && mistake.kind == **kind);
     if let Some(kind) = only.iter().find(|kind| !named(kind)) {
         bail!("no mistake of the kind {kind:?} can be undone here");
@@ -94,8 +93,8 @@ fn undone(above: &Source, only: &[String], screen: impl Fn(&Block) -> Result<Vec
     }
     let (mut recorded, mut mistakes) = (above.recorded.clone(), above.mistakes.clone());
     let mut undone: Vec<Mistake> = Vec::new();
-    for _ in 0..ROUNDS {
-        let now: Vec<Mistake> = mistakes.iter().filter(|mistake| wanted(mistake)).cloned().collect();
+    for _ in 0..MOST_MENDS {
+        let now: Vec<Mistake> = mistakes.iter().filter(|mistake| is_wanted(mistake, only)).cloned().collect();
         if now.is_empty() {
             break;
         }
@@ -107,6 +106,11 @@ fn undone(above: &Source, only: &[String], screen: impl Fn(&Block) -> Result<Vec
         mistakes = screen(&recorded)?;
     }
     Ok(Source::screened(above.path.clone(), recorded, mistakes).with_undone(undone))
+}
+
+/// Can a mistake be undone, and is it to be? `only`: kinds, none: all.
+fn is_wanted(mistake: &Mistake, only: &[String]) -> bool {
+    !mistake.mend.is_empty() && (only.is_empty() || only.contains(&mistake.kind))
 }
 
 /// Those of `rows` that the block has: measurements that stood in it twice may be gone.

@@ -8,11 +8,16 @@ use super::survey::{Group, Member};
 use crate::math::statistics::{median, rms};
 use nalgebra::Vector3;
 
-/// Differences that are tried, s: half a minute both ways, with the 18 s between GPS time and UTC in it.
+/// GPS time against UTC since 2017, s.
+pub const GPS_AHEAD_OF_UTC: f64 = 18.0;
+/// Time zones differ by whole and half hours, s, and by so many of them at most.
+const HALF_HOUR: f64 = 1800.0;
+const MOST_HALF_HOURS: u32 = 28;
+/// Unknown differences that are tried, s: half a minute both ways.
 const MOST_SECONDS: f64 = 30.0;
 /// Trials within an interval between images: the correction of each reaches the next one.
 const STEPS_PER_INTERVAL: f64 = 2.0;
-/// Trials at the most, both ways.
+/// Trials of unknown differences at the most, each way.
 const MOST_TRIALS: f64 = 60.0;
 /// Corrections of a trial: each leaves a tenth.
 const CORRECTIONS: usize = 4;
@@ -44,11 +49,9 @@ pub fn best(group: &Group, as_recorded: Option<&Aligned>) -> Option<Clock> {
     if as_recorded.is_some_and(|aligned| misfits(aligned) < LEAST_SHARE * median(&path)) {
         return None;
     }
-    let step = interval / STEPS_PER_INTERVAL;
-    let count = (MOST_SECONDS / step).min(MOST_TRIALS) as i32;
-    let grid = (1..=count).flat_map(|k| [f64::from(k) * step, -f64::from(k) * step]);
-    let tried = 2 * count.max(0) as usize;
-    let all = grid.filter_map(|seconds| Some((seconds, Trial::new(group, seconds)?)));
+    let differences = differences(interval, &flights);
+    let tried = differences.len();
+    let all = differences.into_iter().filter_map(|seconds| Some((seconds, Trial::new(group, seconds)?)));
     let (seconds, _) = all.min_by(|(_, a), (_, b)| a.variance().total_cmp(&b.variance()))?;
     let mut found = Clock { seconds, sigma: f64::NAN, tried };
     for _ in 0..CORRECTIONS {
@@ -56,6 +59,18 @@ pub fn best(group: &Group, as_recorded: Option<&Aligned>) -> Option<Clock> {
         found = Clock { seconds: found.seconds + correction, sigma, tried };
     }
     (found.sigma.is_finite() && found.seconds.abs() > LEAST_SHARE * interval).then_some(found)
+}
+
+/// Differences that are tried, s, both ways: unknown ones on a grid, and known ones up to half of the longest
+/// flight: beyond, few exposures keep a position, and these fit by chance.
+fn differences(interval: f64, flights: &[Vec<(f64, usize)>]) -> Vec<f64> {
+    let step = interval / STEPS_PER_INTERVAL;
+    let count = (MOST_SECONDS / step).min(MOST_TRIALS) as i32;
+    let grid = (1..=count).map(|k| f64::from(k) * step);
+    let longest = flights.iter().filter_map(|flight| Some(flight.last()?.0 - flight.first()?.0)).fold(0.0, f64::max);
+    let zones = (1..=MOST_HALF_HOURS).map(|k| f64::from(k) * HALF_HOUR);
+    let known = std::iter::once(GPS_AHEAD_OF_UTC).chain(zones).filter(|seconds| *seconds < 0.5 * longest);
+    grid.chain(known).flat_map(|seconds| [seconds, -seconds]).collect()
 }
 
 /// Positions under one difference.
@@ -170,8 +185,13 @@ mod tests {
     }
 
     fn flight(seconds: f64) -> Group {
+        flight_of(seconds, 4, 12)
+    }
+
+    /// So many strips of 36 s, and images in each.
+    fn flight_of(seconds: f64, strips: usize, images: usize) -> Group {
         let member = |k: usize| {
-            let time = 48.0 * (k / 12) as f64 + 3.0 * (k % 12) as f64;
+            let time = 48.0 * (k / images) as f64 + 36.0 / images as f64 * (k % images) as f64;
             Member {
                 name: k.to_string(),
                 recorded: path(time + seconds),
@@ -181,7 +201,7 @@ mod tests {
                 time: Some(time),
             }
         };
-        let members = (0..48).map(member).collect();
+        let members = (0..strips * images).map(member).collect();
         Group { subject: Subject::Gnss, sigma: [0.03, 0.05], members, flights: vec!["a".into()] }
     }
 
@@ -197,6 +217,19 @@ mod tests {
             let found = best(&group, as_recorded(&group).as_ref()).expect("a difference");
             assert!((found.seconds - seconds).abs() < 0.2, "{seconds}: {found:?}");
         }
+    }
+
+    #[test]
+    fn known_differences_are_tried_beyond_the_grid() {
+        // Images every 0.4 s: the grid ends at 12 s.
+        let group = flight_of(GPS_AHEAD_OF_UTC, 2, 90);
+        let found = best(&group, as_recorded(&group).as_ref()).expect("a difference");
+        assert!((found.seconds - GPS_AHEAD_OF_UTC).abs() < 0.2, "{found:?}");
+        // The grid and 18 s, both ways; a flight of two minutes holds no half hour.
+        assert_eq!(found.tried, 122);
+        let long = [(0..3_u32).map(|k| (f64::from(k) * 2000.0, k as usize)).collect::<Vec<_>>()];
+        let known = differences(3.0, &long);
+        assert_eq!(&known[known.len() - 4..], [18.0, -18.0, 1800.0, -1800.0]);
     }
 
     #[test]

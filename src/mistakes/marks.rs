@@ -134,6 +134,9 @@ pub struct Moved {
 
 /// An offset that all marks share: the centre of a pixel for its corner, a template that is off.
 pub fn offset(moved: &Moved, alpha: f64) -> Option<Mistake> {
+    if moved.points < FEWEST_POINTS {
+        return None;
+    }
     let dof = (2 * moved.residuals.len()).checked_sub(3 * moved.points + 2).filter(|dof| *dof > 0)? as f64;
     let (mut normal, mut right, mut before) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
     for ((v, x), y) in moved.residuals.iter().zip(&moved.by_x).zip(&moved.by_y) {
@@ -147,13 +150,16 @@ pub fn offset(moved: &Moved, alpha: f64) -> Option<Mistake> {
     let variance = (before - drop) / dof;
     let statistic = drop / 2.0 / variance;
     let ln_p = f_ln_sf(statistic, 2.0, dof) + KINDS.ln();
-    let sigma = (variance * inverse.diagonal().max()).sqrt();
+    // Of its length, and of each coordinate.
+    let along = value.try_normalize(0.0)?;
+    let sigma = (variance * along.dot(&(inverse * along))).sqrt();
+    let sigmas = (inverse.diagonal() * variance).map(f64::sqrt);
     // What a lens does at the places of few marks looks like an offset, too, and is no chance.
     if !(ln_p < alpha.ln() && value.norm() >= LEAST_OFFSET_PX && value.norm() >= BEYOND * sigma) {
         return None;
     }
-    let near_half = |own: f64| (own.abs() - HALF_PIXEL).abs() <= SIGMAS * sigma;
-    let is_half = value.iter().all(|own| near_half(*own));
+    let near_half = |(own, sigma): (&f64, &f64)| (own.abs() - HALF_PIXEL).abs() <= SIGMAS * sigma;
+    let is_half = value.iter().zip(&sigmas).all(near_half);
     let value = if is_half { value.map(|own| HALF_PIXEL.copysign(own)) } else { value };
     let why = if is_half {
         "half a pixel: the centre of a pixel was counted as its corner, or the corner as its centre"
@@ -215,6 +221,13 @@ mod tests {
         assert!(found.sentence.contains("half a pixel") && found.sigma.is_none(), "{}", found.sentence);
         let template = offset(&all(Vector2::new(1.5, 0.0)), 1e-3).expect("an offset");
         assert!((template.value.expect("a size") - 1.5).abs() < 3.0 * template.sigma.expect("a sigma"));
+        // The length is along x here, and y is known half as well: by its own standard deviation alone.
+        let mut uneven = all(Vector2::new(1.5, 0.0));
+        uneven.by_y.iter_mut().for_each(|own| *own *= 0.5);
+        let uneven = offset(&uneven, 1e-3).expect("an offset").sigma.expect("a sigma");
+        assert!((uneven / template.sigma.expect("a sigma") - 1.0).abs() < 0.2, "{uneven}");
         assert!(offset(&all(Vector2::zeros()), 1e-3).is_none());
+        let few = Moved { points: 2, ..all(Vector2::new(1.5, 0.0)) };
+        assert!(offset(&few, 1e-3).is_none(), "two points say nothing of all marks");
     }
 }

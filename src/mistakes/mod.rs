@@ -59,6 +59,18 @@ use serde::{Deserialize, Serialize};
 /// How many times a mistake exceeds what stays unexplained beside it: an order of magnitude.
 pub const BEYOND: f64 = 10.0;
 
+/// Rounds of mending in a row. A mistake may hide another one, and seldom two; what four rounds do not end, edits make
+/// anew.
+pub const MOST_MENDS: usize = 4;
+
+/// For a person, where [`MOST_MENDS`] rounds leave mistakes that can be undone.
+pub fn mending_stopped() -> String {
+    format!(
+        "Mending stopped after {MOST_MENDS} rounds: each brought up another mistake. Look at those that are left before \
+         you mend them, too."
+    )
+}
+
 /// A mistake, in the keys that scripts rely on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Mistake {

@@ -114,7 +114,9 @@ fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64) -
     if pays && left < BEYOND * BEYOND && variance(&before) >= BEYOND * BEYOND * left {
         let sigma = Vector3::from_fn(|axis, _| sigma_of_shift(reference, tested, &right, axis));
         let ln_p = ln_p(drop - cost(relation), alternatives);
-        return named(reference, tested, survey, &Difference { relation: *relation, shift, sigma, drop, ln_p });
+        let found = named(reference, tested, survey, &Difference { relation: *relation, shift, sigma, drop, ln_p });
+        let is_of_one = |own: &Mistake| right.len() == 1 && own.kind == "height-offset";
+        return found.map(|own| if is_of_one(&own) { words::of_one_point(own) } else { own });
     }
     let drop = before.iter().map(|misfit| square(misfit, &deviation).min(cap)).sum();
     other_frame(reference, tested, shift, drop)

@@ -7,21 +7,28 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 const ALPHA: f64 = 1e-3;
 
-/// Points on rolling ground and images above it; noise of some millimetres that repeats.
+/// Points on rolling ground and images 80 m above it.
+fn place(subject: Subject, k: usize) -> Vector3<f64> {
+    let k = k as f64;
+    let height = if subject == Subject::Gnss { 80.0 } else { 0.0 };
+    Vector3::new(37.0 * k % 200.0, 53.0 * k % 170.0, 4.0 * (0.7 * k).sin() + height)
+}
+
 fn survey() -> Survey {
+    survey_at(place)
+}
+
+/// Points and images at their places; noise of some millimetres that repeats.
+fn survey_at(place: impl Fn(Subject, usize) -> Vector3<f64>) -> Survey {
     let network = Similarity {
         scale: 0.25,
         rotation: UnitQuaternion::from_scaled_axis(Vector3::new(0.02, -0.01, 0.3)),
         translation: Vector3::new(10.0, -20.0, 3.0),
     };
-    let place = |k: usize| {
-        let k = k as f64;
-        Vector3::new(37.0 * k % 200.0, 53.0 * k % 170.0, 4.0 * (0.7 * k).sin())
-    };
     let noise = |k: usize| 0.003 * Vector3::new((3.1 * k as f64).sin(), (5.3 * k as f64).sin(), (7.7 * k as f64).cos());
-    let group = |subject, from: usize, count: usize, height: f64, flights: &[&str]| {
+    let group = |subject, from: usize, count: usize, flights: &[&str]| {
         let members = (from..from + count).map(|k| {
-            let truth = place(k) + Vector3::new(0.0, 0.0, height);
+            let truth = place(subject, k);
             let flight = if flights.is_empty() { 0 } else { (k - from) * flights.len() / count };
             Member {
                 name: format!("p{k}"),
@@ -36,9 +43,9 @@ fn survey() -> Survey {
         Group { subject, sigma: [0.005, 0.005], members: members.collect(), flights }
     };
     let groups = vec![
-        group(Subject::Control, 0, 10, 0.0, &[]),
-        group(Subject::Check, 30, 20, 0.0, &[]),
-        group(Subject::Gnss, 100, 60, 80.0, &["a", "b", "c"]),
+        group(Subject::Control, 0, 10, &[]),
+        group(Subject::Check, 30, 20, &[]),
+        group(Subject::Gnss, 100, 60, &["a", "b", "c"]),
     ];
     Survey { groups, up: Vector3::z(), distance: 0.25 * 85.0, pixel: 0.25 * 0.01, focal: Focal::Stated }
 }
@@ -71,6 +78,40 @@ fn nothing_is_wrong_with_noise_or_with_centimetres() {
 }
 
 #[test]
+fn clean_surveys_of_an_unusual_shape_are_not_accused() {
+    let wave = |k: usize| Vector3::new(0.0, (1.9 * k as f64).sin(), (2.3 * k as f64).cos());
+    let road = |subject, k: usize| match subject {
+        Subject::Control => Vector3::new(20.0 * k as f64, 0.0, 0.0) + 0.02 * wave(k),
+        _ => place(subject, k),
+    };
+    let one_line = |subject, k: usize| match subject {
+        Subject::Gnss => Vector3::new(10.0 * k as f64, 0.0, 80.0) + 0.5 * wave(k),
+        _ => place(subject, k),
+    };
+    let plane = |subject, k: usize| match subject {
+        Subject::Gnss => place(subject, k),
+        _ => place(subject, k).component_mul(&Vector3::new(1.0, 1.0, 0.0)),
+    };
+    let mut tiny = survey();
+    tiny.groups.remove(1);
+    tiny.groups[0].members.truncate(5);
+    tiny.groups[1].members.truncate(6);
+    let mut without_gnss = survey();
+    without_gnss.groups.truncate(2);
+    let all = [
+        ("control along a road", survey_at(road)),
+        ("one flight line", survey_at(one_line)),
+        ("points on a plane", survey_at(plane)),
+        ("five points and six images", tiny),
+        ("no GNSS", without_gnss),
+    ];
+    for (what, survey) in all {
+        let found = screen(&survey, ALPHA);
+        assert!(found.is_empty(), "{what}: {found:?}");
+    }
+}
+
+#[test]
 fn lists_that_are_recorded_otherwise() {
     type Rewrite = fn(Vector3<f64>) -> Vector3<f64>;
     let changes: [(usize, Rewrite, &str, &str); 7] = [
@@ -100,6 +141,17 @@ fn two_points_are_enough_to_show_another_height_system() {
     let found = screen(&few, ALPHA);
     assert_eq!(found.len(), 1, "{found:?}");
     assert!((found[0].value.unwrap() + 47.3).abs() < 0.05 && found[0].sentence.contains("geoid"));
+}
+
+#[test]
+fn one_point_shows_a_height_offset_that_nothing_undoes() {
+    let mut one = survey();
+    one.groups.remove(1);
+    one.groups[0].members.truncate(1);
+    rewrite(&mut one, 0, |_, p| p - Vector3::new(0.0, 0.0, 47.3));
+    let found = screen(&one, ALPHA);
+    assert!(found.len() == 1 && found[0].kind == "height-offset", "{found:?}");
+    assert!(found[0].mend.is_empty() && found[0].sentence.contains("One point alone"), "{found:?}");
 }
 
 #[test]

@@ -170,7 +170,8 @@ pub(super) fn weight(page: &mut Page, diagnosis: &Diagnosis) {
 pub fn weights_sentence(diagnosis: &Diagnosis) -> Option<String> {
     let group = |of: &Imprecise| {
         let worst = if of.worst.is_empty() { String::new() } else { format!(": worst {}", of.worst.join(", ")) };
-        format!("{} ({} times{worst})", of.group, fixed(of.factor, 1))
+        let at_least = if of.is_bound() { "at least " } else { "" };
+        format!("{} ({at_least}{} times{worst})", of.group, fixed(of.factor, 1))
     };
     let groups: Vec<String> = diagnosis.imprecise.iter().map(group).collect();
     (!groups.is_empty()).then(|| {

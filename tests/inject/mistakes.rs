@@ -147,6 +147,10 @@ fn what_there_is_not_is_refused() {
         assert!(output.status.code() == Some(2) && errors.starts_with(message), "{errors}");
         assert!(!place().path().join("refused").exists(), "{mistake}");
     }
+    let seeded = ["inject", "noisy", "-o", "refused", "--quiet", "--mistake", "scale", "--seed", "2"];
+    let output = run(place().path(), &seeded);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(2) && errors.starts_with("error: --seed: without --error"), "{errors}");
     let listed = json(place().path(), &["inject", "--list"]);
     let kinds = listed["mistakes"].as_array().expect("a list");
     let scale = kinds.iter().find(|kind| kind["mistake"] == "scale").expect("scale");

@@ -44,6 +44,9 @@ test("what Mend does is told by file", () => {
   const affine = (column, factor, offset) => ({ file: "control.csv", affine: { column, factor, offset } });
   assert.equal(editsInWords([affine("x", 0.3048, 0), affine("z", 1, -47.3)]), "control.csv: x × 0.3048, z − 47.3");
   const exchange = { file: "images.csv", "exchange-columns": { columns: ["gnss_x", "gnss_y"] } };
+  const shift = (by) => ({ file: "images.csv", shift: { columns: ["gnss_x"], by, within: "flight" } });
+  assert.equal(editsInWords([shift(1)]), "images.csv: gnss_x moved down by 1 row");
+  assert.equal(editsInWords([shift(-2)]), "images.csv: gnss_x moved up by 2 rows");
   assert.equal(editsInWords([exchange, { file: "ties.csv", remove: null }]), "images.csv: gnss_x and gnss_y exchanged; ties.csv: rows left out");
 });
 

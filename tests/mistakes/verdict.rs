@@ -4,8 +4,10 @@ use super::made::{block, points};
 use misclosure::adjust::Options;
 use misclosure::block::Role;
 use misclosure::diagnose::run::diagnose;
+use misclosure::diagnose::screening;
 use misclosure::diagnose::settings::Settings;
 use misclosure::diagnose::verdict::{Diagnosis, Verdict};
+use misclosure::mistakes::Mistake;
 use misclosure::model::{Datum, Model};
 
 fn diagnosis(block: &misclosure::block::Block) -> Diagnosis {
@@ -26,6 +28,22 @@ fn a_mistake_is_the_verdict_and_is_left_out() {
     assert_eq!(text["mistakes"][0]["kind"], "scale");
     let again: Diagnosis = serde_json::from_value(text).expect("a diagnosis");
     assert_eq!(again.mistakes.len(), found.mistakes.len());
+}
+
+#[test]
+fn control_goes_before_gnss_where_it_fixes_the_block() {
+    let sound = block("mapping", 3);
+    let offset = [Mistake::new("height-offset", "control", String::new(), String::new())];
+    let model = Model { datum: Datum::Control, ..Model::default() };
+    let left = |control: usize| {
+        let mut block = sound.clone();
+        let points = block.surveyed.iter_mut().filter(|point| point.role == Role::Control);
+        points.skip(control).for_each(|point| point.role = Role::Check);
+        let (block, model) = screening::without(&block, &model, &offset).expect("something is left out");
+        (block.count(Role::Control), block.images.iter().any(|image| image.gnss.is_some()), model.datum)
+    };
+    assert_eq!(left(3), (3, false, Datum::Control));
+    assert_eq!(left(2), (0, true, Datum::Gnss));
 }
 
 #[test]

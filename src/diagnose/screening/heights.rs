@@ -5,7 +5,7 @@ use super::network::network_by_gnss;
 use crate::adjust::Options;
 use crate::block::{Block, Role};
 use crate::evaluate::intersection::{Method, intersect_surveyed};
-use crate::math::statistics::median;
+use crate::math::statistics::{mad, median};
 use crate::measure::Predictor;
 use crate::mistakes::{Focal, Mistake, Subject, Survey, with_value};
 use crate::model::Model;
@@ -15,6 +15,8 @@ use crate::run::FittedModel;
 const DIFFERS: f64 = 0.1;
 /// Standard deviation of a median in those of a mean.
 const OF_MEDIAN: f64 = 1.2533;
+/// Standard deviation of a normal sample in its median absolute deviation.
+const OF_MAD: f64 = 1.4826;
 
 /// The same mistakes, height offsets between points and GNSS positions with their better value.
 pub fn refined(found: Vec<Mistake>, block: &Block, model: &Model, survey: &Survey, options: &Options) -> Vec<Mistake> {
@@ -35,8 +37,9 @@ pub fn refined(found: Vec<Mistake>, block: &Block, model: &Model, survey: &Surve
         let (Some(first), false) = (own.value.filter(|_| is_of_gnss(&own)), offsets.is_empty()) else { return own };
         let value = median(&offsets);
         let count = offsets.len() as f64;
-        let spread = median(&offsets.iter().map(|offset| (offset - value).abs()).collect::<Vec<_>>());
-        let sigma = OF_MEDIAN * (spread * spread + median(&variances)).sqrt() / count.sqrt();
+        // As they spread, and never less than their rays say: of one or two points nothing spreads.
+        let variance = (OF_MAD * mad(&offsets)).powi(2).max(median(&variances));
+        let sigma = OF_MEDIAN * variance.sqrt() / count.sqrt();
         let focal = (survey.focal == Focal::Stated).then(|| value.abs() / survey.distance);
         match (value - first).abs() <= DIFFERS * first.abs() {
             // What camera and network leave open stands in the first one.

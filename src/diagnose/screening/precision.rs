@@ -24,6 +24,7 @@ fn subject_of(group: &Imprecise) -> Option<Subject> {
 
 fn said(group: &Imprecise, subject: Subject) -> Mistake {
     let Imprecise { group, factor, worst } = group;
+    // The factor stands at the end of its range: a bound, and no value.
     let sentence = format!(
         "The residuals of {group} are at least {factor:.1} times as large as the stated standard deviations allow; the largest: {}.",
         worst.join(", ")
@@ -32,7 +33,6 @@ fn said(group: &Imprecise, subject: Subject) -> Mistake {
     Mistake::new("precision", subject.key(), sentence, remedy.into())
         .of(worst.clone())
         .tested(f64::NAN, f64::NEG_INFINITY)
-        .sized(*factor, None, "1")
 }
 
 #[cfg(test)]
@@ -47,7 +47,7 @@ mod tests {
         let control = group("control in height");
         assert_eq!(subject_of(&control), Some(Subject::Control));
         let mistake = said(&control, Subject::Control);
-        assert_eq!((mistake.kind.as_str(), mistake.value), ("precision", Some(3.0)));
+        assert_eq!((mistake.kind.as_str(), mistake.value, mistake.unit), ("precision", None, None), "a bound alone");
         assert!(mistake.sentence.contains("control in height are at least 3.0 times"), "{}", mistake.sentence);
     }
 }

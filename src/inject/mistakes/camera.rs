@@ -5,6 +5,8 @@ use super::measurements::{image_or_middle, rewrite_in};
 use super::*;
 use std::collections::BTreeSet;
 
+/// Focal length of a second camera over that of the first one: of two lenses of one type.
+const OTHER_LENS: f64 = 1.02;
 /// Width of the picture of a small-format camera, mm.
 const SMALL_FORMAT_MM: f64 = 36.0;
 
@@ -146,7 +148,7 @@ pub(super) static KINDS: [Kind; 7] = [
                 DefaultValue::Name("the one in the middle of the list"),
                 "first image of the second camera, where the block has one camera",
             ),
-            parameter("factor", "", DefaultValue::Number(1.02), "focal length of the second camera, as a share"),
+            parameter("factor", "", DefaultValue::Optional("1.02"), "focal length of the second camera, as a share"),
         ],
         act: several_cameras,
     },
@@ -166,12 +168,17 @@ fn several_cameras(files: &mut Files, values: &Values) -> Result<Notes> {
     let [image, camera] = images.columns(["image", "camera"])?;
     let first = images.cells(camera).next().context("images.csv has no row")?.to_owned();
     if images.cells(camera).any(|id| id != first) {
+        let is_given = !values.word("from").is_empty() || values.optional("factor").is_some();
+        ensure!(!is_given, "`from` and `factor` make a second camera; this block has one: leave them out");
         for row in 0..images.len() {
             images.set(row, camera, &first);
         }
         return Ok(vec![note("camera", first)]);
     }
-    let factor = values.positive("factor")?;
+    let factor = match values.optional("factor") {
+        Some(_) => values.positive("factor")?,
+        None => OTHER_LENS,
+    };
     let from = image_or_middle(files, values.word("from"))?;
     let images = files.table("images.csv")?;
     let second: BTreeSet<String> = images.cells(image).skip_while(|name| *name != from).map(str::to_owned).collect();
@@ -185,5 +192,9 @@ fn several_cameras(files: &mut Files, values: &Values) -> Result<Notes> {
             Ok([ppx + factor * (x - ppx), ppy + factor * (y - ppy)])
         },
     )?;
-    Ok(vec![note("first image of the second camera", from), note("images of the second camera", second.len())])
+    Ok(vec![
+        note("first image of the second camera", from),
+        note("images of the second camera", second.len()),
+        note("focal length of the second camera, as a share", factor),
+    ])
 }

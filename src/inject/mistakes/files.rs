@@ -1,6 +1,7 @@
 //! The files of a block as text: tables, and `block.toml`.
 
 use super::table::Table;
+use crate::files::toml_text::rewritten;
 use anyhow::{Context, Result, ensure};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -39,6 +40,8 @@ impl Camera {
 pub(super) struct Files {
     folder: PathBuf,
     tables: BTreeMap<&'static str, Table>,
+    /// `block.toml` as it was read, and with the changes.
+    text: String,
     block: toml::Table,
     /// Entries of `block.toml` that were changed.
     changes: usize,
@@ -49,7 +52,7 @@ impl Files {
     pub(super) fn read(folder: &Path) -> Result<Self> {
         let text = crate::files::read_text(&folder.join(BLOCK)).with_context(|| format!("{BLOCK}: cannot read"))?;
         let block = text.parse::<toml::Table>().with_context(|| BLOCK.to_owned())?;
-        Ok(Self { folder: folder.to_owned(), tables: BTreeMap::new(), block, changes: 0 })
+        Ok(Self { folder: folder.to_owned(), tables: BTreeMap::new(), text, block, changes: 0 })
     }
 
     /// Writes the files that were changed.
@@ -59,7 +62,8 @@ impl Files {
         }
         if self.changes > 0 {
             let path = self.folder.join(BLOCK);
-            std::fs::write(path, self.block.to_string()).with_context(|| format!("{BLOCK}: cannot write"))?;
+            std::fs::write(path, rewritten(&self.text, &self.block))
+                .with_context(|| format!("{BLOCK}: cannot write"))?;
         }
         Ok(())
     }

@@ -23,15 +23,14 @@ mod table;
 mod tracks;
 mod undistorted;
 
+pub use crate::files::OF_BLOCK as FILES;
+
 use super::injection::{assigned, nearest};
 use super::parameters::{DefaultValue, ParameterSpec, Values, parameter};
 use anyhow::{Context, Result, bail, ensure};
 use files::Files;
 use std::fmt;
 use std::path::Path;
-
-/// Files that a block may have.
-pub const FILES: [&str; 6] = ["block.toml", "images.csv", "ties.csv", "points.csv", "control.csv", "marks.csv"];
 
 /// What a mistake did, beside its parameters.
 type Notes = Vec<(String, String)>;

@@ -2,7 +2,8 @@
 //! where a reader has no reason to refuse it.
 
 use super::{find, make, parse, registry};
-use crate::block::{Block, Role};
+use crate::block::{Block, CameraId, Role};
+use crate::camera::Camera;
 use crate::io::block::{read_block, write_block};
 use crate::scenario::{Scenario, simulate};
 use nalgebra::Vector3;
@@ -330,6 +331,25 @@ fn cameras_in_other_units() {
     let moved: Vec<usize> =
         two.ties.iter().zip(&block().ties).filter(|(a, b)| a != b).map(|(a, _)| a.image.index()).collect();
     assert!(!moved.is_empty() && moved.iter().all(|image| *image >= block().images.len() / 2));
+}
+
+#[test]
+fn two_cameras_get_one_name_and_no_other_lens() {
+    let mut two = block().clone();
+    two.cameras.push(Camera { id: "second".into(), ..two.cameras[0].clone() });
+    let half = two.images.len() / 2;
+    two.images.iter_mut().skip(half).for_each(|image| image.camera = CameraId(1));
+    let folder = tempfile::tempdir().expect("a folder");
+    write_block(&two, folder.path()).expect("a block");
+    let make_it = |mistake: &str| make(folder.path(), &[parse(mistake).expect(mistake)]);
+    for given in ["several-cameras:factor=1.02", "several-cameras:from=any"] {
+        let refused = format!("{:#}", make_it(given).expect_err(given));
+        assert!(refused.contains("leave them out"), "{refused}");
+    }
+    make_it("several-cameras").expect("one name");
+    let made = read_block(folder.path()).expect("a block").block;
+    assert!(made.images.iter().all(|image| image.camera == CameraId(0)));
+    assert_eq!(made.ties, two.ties);
 }
 
 #[test]

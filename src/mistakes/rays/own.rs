@@ -175,6 +175,23 @@ mod tests {
     }
 
     #[test]
+    fn what_the_files_report_is_the_measure() {
+        let scene = made::scene();
+        let places = places(&scene);
+        assert!(judge(&scene, &places, Some(0.05)).is_none(), "a pixel is rounding");
+        // By two pixels from 60 m.
+        let moved: Vec<Vector3<f64>> = places.iter().map(|place| place + Vector3::new(0.04, 0.0, 0.0)).collect();
+        assert!(judge(&scene, &moved, None).is_none(), "less than an adjustment may leave");
+        assert!(judge(&scene, &moved, Some(1.0)).is_none(), "about what is reported");
+        for no_number in [f64::NAN, -1.0, 0.0] {
+            assert!(judge(&scene, &moved, Some(no_number)).is_none(), "{no_number} reports nothing");
+        }
+        let Some(Verdict::Told(mistake)) = judge(&scene, &moved, Some(0.4)) else { panic!("nothing told") };
+        assert_eq!((mistake.kind.as_str(), mistake.subject.as_str()), ("reprojection", "ties"));
+        assert!(mistake.sentence.contains("the other program reports 0.40 px"), "{}", mistake.sentence);
+    }
+
+    #[test]
     fn rotations_the_wrong_way_round_are_told() {
         let mut scene = made::scene();
         let places = places(&scene);

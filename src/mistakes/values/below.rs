@@ -18,13 +18,14 @@ pub fn judge(tables: &Tables) -> Option<Mistake> {
     let views: Vec<f64> = tables.images.iter().map(|image| image.view.z).collect();
     let look_down = !views.is_empty() && median(&views) < DOWN;
     // In a system of their own poses have no vertical.
-    if tables.surveyed.len() < FEWEST || !look_down || !placed::poses(tables) {
+    let surveyed = tables.taking_part();
+    if surveyed.len() < FEWEST || !look_down || !placed::poses(tables) {
         return None;
     }
     let received: Vec<f64> = tables.images.iter().filter_map(|image| Some(image.gnss?.z)).collect();
     let by_gnss = received.len() >= FEWEST;
     let cameras = if by_gnss { received } else { tables.images.iter().map(|image| image.centre.z).collect() };
-    let points: Vec<f64> = tables.surveyed.iter().map(|point| point.position.z).collect();
+    let points: Vec<f64> = surveyed.iter().map(|(point, _)| point.position.z).collect();
     let highest = cameras.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let lowest = points.iter().copied().fold(f64::INFINITY, f64::min);
     if cameras.len() < FEWEST || highest >= lowest {
@@ -36,7 +37,8 @@ pub fn judge(tables: &Tables) -> Option<Mistake> {
     let turned = cameras.iter().map(|height| -recorded(height)).fold(f64::INFINITY, f64::min);
     let above = points.iter().map(recorded).fold(f64::NEG_INFINITY, f64::max) < turned;
     let depth = median(&points) - median(&cameras);
-    let found = if by_gnss && is_negative && above { reversed(depth) } else { offset(tables, by_gnss, depth) };
+    let found =
+        if by_gnss && is_negative && above { reversed(depth) } else { offset(surveyed[0].0.subject, by_gnss, depth) };
     Some(found.tested(f64::NAN, f64::NEG_INFINITY))
 }
 
@@ -50,8 +52,7 @@ fn reversed(depth: f64) -> Mistake {
         .undone_by(vec![Subject::Gnss.edit(Change::times(Subject::Gnss.columns()[2], -1.0))])
 }
 
-fn offset(tables: &Tables, by_gnss: bool, depth: f64) -> Mistake {
-    let subject = tables.surveyed.first().map_or(Subject::Control, |point| point.subject);
+fn offset(subject: Subject, by_gnss: bool, depth: f64) -> Mistake {
     let who = if by_gnss { "GNSS positions" } else { "approximate positions" };
     let sentence = format!(
         "{} lie {depth:.0} m above the {who} of cameras that look down on them: heights of two systems or units, or of \

@@ -33,7 +33,7 @@ impl Cameras {
         }
         let extent = placed::extent(&known);
         // Where nothing places the poses, their unit is unknown, and so is the distance of tie points.
-        let reach = tables.reach.filter(|_| placed::poses(tables));
+        let reach = tables.reach.filter(|reach| reach.is_finite() && placed::poses(tables));
         let limit = reach.map_or(FAR_M, |reach| (BEYOND * (extent + reach)).clamp(LEAST_M, FAR_M));
         Some(Self { at, extent, limit })
     }
@@ -78,10 +78,10 @@ pub fn judge(tables: &Tables) -> Vec<Mistake> {
     }
     let cameras = if found.is_empty() { Cameras::by_gnss(tables) } else { None };
     let Some(cameras) = cameras.or_else(|| Cameras::by_poses(tables)) else { return found };
-    let marking = tables.marking();
+    let all = tables.taking_part();
     for subject in [Subject::Control, Subject::Check] {
-        let points = tables.surveyed.iter().zip(&marking).filter(|(point, _)| point.subject == subject);
-        let member = |(point, images): (&super::Surveyed, &Vec<usize>)| {
+        let points = all.iter().filter(|(point, _)| point.subject == subject);
+        let member = |(point, images): &(&super::Surveyed, Vec<usize>)| {
             let distance = |place: &Vector3<f64>| Some(cameras.offset(images, place)?.norm());
             let exchanged = point.exchanged.and_then(|place| Some((place, distance(&place)?)));
             Some(Member { name: point.name.clone(), offset: cameras.offset(images, &point.position)?, exchanged })
@@ -173,7 +173,7 @@ fn length(metres: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tables::made;
+    use super::super::tables::{Measured, Row, made};
     use super::*;
 
     const POINTS: [[f64; 3]; 4] = [[0.0, 0.0, 1.0], [80.0, 5.0, 2.0], [10.0, 15.0, 0.0], [70.0, -20.0, 3.0]];
@@ -188,6 +188,34 @@ mod tests {
         // Ten times farther than the flight is long and high: 10 * (90 + 60) m.
         assert_eq!(judge(&made::surveyed(&moved([2000.0, 0.0, 0.0]))).len(), 1);
         assert!(judge(&made::surveyed(&moved([400.0, 0.0, 0.0]))).is_empty());
+    }
+
+    #[test]
+    fn points_that_no_image_marks_may_lie_anywhere() {
+        let far = POINTS.map(|[x, y, z]| [x + 218_000.0, y, z]);
+        let mut tables = made::surveyed(&[&POINTS[..], &far[..], &far[..]].concat());
+        assert_eq!(judge(&tables).len(), 1, "most are far");
+        let near: Vec<Row> = tables.marks.iter().filter(|row| row.point < POINTS.len()).collect();
+        tables.marks = made::table(Measured::Marks, near);
+        assert!(judge(&tables).is_empty());
+        // Before any is marked the list alone tells.
+        tables.marks = made::table(Measured::Marks, Vec::new());
+        assert_eq!(judge(&tables).len(), 1);
+    }
+
+    #[test]
+    fn positions_that_are_absent_or_no_numbers_tell_nothing() {
+        let far = POINTS.map(|[x, y, z]| [x + 218_000.0, y, z]);
+        let mut tables = made::surveyed(&far);
+        tables.images.clear();
+        assert!(judge(&tables).is_empty());
+        let mut tables = made::surveyed(&POINTS);
+        tables.reach = Some(f64::NAN);
+        assert!(judge(&tables).is_empty());
+        tables.surveyed.iter_mut().for_each(|point| point.position.x = f64::NAN);
+        assert!(judge(&tables).is_empty());
+        tables.surveyed.clear();
+        assert!(judge(&tables).is_empty());
     }
 
     #[test]

@@ -197,7 +197,7 @@ impl Tables<'_> {
     }
 
     /// Of each surveyed point, the images that mark it.
-    pub fn marking(&self) -> Vec<Vec<usize>> {
+    fn marking(&self) -> Vec<Vec<usize>> {
         let mut images = vec![Vec::new(); self.surveyed.len()];
         for row in self.marks.iter() {
             if let Some(own) = images.get_mut(row.point) {
@@ -205,6 +205,15 @@ impl Tables<'_> {
             }
         }
         images
+    }
+
+    /// Surveyed points that images mark, with these images; all points where no image marks any yet. A list may hold
+    /// the points of a whole country.
+    pub fn taking_part(&self) -> Vec<(&Surveyed, Vec<usize>)> {
+        let marking = self.marking();
+        let is_any_marked = marking.iter().any(|images| !images.is_empty());
+        let all = self.surveyed.iter().zip(marking);
+        all.filter(|(_, images)| !is_any_marked || !images.is_empty()).collect()
     }
 
     /// Names of the images of some cameras.

@@ -5,8 +5,11 @@ use crate::mistakes::Mistake;
 
 /// Fewest measurements: of values with one decimal, chance rounds so many to whole pixels never (1e-40).
 const FEWEST: usize = 20;
-/// Standard deviation that rounding to a pixel adds: `1 / sqrt(12)`. Marks that are known no better lose nothing.
+/// Standard deviation of rounding to a pixel: `1 / sqrt(12)`. Marks that are known no better lose nothing.
 const ROUNDING_PX: f64 = 0.29;
+/// Stated standard deviation of tie points in whose variance rounding is less than a tenth: it is stated with it.
+/// Programs state half a pixel whatever they round.
+const WITH_ROUNDING_PX: f64 = 0.92;
 
 /// Measurements that are all whole pixels, or all half ones: centres of pixels.
 pub fn judge(table: &Table) -> Option<Mistake> {
@@ -14,19 +17,20 @@ pub fn judge(table: &Table) -> Option<Mistake> {
         return None;
     }
     let all = |offset: f64| table.iter().all(|row| row.xy.iter().all(|value| (value + offset).fract() == 0.0));
-    let precise = table.of == Measured::Ties || table.iter().any(|row| row.sigma < ROUNDING_PX);
+    let least = if table.of == Measured::Ties { WITH_ROUNDING_PX } else { ROUNDING_PX };
+    let precise = table.iter().any(|row| row.sigma < least);
     // Zeros are whole, too: they are no rounding.
     let vary = table.iter().any(|row| row.xy.iter().any(|value| value.abs() > 2.0));
     if !(precise && vary && (all(0.0) || all(0.5))) {
         return None;
     }
     let sentence = format!(
-        "{}: all {} measurements are whole pixels; rounding adds {ROUNDING_PX} px to the standard deviation of each.",
+        "{}: all {} measurements are whole pixels; rounding alone has a standard deviation of {ROUNDING_PX} px.",
         table.of.words(),
         table.rows
     );
     let remedy = format!(
-        "Export them with decimals, or state a standard deviation of at least {ROUNDING_PX} px ({}).",
+        "Export them with decimals, or state a standard deviation of at least {least} px ({}).",
         table.of.file()
     );
     Some(Mistake::new("whole-pixels", table.of.key(), sentence, remedy).sized(1.0, None, "px"))
@@ -52,7 +56,8 @@ mod tests {
     }
 
     #[test]
-    fn marks_may_be_whole_where_they_claim_no_more() {
+    fn measurements_may_be_whole_where_they_claim_no_more() {
+        assert!(judged(Measured::Ties, 1.0, f64::round).is_none());
         assert!(judged(Measured::Marks, 0.1, f64::round).is_some());
         assert!(judged(Measured::Marks, 0.5, f64::round).is_none());
     }

@@ -1,15 +1,13 @@
 //! A whole group.
 
 use super::super::Mistake;
-use super::super::clock::Clock;
+use super::super::clock::{Clock, GPS_AHEAD_OF_UTC};
 use super::super::shape::Change;
 use super::super::survey::Subject;
 use super::super::undo::{edits_of, without_positions};
 use super::common::{AXES, list, mistake, places, unit, with};
 use nalgebra::Vector3;
 
-/// Leap seconds since 2017.
-const GPS_AHEAD_OF_UTC: f64 = 18.0;
 /// A difference of clocks this near is that one, s: cameras record whole seconds.
 const NEAR: f64 = 1.0;
 
@@ -53,7 +51,11 @@ pub fn changed(subject: Subject, change: Change, drop: f64, ln_p: f64) -> Mistak
                 "{who} are those of {:.2} s {} the exposures{}; {fit}.",
                 seconds.abs(),
                 if seconds > 0.0 { "after" } else { "before" },
-                if (seconds.abs() - GPS_AHEAD_OF_UTC).abs() < NEAR { " (GPS time is 18 s ahead of UTC)" } else { "" }
+                if (seconds.abs() - GPS_AHEAD_OF_UTC).abs() < NEAR {
+                    " (GPS time is 18 s ahead of UTC since 2017)"
+                } else {
+                    ""
+                }
             ),
             format!("Take clocks of camera and receiver to one time, and interpolate the positions anew ({place})."),
         ],

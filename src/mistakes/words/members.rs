@@ -9,11 +9,12 @@ use nalgebra::Vector3;
 
 /// GNSS positions that do not fit.
 pub fn wrong_positions(names: Vec<String>, worst: f64, drop: f64, ln_p: f64) -> Mistake {
-    let sentence = format!(
-        "GNSS positions: {} of {} do not fit the images, by up to {worst:.2} m.",
-        if names.len() == 1 { "that".into() } else { format!("{}", names.len()) },
-        list(&names)
-    );
+    let sentence = match names.as_slice() {
+        [name] => format!("GNSS positions: that of {name} does not fit the images, by {worst:.2} m."),
+        _ => {
+            format!("GNSS positions: {} do not fit the images, by up to {worst:.2} m ({}).", names.len(), list(&names))
+        }
+    };
     let remedy =
         "Leave these positions out, or look at the fix of the receiver there (gnss_x, gnss_y, gnss_z of images.csv).";
     let mend = without_positions(&names);

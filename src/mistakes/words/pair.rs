@@ -44,6 +44,13 @@ pub fn height_offset(one: Subject, other: Subject, difference: &Difference, foca
     with(found, value, Some(sigma), "m")
 }
 
+/// A height offset that a single point shows: its own height may be wrong, and to move all others for it is no mend.
+pub fn of_one_point(offset: Mistake) -> Mistake {
+    let sentence =
+        format!("{} One point alone shows it: a wrong height of that point would look the same.", offset.sentence);
+    Mistake { sentence, mend: Vec::new(), ..offset }
+}
+
 /// Two groups that are off horizontally.
 pub fn plan_offset(one: Subject, other: Subject, difference: &Difference) -> Mistake {
     let [x, y, z]: [f64; 3] = difference.shift.into();
@@ -55,7 +62,9 @@ pub fn plan_offset(one: Subject, other: Subject, difference: &Difference) -> Mis
     let remedy = format!("Look at the coordinate system of both ({}).", other.place());
     let found = mistake("plan-offset", other.key(), Vec::new(), difference.drop, difference.ln_p, [sentence, remedy])
         .undone_by(shifted_back(other, &difference.shift));
-    with(found, difference.shift.norm(), Some(difference.sigma.norm()), "m")
+    // Of the length.
+    let sigma = difference.shift.component_mul(&difference.sigma).norm() / difference.shift.norm();
+    with(found, difference.shift.norm(), Some(sigma), "m")
 }
 
 /// Two groups in systems of their own.

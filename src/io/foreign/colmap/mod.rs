@@ -14,6 +14,7 @@ mod database;
 mod model;
 mod read_binary;
 mod read_text;
+mod reported;
 mod write;
 
 use super::super::error::Error;

@@ -4,6 +4,7 @@ use super::super::super::error::{Error, shown};
 use super::super::tracks::Tracks;
 use super::super::{ImportOptions, Imported, Note, flights, guessed_sigma, pose, refuse};
 use super::cameras::{CameraModel, MODELS, ModelCamera};
+use super::reported::Reported;
 use crate::block::{Block, CameraId, FlightId, Image, ImageId, Measurement, PointId, TiePoint};
 use crate::camera::Camera;
 use nalgebra::Vector3;
@@ -22,8 +23,7 @@ pub(super) struct Model {
     names: HashSet<String>,
     /// Measurements of points that the model does not have.
     pointless: usize,
-    /// Sum of the squares of COLMAP's own errors of points, px, and their number.
-    errors: (f64, usize),
+    reported: Reported,
     /// Rigs of more than one camera.
     pub rigs: usize,
 }
@@ -53,12 +53,9 @@ impl Model {
     }
 
     /// `error`: mean distance of its measurements in COLMAP, px, where it is known.
-    pub(super) fn add_point(&mut self, id: u64, position: [f64; 3], error: Option<f64>) {
+    pub(super) fn add_point(&mut self, id: u64, position: [f64; 3], error: Option<f64>, measurements: usize) {
         self.points.push((id, position.into()));
-        // COLMAP writes -1 where it computed none.
-        if let Some(error) = error.filter(|error| error.is_finite() && *error >= 0.0) {
-            self.errors = (self.errors.0 + error * error, self.errors.1 + 1);
-        }
+        error.into_iter().for_each(|error| self.reported.add(error, measurements));
     }
 
     /// All points are there: images may come.
@@ -94,8 +91,7 @@ impl Model {
     /// The block of the model that stands in `folder`.
     pub(super) fn finish(self, folder: &Path, options: &ImportOptions) -> Result<Imported, Error> {
         let mut notes = Vec::new();
-        let (squares, count) = self.errors;
-        let reported_px = (count > 0).then(|| (squares / count as f64).sqrt());
+        let reported_px = self.reported.rms_px();
         if self.images.is_empty() {
             return Err(refuse(folder, "the model has no image"));
         }

@@ -39,11 +39,13 @@ fn points(mut file: Bytes, gathered: &mut Model) -> Result<(), Error> {
         let id = file.u64("the id of a point")?;
         let position = file.f64s("a coordinate")?;
         file.bytes::<3>("a colour")?;
-        gathered.add_point(id, position, Some(f64::from_le_bytes(file.bytes::<8>("an error")?)));
+        let error = f64::from_le_bytes(file.bytes::<8>("an error")?);
+        let measurements = file.u64("the length of a track")?;
         // The images have its track too.
-        for _ in 0..file.u64("the length of a track")? {
+        for _ in 0..measurements {
             file.bytes::<8>("a track")?;
         }
+        gathered.add_point(id, position, Some(error), usize::try_from(measurements).unwrap_or(usize::MAX));
     }
     gathered.end_of_points().map_err(|problem| file.refuse(problem))?;
     file.end()

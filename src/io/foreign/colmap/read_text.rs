@@ -41,9 +41,10 @@ fn points(lines: &mut Lines, gathered: &mut Model) -> Result<(), Error> {
     while let Some(mut line) = lines.next_words()? {
         let id = line.whole("the id of a point")?;
         let position = line.numbers("a coordinate")?;
-        // After the colour; the track follows, which the images have too.
-        let error = line.rest().split_whitespace().nth(3).and_then(|error| error.parse().ok());
-        gathered.add_point(id, position, error);
+        // After the colour; an image and a place in it for each measurement follow, which the images have too.
+        let mut rest = line.rest().split_whitespace().skip(3);
+        let error = rest.next().and_then(|error| error.parse().ok());
+        gathered.add_point(id, position, error, rest.count() / 2);
     }
     gathered.end_of_points().map_err(|problem| lines.refuse(problem))
 }

@@ -24,7 +24,7 @@ pub fn pairs(scene: &Scene, approximate: &[Pose], known: &Known) -> Vec<[usize; 
     if suspects.len() > MOST_SUSPECTS {
         return Vec::new();
     }
-    let rows: Vec<Vec<Row>> = suspects.iter().map(|view| rows(scene, known, *view)).collect();
+    let rows: Vec<Vec<Row>> = suspects.iter().map(|view| rows(scene, known, *view, &suspects)).collect();
     let lies_at = |one: usize, other: usize| {
         let (view, place) = (suspects[one], suspects[other]);
         let [Some(own), Some(others)] = [view, place].map(|view| expected[view].first()) else { return false };

@@ -92,7 +92,7 @@ struct Tried {
 
 /// What was done to an image, where one alternative alone explains it.
 fn altered(scene: &Scene, approximate: &[Pose], known: &Known, view: usize) -> Option<Mistake> {
-    let rows = rows(scene, known, view);
+    let rows = rows(scene, known, view, &[]);
     if rows.len() < FEWEST_ROWS {
         return None;
     }

@@ -12,6 +12,9 @@ use nalgebra::Vector3;
 const MOST_PAIRS: usize = 10;
 /// Rays below which nothing says which of them is wrong.
 const FEWEST_RAYS: usize = 3;
+/// Other images that must see a point where it lies before a measurement of it counts: one other ray meets the
+/// examined one wherever that leads, so that the place follows the measurement.
+const WITNESSES: usize = 2;
 /// Error that counts as wrong without knowing the usual one, as a share of the sensor: what is larger costs no more.
 const CAP: f64 = 0.02;
 /// Measurements below which an image is not judged.
@@ -58,12 +61,25 @@ pub fn known(scene: &Scene) -> Option<Known> {
     Some(Known { places, usual, bad })
 }
 
-/// Rows of an image: its measurements of points that other images know.
-pub fn rows(scene: &Scene, known: &Known, view: usize) -> Vec<Row> {
+/// Rows of an image: its measurements of points that [`WITNESSES`] other images, none of them suspect, see where they
+/// lie.
+pub fn rows(scene: &Scene, known: &Known, view: usize, suspects: &[usize]) -> Vec<Row> {
+    let limit = FITS * known.usual;
+    let may = |sight: &&Sight| sight.view != view && !known.bad[sight.view] && !suspects.contains(&sight.view);
+    let is_witnessed = |sights: &[Sight], place: &Vector3<f64>| {
+        let met = sights.iter().filter(may).filter(|sight| error(scene, sight, place) < limit);
+        let mut images: Vec<usize> = met.map(|sight| sight.view).collect();
+        images.sort_unstable();
+        images.dedup();
+        images.len() >= WITNESSES
+    };
     let mut rows = Vec::new();
     for (sights, place) in scene.points.iter().zip(&known.places) {
         let Some(place) = place else { continue };
-        rows.extend(sights.iter().filter(|sight| sight.view == view).map(|sight| Row { place: *place, xy: sight.xy }));
+        let own: Vec<&Sight> = sights.iter().filter(|sight| sight.view == view).collect();
+        if !own.is_empty() && is_witnessed(sights, place) {
+            rows.extend(own.into_iter().map(|sight| Row { place: *place, xy: sight.xy }));
+        }
     }
     rows
 }
@@ -89,4 +105,30 @@ fn place_of_most(scene: &Scene, sights: &[Sight], may: &dyn Fn(usize) -> bool, f
     let near: Vec<Sight> = near.copied().collect();
     let together = intersect(scene, &near).filter(|together| cost(together) < least);
     Some(together.unwrap_or(place))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::made;
+    use super::*;
+
+    const VIEW: usize = 7;
+
+    #[test]
+    fn a_measurement_counts_beside_two_other_rays_alone() {
+        let scene = made::scene();
+        let all = rows(&scene, &known(&scene).expect("points"), VIEW, &[]).len();
+        assert!(all >= FEWEST_ROWS, "{all}");
+        // Points of the image keep one other ray each: they follow the image, whatever it measures.
+        let mut pairs = scene.clone();
+        for sights in pairs.points.iter_mut().filter(|sights| sights.iter().any(|sight| sight.view == VIEW)) {
+            let other = sights.iter().find(|sight| sight.view != VIEW).copied();
+            sights.retain(|sight| sight.view == VIEW);
+            sights.extend(other);
+        }
+        assert_eq!(rows(&pairs, &known(&pairs).expect("points"), VIEW, &[]), []);
+        // Of suspects none is a witness.
+        let others: Vec<usize> = (0..scene.views.len()).filter(|view| *view != VIEW).collect();
+        assert_eq!(rows(&scene, &known(&scene).expect("points"), VIEW, &others), []);
+    }
 }

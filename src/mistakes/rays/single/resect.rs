@@ -6,7 +6,7 @@ use crate::camera::fraser::project_with_derivatives;
 use crate::camera::{Camera, fraser};
 use crate::math::rotation::skew;
 use crate::math::statistics::median;
-use nalgebra::{Matrix2x3, SMatrix, SVector, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, SMatrix, SVector, UnitQuaternion, Vector2, Vector3};
 
 /// Rotation, centre, and shift of the image.
 const UNKNOWNS: usize = 8;
@@ -45,13 +45,32 @@ impl Resected {
         projected.map_or(f64::INFINITY, |[x, y]| (row.xy[0] + dx - x).hypot(row.xy[1] + dy - y))
     }
 
-    /// Standard deviation of a coordinate of the offset, px, where measurements err by `usual`; `None` where they do not
-    /// determine it.
-    pub fn offset_sigma(&self, camera: &Camera, rows: &[Row], usual: f64) -> Option<f64> {
-        let (matrix, _) = self.normal(camera, rows, usual, true);
-        let cofactors = matrix.cholesky()?.inverse();
-        let sigma = usual * cofactors[(6, 6)].max(cofactors[(7, 7)]).sqrt();
-        sigma.is_finite().then_some(sigma)
+    /// Covariance of the offset, px^2, from the rows that fit to within `limit`: their own residuals and redundancy, as
+    /// the loss weights them (Huber 1981, sec. 7.6); `None` where they do not determine it.
+    pub fn offset_covariance(&self, camera: &Camera, rows: &[Row], usual: f64, limit: f64) -> Option<Matrix2<f64>> {
+        let width = self.width(camera, rows, usual)?;
+        let fitting: Vec<Row> = rows.iter().filter(|row| self.error(camera, row) < limit).copied().collect();
+        let redundancy = (2 * fitting.len()).checked_sub(UNKNOWNS).filter(|own| *own > 0)? as f64;
+        // Squares of the influence of each row, and its slope, the mean along and across the residual.
+        let (mut squares, mut slope) = (0.0, 0.0);
+        for row in &fitting {
+            let error = self.error(camera, row);
+            let ratio = (error / width).powi(2);
+            let weight = 1.0 / (1.0 + ratio);
+            squares += (error * weight).powi(2);
+            slope += weight - ratio * weight * weight;
+        }
+        let variance = squares / redundancy / (slope / fitting.len() as f64).powi(2);
+        // Beside an infinite width all weights are one.
+        let (matrix, _) = self.normal(camera, &fitting, f64::INFINITY, true);
+        let covariance = matrix.cholesky()?.inverse().fixed_view::<2, 2>(6, 6) * variance;
+        covariance.iter().all(|own| own.is_finite()).then_some(covariance)
+    }
+
+    /// Width of the loss; `None` where most points lie behind the camera.
+    fn width(&self, camera: &Camera, rows: &[Row], usual: f64) -> Option<f64> {
+        let middle = median(&rows.iter().map(|row| self.error(camera, row)).collect::<Vec<_>>());
+        middle.is_finite().then_some(middle.max(usual))
     }
 
     fn moved(&self, step: &SVector<f64, UNKNOWNS>) -> Self {
@@ -98,10 +117,7 @@ type Normal = (SMatrix<f64, UNKNOWNS, UNKNOWNS>, SVector<f64, UNKNOWNS>);
 pub fn resect(camera: &Camera, rows: &[Row], start: &Pose, shifts: bool, usual: f64) -> Option<Resected> {
     let mut current = Resected { pose: *start, offset: [0.0; 2] };
     for _ in 0..ITERATIONS {
-        let errors: Vec<f64> = rows.iter().map(|row| current.error(camera, row)).collect();
-        let middle = median(&errors);
-        // Most points lie behind the camera: no start.
-        let width = middle.is_finite().then_some(middle.max(usual))?;
+        let width = current.width(camera, rows, usual)?;
         let cost = current.cost(camera, rows, width);
         let next = better(
             &current,
@@ -189,6 +205,32 @@ mod tests {
         let found = resect(&camera, &rows, &off(&views[8].pose), true, 0.5).expect("a pose");
         let fits = rows.iter().filter(|row| found.error(&camera, row) < 1.0).count();
         assert_eq!(fits, rows.len() - rows.len().div_ceil(5), "{found:?}");
+    }
+
+    #[test]
+    fn the_covariance_of_a_shift_is_that_of_repeated_measurements() {
+        const REPEATED: usize = 60;
+        let (camera, views) = (made::camera(), made::views());
+        let right: Vec<Row> = rows(8).into_iter().enumerate().filter(|(k, _)| k % 5 != 0).map(|(_, row)| row).collect();
+        let mut state = 1_u64;
+        // Three uniform numbers together are nearly normal, here with a standard deviation of half a pixel.
+        let mut noise = || {
+            let mut uniform = || {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+            };
+            uniform() + uniform() + uniform()
+        };
+        let (mut squares, mut stated) = (0.0, 0.0);
+        for _ in 0..REPEATED {
+            let noisy = |row: &Row| Row { xy: [row.xy[0] + noise(), row.xy[1] + noise()], ..*row };
+            let rows: Vec<Row> = right.iter().map(noisy).collect();
+            let found = resect(&camera, &rows, &views[8].pose, true, 0.6).expect("a pose");
+            squares += found.offset.iter().map(|own| own * own).sum::<f64>();
+            stated += found.offset_covariance(&camera, &rows, 0.6, 3.0).expect("a covariance").trace();
+        }
+        let ratio = (squares / stated).sqrt();
+        assert!((0.75..1.35).contains(&ratio), "{ratio}");
     }
 
     #[test]

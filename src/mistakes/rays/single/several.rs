@@ -2,21 +2,24 @@
 
 use super::super::scene::Scene;
 use super::shifted::{MOST_SHIFTED, Shifted};
-use crate::math::statistics::median;
-use crate::mistakes::{BEYOND, Mistake, price};
+use crate::math::statistics::{f_ln_sf, median};
+use crate::mistakes::{BEYOND, KINDS, Mistake};
+use nalgebra::{Matrix2, Vector2};
+use std::f64::consts::LN_2;
 
 /// Principal points of two cameras differ by more than this, px; those of one camera by less.
 const LEAST_APART_PX: f64 = 10.0;
-/// Images of the second camera at least: fewer do not show how far they spread.
+/// Images of each camera at least: the median distance of fewer from their own middle says little of how far they
+/// spread.
 const FEWEST: usize = 5;
 /// Rounds in which images change sides: most divisions are found in two.
 const ROUNDS: usize = 10;
 
-/// Images of a second camera under the name of the first, by the shifts of their measurements. Few such images are
-/// cropped.
+/// Images with a second principal point under the name of one camera, by the shifts of their measurements. Few such
+/// images are cropped.
 pub fn cameras(scene: &Scene, shifted: &[Shifted<'_>], alpha: f64) -> Vec<Mistake> {
     let of_camera = |camera: usize| -> Option<Mistake> {
-        let is_own = |s: &&Shifted<'_>| scene.views[s.view].camera == camera && s.sigma < LEAST_APART_PX;
+        let is_own = |s: &&Shifted<'_>| scene.views[s.view].camera == camera && s.worst_sigma() < LEAST_APART_PX;
         let own: Vec<&Shifted<'_>> = shifted.iter().filter(is_own).collect();
         let shifts: Vec<[f64; 2]> = own.iter().map(|shifted| shifted.shift).collect();
         let second = divided(&shifts)?;
@@ -26,11 +29,12 @@ pub fn cameras(scene: &Scene, shifted: &[Shifted<'_>], alpha: f64) -> Vec<Mistak
             .filter(|(_, second)| **second)
             .map(|(shifted, _)| scene.views[shifted.view].name.clone())
             .collect();
-        let drop: f64 = own.iter().map(|shifted| shifted.drop).sum();
-        let enough = names.len() >= FEWEST
-            && names.len() as f64 >= MOST_SHIFTED * own.len() as f64
-            && drop > price(alpha, scene.views.len());
-        enough.then(|| said(&scene.cameras[camera].id, names, apart(&shifts, &second)))
+        let covariances: Vec<Matrix2<f64>> = own.iter().map(|shifted| shifted.covariance).collect();
+        let test = tested(&shifts, &covariances, &second)?;
+        // The part that is named is the smaller one.
+        let enough =
+            names.len() >= FEWEST && names.len() as f64 >= MOST_SHIFTED * own.len() as f64 && test.ln_p < alpha.ln();
+        enough.then(|| said(&scene.cameras[camera].id, names, apart(&shifts, &second), &test))
     };
     (0..scene.cameras.len()).filter_map(of_camera).collect()
 }
@@ -75,19 +79,54 @@ fn apart(shifts: &[[f64; 2]], second: &[bool]) -> [f64; 2] {
     [b[0] - a[0], b[1] - a[1]]
 }
 
-fn said(camera: &str, names: Vec<String>, [dx, dy]: [f64; 2]) -> Mistake {
+/// What a division says against none.
+struct Test {
+    /// Fall of the sum of squares, in units of what is left per degree of freedom.
+    drop: f64,
+    /// `ln p` of that, every way to divide the images counted as an alternative.
+    ln_p: f64,
+    /// Standard deviation of the distance between the two parts, px.
+    sigma: f64,
+}
+
+/// Tests two means against one (F test). The best of all divisions lowers the sum of squares of a single cloud by a
+/// third, so that the test pays for all `2^(n - 1)` of them.
+fn tested(shifts: &[[f64; 2]], covariances: &[Matrix2<f64>], second: &[bool]) -> Option<Test> {
+    let weights: Vec<Matrix2<f64>> = covariances.iter().map(|own| own.try_inverse()).collect::<Option<_>>()?;
+    // Weighted mean of some images, its cofactors, and the sum of squares about it.
+    let about_mean = |is_in: &dyn Fn(usize) -> bool| {
+        let own: Vec<usize> = (0..shifts.len()).filter(|k| is_in(*k)).collect();
+        let normal: Matrix2<f64> = own.iter().map(|k| weights[*k]).sum();
+        let cofactors = normal.try_inverse()?;
+        let mean = cofactors * own.iter().map(|k| weights[*k] * Vector2::from(shifts[*k])).sum::<Vector2<f64>>();
+        let off = |k: &usize| Vector2::from(shifts[*k]) - mean;
+        let squares = own.iter().map(|k| off(k).dot(&(weights[*k] * off(k)))).sum::<f64>();
+        Some((mean, cofactors, squares))
+    };
+    let (_, _, of_one) = about_mean(&|_| true)?;
+    let (first_mean, first, in_first) = about_mean(&|k| !second[k])?;
+    let (second_mean, other, in_second) = about_mean(&|k| second[k])?;
+    let redundancy = 2 * shifts.len().checked_sub(2).filter(|own| *own > 0)?;
+    let variance = (in_first + in_second) / redundancy as f64;
+    let drop = (of_one - in_first - in_second) / variance;
+    let divisions = (shifts.len() - 1) as f64 * LN_2;
+    let ln_p = f_ln_sf(drop / 2.0, 2.0, redundancy as f64) + divisions + KINDS.ln();
+    let between = (second_mean - first_mean).try_normalize(0.0)?;
+    let sigma = (variance * between.dot(&((first + other) * between))).sqrt();
+    Some(Test { drop, ln_p: ln_p.min(0.0), sigma })
+}
+
+fn said(camera: &str, names: Vec<String>, [dx, dy]: [f64; 2], test: &Test) -> Mistake {
     let sentence = format!(
-        "Camera {camera} is two cameras: the principal point of {} images lies {:.1}, {:.1} px (x, y) beside that of the others.",
+        "The images of camera {camera} have two principal points: that of {} images lies {:.1}, {:.1} px (x, y) beside \
+         that of the others. These are two cameras under one name, or the lens was moved between the images.",
         names.len(),
         -dx,
         -dy
     );
     let remedy = "Give these images a camera of their own (camera of images.csv, [[camera]] of block.toml).".into();
-    Mistake::new("several-cameras", "camera", sentence, remedy).of(names).tested(f64::NAN, f64::NEG_INFINITY).sized(
-        dx.hypot(dy),
-        None,
-        "px",
-    )
+    let found = Mistake::new("several-cameras", "camera", sentence, remedy).of(names);
+    found.tested(test.drop, test.ln_p).sized(dx.hypot(dy), Some(test.sigma), "px")
 }
 
 #[cfg(test)]
@@ -117,5 +156,25 @@ mod tests {
         let wide: Vec<[f64; 2]> = (0..30).map(|k| noise(k).map(|n| 30.0 * n)).collect();
         assert_eq!(divided(&wide), None, "shifts that nothing determines spread as they lie apart");
         assert_eq!(divided(&[]), None);
+    }
+
+    #[test]
+    fn a_division_pays_for_every_way_to_divide() {
+        // Normal to the eye: three sines together.
+        let noise = |k: usize| {
+            let wave = |f: f64| (f * (k * k + 3 * k) as f64).sin();
+            [8.0 * (wave(1.7) + wave(2.9) + wave(4.3)), 8.0 * (wave(1.1) + wave(3.7) + wave(5.9))]
+        };
+        let one: Vec<[f64; 2]> = (0..60).map(noise).collect();
+        let covariances = vec![Matrix2::identity() * 4.0; 60];
+        let by_place: Vec<bool> = one.iter().map(|[x, _]| *x > 0.0).collect();
+        let test = tested(&one, &covariances, &by_place).expect("a test");
+        assert!(test.drop > 50.0 && test.ln_p == 0.0, "no cloud is two: {} {}", test.drop, test.ln_p);
+
+        let second: Vec<bool> = (0..60).map(|k| k % 3 == 0).collect();
+        let two: Vec<[f64; 2]> =
+            one.iter().zip(&second).map(|([x, y], second)| if *second { [x + 300.0, *y] } else { [*x, *y] }).collect();
+        let test = tested(&two, &covariances, &second).expect("a test");
+        assert!(test.ln_p < (1e-3_f64).ln() && test.sigma < 20.0, "{} {}", test.ln_p, test.sigma);
     }
 }

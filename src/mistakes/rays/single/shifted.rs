@@ -8,7 +8,8 @@ use super::resect::{Resected, Row, resect};
 use super::words::{self, Fitting};
 use crate::camera::Camera;
 use crate::math::statistics::median;
-use crate::mistakes::{BEYOND, Mistake, price};
+use crate::mistakes::{BEYOND, Mistake, ln_p, price};
+use nalgebra::{Matrix2, Vector2};
 
 /// A shift of the image below this is nothing that a person did, px: lenses and sensors wobble by less.
 const LEAST_SHIFT_PX: f64 = 10.0;
@@ -46,8 +47,8 @@ pub struct Shifted<'a> {
     camera: &'a Camera,
     /// Added to measurements, px.
     pub shift: [f64; 2],
-    /// Standard deviation of a coordinate of the shift, px.
-    pub sigma: f64,
+    /// Covariance of the shift, px^2.
+    pub covariance: Matrix2<f64>,
     /// Fall of the sum of squares.
     pub drop: f64,
     /// Measurements that fit, and all.
@@ -63,8 +64,8 @@ impl<'a> Shifted<'a> {
         let with = resect(camera, &rows, pose, true, known.usual)?;
         let drop = cost(camera, &rows, &without, known) - cost(camera, &rows, &with, known);
         let fit = [fitting(camera, &rows, &with, FITS * known.usual), rows.len()];
-        let sigma = with.offset_sigma(camera, &rows, known.usual)?;
-        Some(Self { view, camera, shift: with.offset, sigma, drop, fit })
+        let covariance = with.offset_covariance(camera, &rows, known.usual, FITS * known.usual)?;
+        Some(Self { view, camera, shift: with.offset, covariance, drop, fit })
     }
 
     /// Length of the shift, px.
@@ -72,22 +73,34 @@ impl<'a> Shifted<'a> {
         self.shift[0].hypot(self.shift[1])
     }
 
-    /// The same in standard deviations.
+    /// Standard deviation of that length, px.
+    fn sigma(&self) -> f64 {
+        let along = Vector2::from(self.shift).try_normalize(0.0).unwrap_or_else(Vector2::x);
+        (along.dot(&(self.covariance * along))).sqrt()
+    }
+
+    /// Standard deviation of the shift where it is known least, px.
+    pub fn worst_sigma(&self) -> f64 {
+        self.covariance.symmetric_eigenvalues().max().sqrt()
+    }
+
+    /// The length in standard deviations.
     fn normalised(&self) -> f64 {
-        self.size() / self.sigma
+        self.size() / self.sigma()
     }
 
     fn mistake(&self, scene: &Scene) -> Mistake {
         let Self { camera, shift, fit, .. } = *self;
         let found =
             words::altered(&Fitting { image: &scene.views[self.view].name, camera, cause: Cause::Cropped, shift, fit });
-        found.sized(self.size(), Some(self.sigma), "px")
+        let ln_p = ln_p(self.drop, scene.views.len());
+        found.sized(self.size(), Some(self.sigma()), "px").tested(self.drop, ln_p)
     }
 }
 
 /// Measurements of an image of points that others know, where they are enough.
 pub fn seen<'a>(scene: &'a Scene, known: &Known, view: usize) -> Option<(&'a Camera, Vec<Row>)> {
-    let rows = rows(scene, known, view);
+    let rows = rows(scene, known, view, &[]);
     (rows.len() >= FEWEST_ROWS).then(|| (&scene.cameras[scene.views[view].camera], rows))
 }
 
@@ -112,6 +125,7 @@ mod tests {
         assert_eq!((one.kind.as_str(), &one.names[..]), ("offset", &["i7".to_string()][..]));
         let size = one.value.expect("a size");
         assert!((size - 50.0).abs() < 5.0, "{size}");
+        assert!(one.sigma.is_some_and(|sigma| sigma < 0.1 * size) && one.ln_p.is_finite(), "{one:?}");
 
         let (scene, known) = with(|xy| xy, 0.0);
         assert_eq!(cropped(&scene, &shifted(&scene, &known), ALPHA), []);

@@ -9,9 +9,12 @@ use super::start::starts;
 use super::words::{self, Fitting};
 use super::{MOSTLY, NEAR, fitting};
 use crate::block::Pose;
-use crate::mistakes::{Mistake, price};
+use crate::mistakes::{Mistake, ln_p, price};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
+
+/// Quarters by which an image may be turned, the most common first: programs turn pictures upright.
+const QUARTERS: [u8; 3] = [2, 1, 3];
 
 /// Turned images that fit the network turned against their approximate rotation. Whether the image or that rotation is
 /// wrong, the principal point tells.
@@ -44,15 +47,17 @@ fn turned_by(
     };
     let (as_recorded, (cost, fits)) = (best(&rows, quarters)?.0, best(&undone, 0)?);
     let fit = [fits, rows.len()];
-    let is_one = as_recorded - cost > price(alpha, scene.views.len()) && fits as f64 >= MOSTLY * rows.len() as f64;
-    is_one.then(|| words::altered(&Fitting { image: &scene.views[view].name, camera, cause, shift: [0.0; 2], fit }))
+    let (drop, tried) = (as_recorded - cost, QUARTERS.len() * scene.views.len());
+    let is_one = drop > price(alpha, tried) && fits as f64 >= MOSTLY * rows.len() as f64;
+    let found = Fitting { image: &scene.views[view].name, camera, cause, shift: [0.0; 2], fit };
+    is_one.then(|| words::altered(&found).tested(drop, ln_p(drop, tried)))
 }
 
 /// Quarters by which the image may be turned clockwise against what its neighbours make of its approximate rotation:
 /// that which the network shows, where the image fits it.
 fn quarters(scene: &Scene, approximate: &[Pose], known: &Known, view: usize) -> Vec<u8> {
     if known.bad[view] {
-        return vec![2, 1, 3];
+        return QUARTERS.to_vec();
     }
     let is_turned_by = |quarters: &u8| {
         let starts = starts(scene, approximate, known, view);
@@ -62,7 +67,7 @@ fn quarters(scene: &Scene, approximate: &[Pose], known: &Known, view: usize) -> 
         };
         !starts.is_empty() && starts.iter().all(is_near)
     };
-    [2, 1, 3].into_iter().filter(is_turned_by).collect()
+    QUARTERS.into_iter().filter(is_turned_by).collect()
 }
 
 /// A turn of the camera about its axis by quarters: what it sees turns clockwise.
