@@ -224,25 +224,28 @@ impl Improvement {
     /// Estimates the weights of groups of observations anew and fits again where they changed, as a part of the step
     /// that is under way. Where that fails they stay.
     fn reweigh(&mut self, block: &Block, settings: &Settings<'_>) -> Result<bool, DiagnoseError> {
-        let refit = || -> Result<Option<(Fit, f64)>, DiagnoseError> {
-            let Some(weights) = weights::reweighted(block, &self.fit, &self.parts, settings)? else { return Ok(None) };
-            let refitted = fit(block, &weights.model, Some(&self.fit), &settings.options)?;
+        let refit = |now: &Fit| -> Result<Option<(Fit, f64)>, DiagnoseError> {
+            let Some(weights) = weights::reweighted(block, now, &self.parts, settings)? else { return Ok(None) };
+            let refitted = fit(block, &weights.model, Some(now), &settings.options)?;
             let gain = -(weights.gain + weights.gain_of_images);
             Ok(Some((settle(block, refitted, &self.parts, settings)?, gain)))
         };
-        let changed = match refit() {
-            Ok(None) => false,
-            Ok(Some((fit, gain))) => {
-                self.fit = fit;
-                self.objective += gain;
-                true
+        let mut changed = false;
+        for _ in 0..weights::ROUNDS {
+            match refit(&self.fit) {
+                Ok(None) => break,
+                Ok(Some((fit, gain))) => {
+                    self.fit = fit;
+                    self.objective += gain;
+                    changed = true;
+                }
+                Err(error) if settings.options.stop.is_raised() => return Err(error),
+                Err(error) => {
+                    (settings.tell)(&format!("the weights stay as they are: {error}"));
+                    break;
+                }
             }
-            Err(error) if settings.options.stop.is_raised() => return Err(error),
-            Err(error) => {
-                (settings.tell)(&format!("the weights stay as they are: {error}"));
-                false
-            }
-        };
+        }
         self.heldout_px = held_out_px(&self.fit, settings.options.threads)?;
         Ok(changed)
     }

@@ -25,8 +25,6 @@ use crate::run::RunError;
 use crate::run::fit::{Fit, fit};
 use crate::snooping::{Outliers, Snooping, Strictness};
 
-/// Rounds of the weights: the second changes a factor by the square of what the first changed it.
-const WEIGHT_ROUNDS: usize = 3;
 /// Steps at the most. The objective falls with each, so that the loop ends by itself; a model of so many effects is
 /// no diagnosis any more.
 const MOST_STEPS: usize = 40;
@@ -173,7 +171,7 @@ pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Bas
     let block = search.block(whole);
     let added = Added { own: fitted.model.effects.len(), ..Default::default() };
     let mut objective = 0.0;
-    for _ in 0..WEIGHT_ROUNDS {
+    for _ in 0..weights::ROUNDS {
         let Some(weights) = weights::reweighted(&block, &fitted, &added, settings)? else { break };
         fitted = fit(&block, &weights.model, Some(&fitted), &settings.options)?;
         // The images' factor is that of the model with the survey as stated, too: it is where the objective is zero.

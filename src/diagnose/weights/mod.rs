@@ -31,10 +31,15 @@ use flights::{Flights, Share};
 
 /// A group's stated precision is believed unless its variance factor is improbable at this level.
 const BELIEVED: f64 = 0.01;
+/// Rounds of the weights: the images', the survey's, and what the survey's change in the images'.
+pub const ROUNDS: usize = 3;
 /// Largest factor that a standard deviation is multiplied by: three times what was stated is beyond any doubt about a precision.
 pub const MOST: f64 = 3.0;
 /// Relative change of a factor below which the weights stand: it changes statistics by twice that.
 const CHANGE: f64 = 0.02;
+/// Change of the images' factor beyond which the survey's wait for the next round: how likely residuals of the survey are
+/// is computed beside images of the present precision.
+const IMAGES_FIRST: f64 = 0.05;
 /// Smallest factor on a stated standard deviation: no receiver is thirty times better than its maker says. An exact
 /// (simulated) survey would otherwise make
 /// every rounding of a formula significant.
@@ -145,7 +150,10 @@ pub fn reweighted(
     let extra = Extra { coordinates: Coordinates::new(&fit.problem), flights: flights.as_ref() };
     let asked = Questions { extra: &extra, ..Questions::nothing() };
     let linearised = with_candidates(block, fit, added, asked, settings)?;
-    let next = weighed(block, fit, &linearised, &extra, settings)?;
+    let mut next = weighed(block, fit, &linearised, &extra, settings)?;
+    if !near(&images(&next.model), &images(&fit.model), IMAGES_FIRST) {
+        (next.model, next.gain) = (with_survey_of(&next.model, &fit.model).unwrap_or(next.model), 0.0);
+    }
     Ok((!same(&next.model, &fit.model)).then_some(next))
 }
 
@@ -257,12 +265,17 @@ fn residual(linearised: &Linearised, column: usize) -> f64 {
 
 /// Do the factors of two models differ by less than statistics see?
 fn same(a: &Model, b: &Model) -> bool {
-    let image = |model: &Model| -> Vec<f64> {
-        let flights = model.flight_factors.values().map(|of| of.image);
-        std::iter::once(model.sigma_factors.image).chain(flights).collect()
-    };
-    let near = |a: Vec<f64>, b: Vec<f64>| a.iter().zip(b).all(|(a, b)| (a / b - 1.0).abs() < CHANGE);
-    near(image(a), image(b)) && near(of_coordinates(a), of_coordinates(b))
+    near(&images(a), &images(b), CHANGE) && near(&of_coordinates(a), &of_coordinates(b), CHANGE)
+}
+
+fn near(a: &[f64], b: &[f64], change: f64) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a / b - 1.0).abs() < change)
+}
+
+/// Factors of the images.
+fn images(model: &Model) -> Vec<f64> {
+    let flights = model.flight_factors.values().map(|of| of.image);
+    std::iter::once(model.sigma_factors.image).chain(flights).collect()
 }
 
 /// Factors of the groups of coordinates.
