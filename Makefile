@@ -2,7 +2,7 @@
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
 
-.PHONY: help setup build install demo test test-sanitize test-hidden test-cases test-fresh hit-rates test-blunders test-lab fuzz bench clean
+.PHONY: help setup build install demo test test-sanitize test-hidden test-cases test-fresh test-null hit-rates test-blunders test-lab fuzz bench clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -42,6 +42,9 @@ test-cases: setup ## judge the labelled blocks of ../shared/cases (make test: si
 
 test-fresh: setup ## judge blocks drawn at random: SEEDS=1..40 (make test: four of them)
 	MISCLOSURE_FRESH=$(SEEDS) cargo test --release --test fresh -- --nocapture
+
+test-null: setup ## p-values over many blocks without any cause: BLOCKS=200 (make test: a few)
+	MISCLOSURE_NULL_BLOCKS=$(or $(BLOCKS),200) cargo test --release --test check_points --test structure -- --nocapture
 
 hit-rates: setup ## how often the diagnosis is right, by kind of block and size of effect, on seeds that nobody looked at: SEEDS=1001..1040; and how many mistakes of people are named
 	MISCLOSURE_FRESH=$(or $(SEEDS),1001..1040) cargo test --release --test fresh improve_finds_what_nobody_chose -- --nocapture

@@ -7,6 +7,7 @@
 //! [scenario]
 //! preset = "dike"                               # or file = "..." beside the recipe
 //! set = { points = 3000, check = 300 }
+//! crs = "+proj=tmerc ..."                       # absent: what the scenario states
 //! [noise]
 //! px = 0.3                                      # what ties and marks have
 //! stated_px = 0.5                               # what block.toml says
@@ -85,6 +86,9 @@ pub struct Source {
     /// Values of its parameters.
     #[serde(default)]
     pub set: BTreeMap<String, f64>,
+    /// Coordinate system that the block states, in place of the scenario's. It changes no coordinate: `earth-curvature` and
+    /// `map-scale` among the causes make those of a map.
+    pub crs: Option<String>,
 }
 
 /// Normal errors.
@@ -159,10 +163,11 @@ pub struct Truth {
     #[serde(default)]
     pub effects: Vec<Expected>,
     /// `v'Pv` of the base model less that of the true model ([`Truth::effects`] added), both adjusted to the block without random
-    /// errors ([`Recipe::without_random_errors`]). Of an unexplained cause, and of effects with a value drawn for every image,
+    /// errors ([`Recipe::without_random_errors`]). With an unexplained cause, and of effects with a value drawn for every image,
     /// `v'Pv` of the base model there. Zero where nothing is missing.
     pub noncentrality: f64,
-    /// 3D RMS of the check points of [`Recipe::with_known_noise`], before and after the effects are added.
+    /// 3D RMS of the check points of [`Recipe::with_known_noise`], before and after the effects are added. An unexplained cause
+    /// stays in the measurements of both.
     pub check_mm: CheckRms,
 }
 
@@ -278,17 +283,18 @@ impl Recipe {
     }
 
     fn scenario(&self) -> Result<Scenario> {
-        let Source { preset, file, set } = &self.scenario;
-        match (preset, file) {
-            (Some(preset), None) => Ok(Scenario::preset(preset, set)?),
+        let Source { preset, file, set, crs } = &self.scenario;
+        let scenario = match (preset, file) {
+            (Some(preset), None) => Scenario::preset(preset, set)?,
             (None, Some(file)) => {
                 let path = self.folder.join(file);
                 let text = crate::files::read_text(&path)
                     .with_context(|| format!("cannot read the scenario {}", path.display()))?;
-                Ok(Scenario::from_toml_with(&text, file, set)?)
+                Scenario::from_toml_with(&text, file, set)?
             }
             _ => bail!("[scenario] needs one of `preset` and `file`"),
-        }
+        };
+        Ok(Scenario { crs: crs.clone().unwrap_or(scenario.crs), ..scenario })
     }
 
     /// Everything that goes wrong, as causes.

@@ -16,6 +16,20 @@ use std::ops::ControlFlow;
 /// Every solver of the program.
 pub const SOLVERS: [&dyn Solver; 2] = [&Ceres, &Native];
 
+/// Set to a number of blocks (as `make test-null` does), it replaces that of tests of the distribution of p-values.
+const NULL_BLOCKS: &str = "MISCLOSURE_NULL_BLOCKS";
+
+/// Number of blocks without a cause, by seeds from 1: `usually`, or what the environment says.
+pub fn null_blocks(usually: u64) -> u64 {
+    let text = std::env::var(NULL_BLOCKS).unwrap_or_default();
+    if text.is_empty() {
+        return usually;
+    }
+    let blocks = text.parse().unwrap_or_else(|_| panic!("{NULL_BLOCKS}={text} is no number of blocks"));
+    assert!(blocks >= usually, "{NULL_BLOCKS}={text}: fewer than {usually} blocks show nothing");
+    blocks
+}
+
 /// A preset with some of its parameters given.
 pub fn preset(name: &str, overrides: &[(&str, f64)], seed: u64) -> Simulation {
     let overrides: BTreeMap<String, f64> = overrides.iter().map(|(key, value)| (key.to_string(), *value)).collect();

@@ -15,28 +15,6 @@ const VISIBLE: f64 = 60.0;
 /// no share worth mentioning of the four that an estimate is allowed.
 const EXACT_SIGMA: f64 = 0.5;
 
-/// Prints what the recipes should state, for writing new ones:
-/// `RECIPE=dike-none cargo test --release --test hidden -- --ignored sizes --nocapture`.
-#[test]
-#[ignore = "prints, asserts nothing"]
-fn sizes() {
-    let wanted = std::env::var("RECIPE").unwrap_or_default();
-    for Named { name, recipe } in all().into_iter().filter(|named| named.name.contains(&wanted)) {
-        let started = std::time::Instant::now();
-        let Compared { noncentrality, check_mm: [base, model], noisy, exact } = compare(&recipe);
-        let seconds = started.elapsed().as_secs_f64();
-        println!(
-            "{name:34} noncentrality {noncentrality:9.4e}  check_mm {base:8.4} {model:8.4}  {seconds:.1} s, sigma0 {:.4}",
-            noisy.sigma0()
-        );
-        let exact = exact.as_ref().map(estimates).unwrap_or_default();
-        for (k, noisy) in estimates(&noisy).iter().enumerate() {
-            let exact = exact.get(k).map_or(f64::NAN, |exact| exact.value);
-            println!("    {:28} {:12.5e} +- {:.1e}, exact {exact:12.5e}", noisy.name, noisy.value, noisy.sigma);
-        }
-    }
-}
-
 #[test]
 fn there_are_recipes_of_every_kind() {
     let all = all();
@@ -114,10 +92,27 @@ fn blocks_are_deterministic_and_as_stated() {
     }
 }
 
+/// What a recipe should state. A new one is written with zeros, and takes its numbers from here.
+fn print_numbers(name: &str, compared: &Compared) {
+    let Compared { noncentrality, check_mm: [base, model], noisy, exact } = compared;
+    println!(
+        "{name:34} noncentrality {noncentrality:9.4e}  check_mm {base:8.4} {model:8.4}  sigma0 {:.4}",
+        noisy.sigma0()
+    );
+    let exact = exact.as_ref().map(estimates).unwrap_or_default();
+    for (k, noisy) in estimates(noisy).iter().enumerate() {
+        let exact = exact.get(k).map_or(f64::NAN, |exact| exact.value);
+        println!("    {:28} {:12.5e} +- {:.1e}, exact {exact:12.5e}", noisy.name, noisy.value, noisy.sigma);
+    }
+}
+
+/// `MISCLOSURE_HIDDEN=dike-none cargo test --release --test hidden stated_numbers -- --nocapture` prints those of one recipe.
 #[test]
 fn stated_numbers_are_those_of_the_adjustments() {
     for Named { name, recipe } in selected() {
-        let Compared { noncentrality, check_mm: [base, model], noisy, exact } = compare(&recipe);
+        let compared = compare(&recipe);
+        print_numbers(&name, &compared);
+        let Compared { noncentrality, check_mm: [base, model], noisy, exact } = compared;
         let truth = &recipe.truth;
         let near = |what: &str, stated: f64, found: f64| {
             let close = (stated - found).abs() <= STATED_DIGITS * found.abs();
