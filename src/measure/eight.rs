@@ -1,6 +1,6 @@
 //! Eight measurements through effects, side by side.
 
-use super::eight_rays::Eight;
+use super::eight_rays::{Eight, Seen};
 use super::eight_rows::Rows;
 use super::frame::{Frame, Stages};
 use super::lanes::{Predictions, Straight, THETA, Views};
@@ -13,7 +13,6 @@ use crate::effects::answer::{Answer, Inputs};
 use crate::effects::{IMAGE_INTERIOR, Stage};
 use crate::math::lane::{LANES, Lane};
 use crate::math::{Several, Wide};
-use crate::problem::{ImageObservation, Problem};
 use pulp::{Simd, WithSimd};
 
 /// Work space for what effects answer.
@@ -28,18 +27,6 @@ impl Default for Answers {
     fn default() -> Self {
         Self { ray: Ray::default(), d_in: [Lane::default(); 2 * IMAGE_INPUTS], d_own: Vec::new() }
     }
-}
-
-/// What is predicted, and of what: measurements and their frames.
-pub struct Seen<'a> {
-    /// The problem.
-    pub problem: &'a Problem,
-    /// Its effects.
-    pub stages: &'a Stages,
-    /// Images.
-    pub frames: &'a [Frame],
-    /// Up to eight.
-    pub observations: &'a [ImageObservation],
 }
 
 /// Derivatives that are wanted.

@@ -1,7 +1,6 @@
 //! Eight rays side by side, with what effects are asked about them.
 
 use super::chain::context;
-use super::eight::Seen;
 use super::eight_rows::{One, Rows};
 use super::frame::{Frame, Stages};
 use super::interior_chain::InteriorChain;
@@ -13,10 +12,22 @@ use crate::effects::answer::{Answer, Inputs, Thetas};
 use crate::effects::{Context, Stage};
 use crate::math::lane::{LANES, Lane};
 use crate::math::{Several, Wide, rotation};
-use crate::problem::Problem;
+use crate::problem::{ImageObservation, Problem};
 use nalgebra::{Matrix3, Vector3};
 use pulp::Simd;
 use std::sync::Arc;
+
+/// What is predicted, and of what: measurements and their frames.
+pub struct Seen<'a> {
+    /// The problem.
+    pub problem: &'a Problem,
+    /// Its effects.
+    pub stages: &'a Stages,
+    /// Images.
+    pub frames: &'a [Frame],
+    /// Up to eight.
+    pub observations: &'a [ImageObservation],
+}
 
 /// Eight rays. Where there are fewer, the first one pads the batch.
 pub(super) struct Eight<'a, S> {

@@ -22,7 +22,8 @@ mod through;
 mod transpose;
 
 pub use chain::{Prediction, predict};
-pub use eight::{Answers, Predict, Seen, Wanted};
+pub use eight::{Answers, Predict, Wanted};
+pub use eight_rays::Seen;
 pub use error::MeasureError;
 pub use frame::{Frame, Stages, frames};
 pub use interior_chain::InteriorChain;

@@ -1,7 +1,8 @@
 //! Predictions at a fixed state, for those who compare: image points, surveyed coordinates, antennas.
 
 use super::chain::{self, Prediction};
-use super::eight::{Answers, Predict, Seen, Wanted};
+use super::eight::{Answers, Predict, Wanted};
+use super::eight_rays::Seen;
 use super::frame::{self, Frame, Stages};
 use super::lanes::{LANES, POINT, Predictions, Views};
 use super::{MeasureError, position};
