@@ -2,7 +2,6 @@
 
 use super::eight_rays::{Eight, Seen};
 use super::eight_rows::Rows;
-use super::frame::{Frame, Stages};
 use super::lanes::{Predictions, Straight, THETA, Views};
 use super::matrices::{changes, fill_left_out};
 use super::place::{ANSWERS_AHEAD, MOST_MOVES, Search, follow_place, is_near};
