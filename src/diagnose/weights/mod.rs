@@ -31,8 +31,9 @@ use flights::{Flights, Share};
 
 /// A group's stated precision is believed unless its variance factor is improbable at this level.
 const BELIEVED: f64 = 0.01;
-/// Rounds of the weights: the images', the survey's, and what the survey's change in the images'.
-pub const ROUNDS: usize = 3;
+/// Rounds of the weights at the most: up to three for the images', whose flights spoil each other's residuals, then the
+/// survey's, and what these change in both. Two or three are usual.
+pub const ROUNDS: usize = 6;
 /// Largest factor that a standard deviation is multiplied by: three times what was stated is beyond any doubt about a precision.
 pub const MOST: f64 = 3.0;
 /// Relative change of a factor below which the weights stand: it changes statistics by twice that.
