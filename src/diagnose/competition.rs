@@ -76,6 +76,19 @@ impl Competition {
         sets
     }
 
+    /// Sets with another variant of a searched place in the place of one that joins with some members. Where a sharp
+    /// flaw lies the first order says to a cell of its grid, in which a smooth one of another size fits better: refits
+    /// move both to their places.
+    pub(super) fn with_other_variants(&self, members: &Members) -> Vec<Members> {
+        let joins = members.laws.iter().copied().filter(|h| self.hypotheses[*h].placed && !self.current.has(*h));
+        let others = |h: usize| {
+            let own = &self.hypotheses[h];
+            let is_other = move |other: &usize| *other != h && self.hypotheses[*other].id == own.id;
+            (0..self.hypotheses.len()).filter(is_other).map(move |other| members.without(h).with_law(other))
+        };
+        joins.flat_map(others).collect()
+    }
+
     /// The model as it stands without each of its members.
     pub(super) fn with_one_less(&self) -> Vec<Members> {
         self.current.all().map(|h| self.current.without(h)).collect()

@@ -48,7 +48,9 @@ impl Improvement {
         let mut best = self.best_of(preferred, None, &competition, &refits)?;
         best = match best {
             Some(tried) => {
-                let others = ranked(competition.with_other_lens_laws(&tried.set.members));
+                let mut others = competition.with_other_lens_laws(&tried.set.members);
+                others.extend(competition.with_other_variants(&tried.set.members));
+                let others = ranked(others);
                 self.best_of(others, Some(tried), &competition, &refits)?
             }
             // What joined where the first order said little is not kept for what it says of a removal.

@@ -6,12 +6,14 @@ use super::judged::Judged;
 use super::survey::Subject;
 use super::words;
 use super::{BEYOND, Mistake};
-use crate::math::statistics::{f_ln_sf, f_quantile, median};
+use crate::math::statistics::{f_ln_sf, f_quantile, mad, median};
 use nalgebra::Vector3;
 
 /// Shifts of a flight that are physics: what the catalogue allows a drifting receiver (`gnss-drift`), m.
 const PLAUSIBLE_SHIFT_M: f64 = 10.0;
-/// Positions before and after one in its flight that it is held against.
+/// Standard deviation of a normal sample in its median absolute deviation.
+const OF_MAD: f64 = 1.4826;
+/// Positions before and after one in its flight that it is held against; twice as many points around one.
 const NEIGHBOURS: usize = 3;
 /// Images of a flight that must agree on its shift.
 const FEWEST_OF_FLIGHT: usize = 5;
@@ -19,7 +21,12 @@ const FEWEST_OF_FLIGHT: usize = 5;
 /// Names the members that do not fit.
 pub fn judge(judged: &mut Judged, alpha: f64) {
     let fits = Fits::new(judged, alpha);
-    judged.wrong = (0..judged.targets.len()).filter(|k| fits.is_wrong(*k, &Vector3::zeros())).collect();
+    let is_wrong = |k: &usize| {
+        // A flight is examined as a whole before its single positions are.
+        let is_position = judged.group.subject == Subject::Gnss;
+        fits.is_wrong(*k, &Vector3::zeros()) && (is_position || fits.stands_out(*k))
+    };
+    judged.wrong = (0..judged.targets.len()).filter(is_wrong).collect();
     let mut left = judged.wrong.clone();
     let mut found = Vec::new();
     if judged.group.subject == Subject::Gnss {
@@ -112,6 +119,23 @@ impl Fits {
         let near: Vec<usize> = near.collect();
         let usual = |axis: usize| median(&near.iter().map(|n| self.misfits[*n][axis]).collect::<Vec<_>>());
         near.is_empty() || self.is_wrong(k, &Vector3::from_fn(|axis, _| usual(axis)))
+    }
+
+    /// Does a point stand out from those around it? A network that bends (a long corridor, a lens that is not modelled)
+    /// moves neighbours together, farther than its own precision says.
+    fn stands_out(&self, k: usize) -> bool {
+        let distance = |n: &usize| (self.places[*n].at - self.places[k].at).norm();
+        let mut around: Vec<usize> = (0..self.places.len()).filter(|n| *n != k).collect();
+        around.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        around.truncate(2 * NEIGHBOURS);
+        let of_axis = |axis: usize| around.iter().map(|n| self.misfits[*n][axis]).collect::<Vec<_>>();
+        if around.len() < NEIGHBOURS {
+            return true;
+        }
+        let usual = Vector3::from_fn(|axis, _| median(&of_axis(axis)));
+        let misfit = self.misfits[k] - usual;
+        let stands_out = |axis: usize| misfit[axis].abs() >= BEYOND * OF_MAD * mad(&of_axis(axis));
+        self.is_wrong(k, &usual) && (0..3).any(stands_out)
     }
 
     fn fits(&self, misfit: &Vector3<f64>, place: &Place) -> bool {

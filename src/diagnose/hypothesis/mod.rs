@@ -40,6 +40,8 @@ pub struct Hypothesis {
     pub random: bool,
     /// Names a cause; a field does not.
     pub physical: bool,
+    /// A law at a place that was searched.
+    pub placed: bool,
     /// A law of the lens or the sensor without a place of its own: the camera takes most of it.
     pub lens: bool,
     /// Id of the lower terms of its series: a term of a series is tested beside the terms below it, never in their
@@ -96,7 +98,9 @@ pub fn all(linearised: &Linearised, known: &Prices, settings: &Settings<'_>) -> 
         let key = if physical { id.clone() } else { format!("field:{stage:?}") };
         let lens = physical && !random && own.search == Searched::None && matches!(stage, None | Some(Stage::Image));
         let above = lower_terms(&id);
-        let hypothesis = Hypothesis { id, key, set, columns, random, physical, lens, above, price, design_effect };
+        let placed = matches!(own.search, Searched::Places { .. });
+        let hypothesis =
+            Hypothesis { id, key, set, columns, random, physical, placed, lens, above, price, design_effect };
         (!hypothesis.columns.is_empty()).then_some(hypothesis)
     };
     sets.into_par_iter().filter_map(hypothesis).collect()

@@ -66,6 +66,7 @@ impl Regression {
             columns: (first..first + columns.len()).collect(),
             random,
             physical: true,
+            placed: false,
             lens: false,
             above: None,
             price: chi_square_quantile(1.0 - level, dof),
