@@ -43,15 +43,17 @@ impl Law {
             _ => f(drop, dof),
         };
         let drop = match searched {
-            // The grid alone is counted: what finer ones find beyond it, and the fit beyond those, is chance.
+            // The grid alone is counted. Finer grids find a larger share of what is there, of chance as of a flaw: a place is
+            // significant where its drop on the grid is.
             Searched::Places { drop: on_grid, elsewhere, .. } => {
-                design_effect.max(elsewhere) * quantile(ln_p, ln_level) + (found - on_grid).max(PLACE_PARAMETERS)
+                let on_counted = design_effect.max(elsewhere) * quantile(ln_p, ln_level);
+                let finer = if on_grid > 0.0 { found / on_grid } else { f64::INFINITY };
+                (on_counted * finer).max(on_counted + PLACE_PARAMETERS)
             }
             _ => design_effect * quantile(ln_p, ln_level),
         };
         // Of the redundancy's share that the law takes at its F quantile: the variance factor is that without the law.
-        let ratio = drop / rest;
-        redundancy * ratio / (1.0 + ratio)
+        redundancy / (1.0 + rest / drop)
     }
 }
 
@@ -115,9 +117,9 @@ mod tests {
         let placed = law(1.0, Searched::Places { count: 100.0, drop: 0.0, elsewhere: 1.0 }).price(level, 1e9);
         let strict = law(1.0, Searched::None).price(level - 100f64.ln(), 1e9);
         assert_relative_eq!(placed, strict + PLACE_PARAMETERS, max_relative = 1e-4);
-        // What finer grids found beyond the one that is counted tells nothing.
+        // Significant where the drop on the counted grid is, whatever finer grids found.
         let refined = Law { drop: 50.0, ..law(1.0, Searched::Places { count: 100.0, drop: 30.0, elsewhere: 1.0 }) };
-        assert_relative_eq!(refined.price(level, 1e9), strict + 20.0, max_relative = 1e-4);
+        assert_relative_eq!(refined.price(level, 1e9), strict * 50.0 / 30.0, max_relative = 1e-4);
     }
 
     #[test]
