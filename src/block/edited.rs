@@ -1,6 +1,5 @@
 //! Edits of a block's tables, in memory: what a diagnosis goes on with where conventions are wrong. (Surveyed
-//! coordinates are left out instead, and are no part of
-//! this: [`super::mended`] changes them, too.)
+//! coordinates are left out instead, and are no part of this: [`super::mended`] changes them, too.)
 
 use super::change_position::change_position;
 use super::edit::{Change, Edit};

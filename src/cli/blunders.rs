@@ -46,9 +46,9 @@ pub struct Named {
     pub bent: bool,
 }
 
-/// Names the measurements that stand alone in an adjustment, in a robust one where they may have bent it; `None`
-/// where none does. Solvers that fail or
-/// disagree are a sign of that, too: what is bent far enough has no minimum that is known to all digits.
+/// Names the measurements that stand alone in an adjustment, in a robust one where they may have bent it; `None` where
+/// none does. Solvers that fail or disagree are a sign of that, too: what is bent far enough has no minimum that is
+/// known to all digits.
 pub fn named(block: &Block, model: &Model, options: &Options, run: &Run) -> Option<Named> {
     let solved = Solved { problem: &run.problem, state: &run.solution().state };
     let outliers = stand_alone(block, solved).ok();

@@ -8,8 +8,7 @@ use crate::problem::{Problem, missing_need};
 use std::collections::BTreeMap;
 
 /// Effects that go on a series of the camera, with the group of its lower terms: a term of a series is tested beside
-/// the terms below it, never in their place
-/// (principle of marginality, Nelder 1977).
+/// the terms below it, never in their place (principle of marginality, Nelder 1977).
 const SERIES: [(&str, &str); 2] = [("radial-high", "free:radial"), ("decentring-high", "free:decentring")];
 
 /// Group of the lower terms of an effect's series.

@@ -52,9 +52,8 @@ impl Competition {
     }
 
     /// Sets with each law of the lens in the place of those that join with some members, and with each alone. A
-    /// distortion that the model lacks drives the camera far away from
-    /// where it belongs, and there the first order does not say which of them it is: refits do. None where no law of
-    /// the lens joins.
+    /// distortion that the model lacks drives the camera far away from where it belongs, and there the first order does
+    /// not say which of them it is: refits do. None where no law of the lens joins.
     pub(super) fn with_other_lens_laws(&self, members: &Members) -> Vec<Members> {
         let current = &self.current;
         let joins: Vec<usize> =
@@ -147,8 +146,7 @@ pub fn next(linearised: &Linearised, known: &Prices, settings: &Settings<'_>) ->
 }
 
 /// Alternatives of each member, by id: hypotheses in whose place it is no better than chance would make it. What is
-/// left with such an alternative is as little
-/// as with the member itself.
+/// left with such an alternative is as little as with the member itself.
 pub fn alternatives(linearised: &Linearised, known: &Prices, settings: &Settings<'_>) -> BTreeMap<String, Vec<String>> {
     let competition = Competition::new(linearised, known, settings);
     let objective = competition.objective(linearised);

@@ -1,6 +1,6 @@
 //! Knowledge is a prior: in a projected coordinate system the curvature of the Earth and the scale of the map are
-//! known, and need not be discovered. In one block at
-//! one height neither could be told from radial distortion or from the scale of the block.
+//! known, and need not be discovered. In one block at one height neither could be told from radial distortion or from
+//! the scale of the block.
 
 use crate::block::{Block, Role};
 use crate::effects;

@@ -18,8 +18,7 @@ pub struct Look {
     /// Unexplained structure.
     pub left: Left,
     /// The same as `diagnosis.json` has it. The verdict is of the model as it stands: `missing` where the objective
-    /// prefers another set, whose first
-    /// member is then recommended; `unexplained` where structure remains all the same.
+    /// prefers another set, whose first member is then recommended; `unexplained` where structure remains all the same.
     pub diagnosis: Diagnosis,
     /// What the objective asks for next; `None`: nothing enters, nothing leaves.
     pub next: Option<Next>,

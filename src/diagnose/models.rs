@@ -17,10 +17,8 @@ use crate::run::fit::Fit;
 pub const SMALLEST_DEVIATION: f64 = 1e-4;
 
 /// The model of a fit with the sets of `situation`, whatever it had taken in before. A set that joins does so in the
-/// directions that the others leave:
-/// coefficients of the effect that the camera absorbs are held at zero, or they would be estimated twice. A shape
-/// with a place starts at its predicted
-/// size, without which it has no place.
+/// directions that the others leave: coefficients of the effect that the camera absorbs are held at zero, or they would
+/// be estimated twice. A shape with a place starts at its predicted size, without which it has no place.
 pub fn with_members(
     block: &Block,
     fit: &Fit,

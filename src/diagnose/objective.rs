@@ -12,11 +12,10 @@
 //! absorb them. The weights are estimated anew after each step, image by survey, and the objective falls by the
 //! likelihood of that too.
 //!
-//! `chi(S)` is `v'Pv` of the fit with `S`, where every size of a law is a pseudo-observation of its nominal value
-//! (half its plausible range is the
-//! standard deviation) and every random value one of zero. `kappa_h` is the drop that `h` alone reaches by chance
-//! with probability `alpha / m`, `m`
-//! hypotheses being compared: for one hypothesis `J` falls exactly where its test is significant.
+//! `chi(S)` is `v'Pv` of the fit with `S`, where every size of a law is a pseudo-observation of its nominal value (half
+//! its plausible range is the standard deviation) and every random value one of zero. `kappa_h` is the drop that `h`
+//! alone reaches by chance with probability `alpha / m`, `m` hypotheses being compared: for one hypothesis `J` falls
+//! exactly where its test is significant.
 //!
 //! To first order all of this is linear algebra of one small system `(s, M)` at zero ([`Objective::value`]); a refit
 //! decides.

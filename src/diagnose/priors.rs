@@ -1,6 +1,6 @@
 //! Priors of a diagnosis. On cameras: what lenses and sensors have. A block that determines its camera does not feel
-//! them. Where nothing determines a parameter,
-//! a distortion that the model lacks would drive it far away, and the linearisation there would say nothing.
+//! them. Where nothing determines a parameter, a distortion that the model lacks would drive it far away, and the
+//! linearisation there would say nothing.
 //!
 //! A plain adjustment stays least squares without them; the model that a diagnosis hands on states each one.
 
@@ -22,8 +22,7 @@ use crate::problem::{ProblemError, start_interiors};
 pub const SHARES: Interior = [0.05, 0.02, 0.02, 0.01, 0.01, 0.1, 0.1, 0.1, 0.01, 0.01, 1e-3, 1e-3];
 
 /// Standard deviation, in typical sizes, of the prior of an effect of several coefficients: no effect of this size is
-/// met, and what the
-/// measurements determine to a typical size moves by a thousandth.
+/// met, and what the measurements determine to a typical size moves by a thousandth.
 pub const WEAK_PRIOR: f64 = 30.0;
 
 /// `model` with a prior on every free camera parameter that has none of its own, at its start value.

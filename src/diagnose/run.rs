@@ -128,9 +128,9 @@ pub struct Base {
 }
 
 impl Base {
-    /// The same with the survey as precise as `model` states; `None` where it is. What a cause does to surveyed
-    /// points looks like a survey that is less precise than
-    /// stated, and beside one the cause does not pay: the objective decides between the two once causes are in.
+    /// The same with the survey as precise as `model` states; `None` where it is. What a cause does to surveyed points
+    /// looks like a survey that is less precise than stated, and beside one the cause does not pay: the objective
+    /// decides between the two once causes are in.
     ///
     /// # Errors
     /// A wish to stop.
@@ -229,8 +229,7 @@ impl Descent {
 }
 
 /// Judges every measurement anew at the model as it stands, loosely and then tightly: with the effects in the model,
-/// outliers that they hid stand out, and what
-/// looked like an effect may be one. Did the objective fall?
+/// outliers that they hid stand out, and what looked like an effect may be one. Did the objective fall?
 fn judged_again(
     whole: &Block,
     search: &mut Snooping,

@@ -1,19 +1,16 @@
 //! Does what an effect explains rest on a single tie point? An effect acts on many points and a blunder on one, and a
-//! shape that is put where it fits
-//! best fits a blunder best of all. Of two hypotheses that explain the same residuals the one that explains more is
-//! taken (Baarda 1968): whatever
-//! lies in one point alone, a blunder there explains entirely. So the effect has to be significant without that
-//! point, too.
+//! shape that is put where it fits best fits a blunder best of all. Of two hypotheses that explain the same residuals
+//! the one that explains more is taken (Baarda 1968): whatever lies in one point alone, a blunder there explains
+//! entirely. So the effect has to be significant without that point, too.
 
 use super::squares;
 use crate::adjust::{AdjustError, Options};
 use crate::problem::PointSource;
 use crate::run::fit::{Fit, solve};
 
-/// Share of the drop of `v'Pv` that lies in one point, from which it is worth two fits to see what is left without
-/// it. A blunder has most of the drop
-/// in its own point even where its images give way to it; of an effect that twenty points feel alike, none has that
-/// much.
+/// Share of the drop of `v'Pv` that lies in one point, from which it is worth two fits to see what is left without it.
+/// A blunder has most of the drop in its own point even where its images give way to it; of an effect that twenty
+/// points feel alike, none has that much.
 const CARRIED: f64 = 0.2;
 
 /// A tie point that carries an effect.

@@ -95,8 +95,7 @@ pub struct Context<'a> {
     /// The image's.
     pub image: &'a ImageContext,
     /// Column (x) of the image point as it is *predicted*, at the end of the chain, px; NaN where the stage has none.
-    /// The measured one would carry
-    /// the noise of the residual that an effect is tested on.
+    /// The measured one would carry the noise of the residual that an effect is tested on.
     pub column_px: f64,
     /// Row (y) of the image point as it is predicted, px; NaN where the stage has none.
     pub row_px: f64,

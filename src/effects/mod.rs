@@ -100,9 +100,8 @@ pub trait Effect: Send + Sync {
         answer::one_by_one(self, contexts, input, thetas, answer)
     }
 
-    /// Which of column and row of the context the answers depend on. They are the place at which the chain ends,
-    /// which the effect itself moves:
-    /// whoever predicts looks for it ([`crate::measure`]), and only where an effect reads it.
+    /// Which of column and row of the context the answers depend on. They are the place at which the chain ends, which
+    /// the effect itself moves: whoever predicts looks for it ([`crate::measure`]), and only where an effect reads it.
     fn reads_place(&self) -> [bool; 2] {
         [false; 2]
     }

@@ -22,9 +22,9 @@ const ANGLE: f64 = 1.0;
 const POSITION_M: f64 = 100.0;
 const IMAGE_PX: f64 = 300.0;
 
-/// Step along the place of a measurement, px: whatever changes over the rows of a sensor repeats over a hundred of
-/// them or more, of which the
-/// five-point formula loses 1e-6, and a step of one part in ten million of a centre's coordinates shows nine digits.
+/// Step along the place of a measurement, px: whatever changes over the rows of a sensor repeats over a hundred of them
+/// or more, of which the five-point formula loses 1e-6, and a step of one part in ten million of a centre's coordinates
+/// shows nine digits.
 const PLACE_STEP_PX: f64 = 2.0;
 
 /// Where the image size is not known.

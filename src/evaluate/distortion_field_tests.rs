@@ -100,8 +100,8 @@ fn a_moved_principal_point_is_mostly_a_rotation() {
     assert_relative_eq!(whole.statistics.min, 5.0, epsilon = EXACT_PX);
     assert_relative_eq!(whole.statistics.max, 5.0, epsilon = EXACT_PX);
     let rotated = compare(SENSOR, &STUDY, &b, Grid::default(), Part::WholeCameraUpToRotation).unwrap();
-    // Rays to the right turn about the axis that points down, y, by -5 px / f.
-    // The terms of second order in the field of view (+-0.47 x 0.35) remain of the 5 px, and shift the best angle by their mean.
+    // Rays to the right turn about the axis that points down, y, by -5 px / f. The terms of second order in the field
+    // of view (+-0.47 x 0.35) remain of the 5 px, and shift the best angle by their mean.
     assert_relative_eq!(rotated.rotation.y, -5.0 / 5510.09, max_relative = 0.15);
     assert!(rotated.statistics.rms < 0.1 * whole.statistics.rms, "{}", rotated.statistics.rms);
     // It is the least: any small turn more makes it larger.

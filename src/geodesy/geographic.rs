@@ -63,8 +63,7 @@ impl Geographic {
 }
 
 /// East, north, up (m) at a place. Its height is zero where the system is made from places ([`LocalSystem::about`]):
-/// heights above the
-/// ellipsoid stay what they are, but for the curvature (8 mm at 300 m from the place).
+/// heights above the ellipsoid stay what they are, but for the curvature (8 mm at 300 m from the place).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalSystem {
     /// The zero.

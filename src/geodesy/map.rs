@@ -9,8 +9,8 @@ use nalgebra::Vector3;
 const STEP_M: f64 = 100.0;
 
 /// Scale less one of horizontal distances at a place (easting, northing, height, m): what the map draws over what a
-/// tape measures at that height. The mean over
-/// the two directions of the map. `None` where the system is unknown, or no projection in metres.
+/// tape measures at that height. The mean over the two directions of the map. `None` where the system is unknown, or no
+/// projection in metres.
 ///
 /// A projection draws the ellipsoid; what stands at height `h` above it is drawn smaller by `h / R`. So the scale has
 /// both parts.

@@ -105,10 +105,10 @@ struct {type_name} {{
   // What a block must have to test it: kTime, kTemperature, kFlights, kVelocity, kGnss, kControl, kVertical.
   static constexpr std::array<Need, {count}> needs = {{{needs}}};
 
-  // {values}.
-  // T is double, or a number that carries derivatives: write `using std::sin;` and `sin(x)`, and branch on values alone.
-  // Returns false where the formula has no meaning. `reads`, which is optional, lists the places of `in` that the formula depends on,
-  // where it only hands on the others; derivatives cost less then: static constexpr std::array reads = {{0, 1}};
+  // {values}. T is double, or a number that carries derivatives: write `using std::sin;` and `sin(x)`, and branch on
+  // values alone. Returns false where the formula has no meaning. `reads`, which is optional, lists the places of `in`
+  // that the formula depends on, where it only hands on the others; derivatives cost less then: static constexpr
+  // std::array reads = {{0, 1}};
   template <class T>
   static bool Apply(const Context& {context}, const T* in, const T* theta, T* out) {{
 {body}  }}
@@ -181,8 +181,7 @@ impl Effect for {type_name} {{
     // What a block must have to test it.
     const NEEDS: &[Need] = &[{needs}];
 
-    // {values}.
-    // T is f64, or a number that carries derivatives; false where the formula has no meaning.
+    // {values}. T is f64, or a number that carries derivatives; false where the formula has no meaning.
     fn apply<T: Number>({context}: &Context, input: &[T], theta: &[T], out: &mut [T]) -> bool {{
 {body}    }}
 }}

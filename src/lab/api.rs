@@ -27,8 +27,8 @@
 //! are done: what is left is tested after that. What failed or was cancelled is in the tree until the server ends,
 //! without a folder. `verdict` is `mistake` where something is recorded wrongly (`mistake` says what, in a sentence),
 //! `missing` where a candidate is significant, `unexplained` where structure is left and no candidate is, else
-//! `adequate`. `agree` says whether the two solvers do (null where one ran), `one_derivation`
-//! what has to be said with it where the model has a plug-in.
+//! `adequate`. `agree` says whether the two solvers do (null where one ran), `one_derivation` what has to be said with
+//! it where the model has a plug-in.
 //!
 //! # `GET /api/block`
 //!
@@ -204,8 +204,8 @@
 //! any effect. `mend` undoes the mistakes of the kinds in `only` (left out: of all kinds) that have edits: the block of
 //! that step, and of all steps beneath it, is the edited one, and its adjustment begins anew with the model of its
 //! parent. No file is changed. `improve` makes one node per step of the loop, each the child of the one before; its
-//! `id` is the first.
-//! `POST /api/steps/ID/cancel` with `{}` stops a step at its next iteration, or takes it out of the queue.
+//! `id` is the first. `POST /api/steps/ID/cancel` with `{}` stops a step at its next iteration, or takes it out of the
+//! queue.
 //!
 //! # `GET /api/events` (server-sent events)
 //!

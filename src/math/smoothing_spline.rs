@@ -8,9 +8,8 @@
 //! K(t, u) = m^2 (3 M - m) / 6              m, M the smaller and the larger of t and u
 //! ```
 //!
-//! The best prediction of `H b + f` is the cubic smoothing spline; `r` is the one ratio of all curves of a set, at
-//! its maximum of the restricted
-//! likelihood. Source: Wahba (1978); Harville (1977).
+//! The best prediction of `H b + f` is the cubic smoothing spline; `r` is the one ratio of all curves of a set, at its
+//! maximum of the restricted likelihood. Source: Wahba (1978); Harville (1977).
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix2, Vector2};
 

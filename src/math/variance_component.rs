@@ -89,8 +89,8 @@ impl RandomValues {
         size
     }
 
-    /// Variance of a value as a multiple `rho` of the variance factor `phi`: the minimum of
-    /// `chi(rho) / phi + sum ln(1 + rho l)`. `None` where zero is likeliest.
+    /// Variance of a value as a multiple `rho` of the variance factor `phi`: the minimum of `chi(rho) / phi + sum ln(1
+    /// + rho l)`. `None` where zero is likeliest.
     pub fn likeliest_ratio(&self, phi: f64) -> Option<f64> {
         let kept = self.left();
         let mean = kept.iter().map(|k| self.eigenvalues[*k]).sum::<f64>() / kept.len().max(1) as f64;

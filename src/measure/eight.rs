@@ -142,8 +142,7 @@ impl Seen<'_> {
     }
 
     /// Predicts at the places at which the chain ends; see [`super::place`]. A measurement whose place is near stays
-    /// there while others move, so that
-    /// it has the numbers that it has alone.
+    /// there while others move, so that it has the numbers that it has alone.
     fn predict_at_own_place<S: Simd>(
         &self,
         eight: &mut Eight<'_, S>,

@@ -36,8 +36,7 @@ pub struct Stages {
     /// Per effect: whether it reads column and row of the place at which the chain ends.
     pub reads_place: Vec<[bool; 2]>,
     /// The axes of the place that any effect which acts in the image reads: 0 column, 1 row. The derivatives of the
-    /// image point by them stand behind
-    /// the local list.
+    /// image point by them stand behind the local list.
     pub place_axes: Vec<usize>,
 }
 

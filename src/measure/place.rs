@@ -1,10 +1,9 @@
 //! The place of a measurement, where the chain ends, for effects that read it.
 //!
-//! A row is exposed at the pose of its own instant, and that pose decides in which row a point appears: `p = h(p, u)`, `h` the chain at a given
-//! place, `u` everything else. The place is found from what the chain says without looking at the measurement: with
-//! the measured one, whose noise is
-//! that of the residual, an effect would be found in noise. With `D = dh/dp` all derivatives follow from those at a
-//! held place:
+//! A row is exposed at the pose of its own instant, and that pose decides in which row a point appears: `p = h(p, u)`,
+//! `h` the chain at a given place, `u` everything else. The place is found from what the chain says without looking at
+//! the measurement: with the measured one, whose noise is that of the residual, an effect would be found in noise. With
+//! `D = dh/dp` all derivatives follow from those at a held place:
 //!
 //! ```text
 //! p = s + (I - D)^-1 (h(s, u) - s)        dp/du = (I - D)^-1 dh/du
@@ -17,9 +16,8 @@ use super::lanes::{CAMERA, MISCLOSURE, THETA};
 use super::through::Derivatives;
 use crate::math::{Number, Several};
 
-/// A place this near, px, is one step from the end. What the chain does bends over hundreds of pixels or more, so
-/// that the step is exact to rounding,
-/// and so are derivatives, relative to which this is below 1e-9.
+/// A place this near, px, is one step from the end. What the chain does bends over hundreds of pixels or more, so that
+/// the step is exact to rounding, and so are derivatives, relative to which this is below 1e-9.
 const NEAR_PX: f64 = 1e-7;
 /// Answers by values alone before derivatives are asked for, which cost several times as much: from the second on the
 /// slope along the last move is known.
@@ -39,8 +37,7 @@ pub(super) fn is_near(stages: &Stages, at: [f64; 2], end: [f64; 2]) -> bool {
 }
 
 /// From derivatives at the held place `at`, where the chain ends at `end`, to those of the end that is its own place,
-/// which it gives. `Err`: the first
-/// measurement that several rows (or none) would see.
+/// which it gives. `Err`: the first measurement that several rows (or none) would see.
 #[inline(always)]
 pub(super) fn follow_place<D: Derivatives>(
     d: &mut D,

@@ -1,10 +1,9 @@
 //! How a block that ties alone hold is bent: a quadratic surface of each coordinate over the plan, from the members
 //! that agree.
 //!
-//! A free network of parallel images is a shallow dome: its corners stand out from the similarity, and nobody
-//! measured them wrongly. A member is held
-//! against the bent network, with the precision that the surface has at its place: far outside the others it has
-//! little.
+//! A free network of parallel images is a shallow dome: its corners stand out from the similarity, and nobody measured
+//! them wrongly. A member is held against the bent network, with the precision that the surface has at its place: far
+//! outside the others it has little.
 
 use super::align::{Aligned, majority};
 use crate::math::statistics::chi_square_quantile;

@@ -34,9 +34,8 @@ pub fn without(group: &Group, survey: &Survey) -> (Group, Option<Mistake>) {
     (rest, Some(mistake))
 }
 
-/// Are the places apart in the free network? By more than what the rest of the group leaves unexplained, by an order
-/// of magnitude; without a rest, by more
-/// than the same share of the distance from which they are seen.
+/// Are the places apart in the free network? By more than what the rest of the group leaves unexplained, by an order of
+/// magnitude; without a rest, by more than the same share of the distance from which they are seen.
 fn apart(together: &[Member], rest: &Group, survey: &Survey) -> bool {
     let places: Vec<Vector3<f64>> = together.iter().filter_map(|member| member.computed).collect();
     let Some(first) = places.first() else { return false };

@@ -100,8 +100,8 @@ impl Fits {
     }
 
     /// Is a member, moved by `less`, significant among all, and an order of magnitude beyond them and beyond a pixel?
-    /// What a lens, a shutter or a sensor does to
-    /// points is some pixels; few members may agree by chance with all of it.
+    /// What a lens, a shutter or a sensor does to points is some pixels; few members may agree by chance with all of
+    /// it.
     fn is_wrong(&self, k: usize, less: &Vector3<f64>) -> bool {
         let misfit = self.misfits[k] - less;
         let in_deviations = self.in_deviations(&misfit, &self.places[k]);

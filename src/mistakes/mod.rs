@@ -1,28 +1,22 @@
 //! What people got wrong: surveyed groups against the shape that the images alone give, and against each other.
 //!
-//! The images know the shape of the block up to a similarity. A *group* (control points, check points, GNSS
-//! positions) that agrees with this shape
-//! after a similarity is recorded rightly, as far as its shape goes. One that does not agree, and does after a change
-//! that people make by mistake
-//! (heights in feet, two axes exchanged, positions of the neighbouring image), has this mistake. Two groups that both
-//! have the right shape must give
-//! the same similarity; where they do not, the difference is named (a height of the ellipsoid beside one of the
-//! geoid, feet beside metres).
+//! The images know the shape of the block up to a similarity. A *group* (control points, check points, GNSS positions)
+//! that agrees with this shape after a similarity is recorded rightly, as far as its shape goes. One that does not
+//! agree, and does after a change that people make by mistake (heights in feet, two axes exchanged, positions of the
+//! neighbouring image), has this mistake. Two groups that both have the right shape must give the same similarity;
+//! where they do not, the difference is named (a height of the ellipsoid beside one of the geoid, feet beside metres).
 //!
 //! ```text
 //! survey (plain values) ──► collapsed ──► shape of each group ──► its members one by one ──► pairs of groups
 //! ```
 //!
 //! **What separates a mistake from physics.** Rolling shutters, antennas beside the camera or a growing focal length
-//! bend a block that ties alone
-//! hold, by centimetres to decimetres. This bending is measured in the block itself: it is the misfit that stays
-//! beside the best alternative.
-//! A mistake is accepted only where it moves coordinates by an order of magnitude more ([`BEYOND`]) than that and
-//! than a pixel on the object, and where the fall of the robust sum of squares
-//! pays for the number of alternatives ([`price`]). What an effect of the catalogue explains at a plausible size is
-//! left to that effect: GNSS
-//! positions that are off by metres in any direction are `gnss-shift`. Straight up by what separates ellipsoid and
-//! geoid they are a mistake.
+//! bend a block that ties alone hold, by centimetres to decimetres. This bending is measured in the block itself: it is
+//! the misfit that stays beside the best alternative. A mistake is accepted only where it moves coordinates by an order
+//! of magnitude more ([`BEYOND`]) than that and than a pixel on the object, and where the fall of the robust sum of
+//! squares pays for the number of alternatives ([`price`]). What an effect of the catalogue explains at a plausible
+//! size is left to that effect: GNSS positions that are off by metres in any direction are `gnss-shift`. Straight up by
+//! what separates ellipsoid and geoid they are a mistake.
 //!
 //! Everything here works on small plain data and knows neither files nor solvers. `diagnose::screening` orients the
 //! block.

@@ -35,8 +35,7 @@ pub struct SetAside {
 }
 
 /// Names what was set aside as a whole. `named`: names that a mistake explains already. An image of few measurements
-/// may lose most of them to false
-/// matches; a control point that is lost is missing whatever the reason.
+/// may lose most of them to false matches; a control point that is lost is missing whatever the reason.
 pub fn judge(counts: &SetAside, named: &[String], alpha: f64) -> Vec<Mistake> {
     let lost = |list: &[Count]| -> Vec<Count> {
         list.iter().filter(|count| count.mostly() && !named.contains(&count.name)).cloned().collect()

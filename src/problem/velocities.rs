@@ -1,17 +1,15 @@
 //! Velocities of the platform: measured ones, or those that positions and times give.
 //!
 //! Positions have errors, and an effect that multiplies a noisy velocity is estimated too small with too small a
-//! standard deviation (errors in variables). So each strip
-//! has a smoothing spline, whose stiffness the restricted likelihood of its flight decides. Turns between strips are
-//! no part of one.
+//! standard deviation (errors in variables). So each strip has a smoothing spline, whose stiffness the restricted
+//! likelihood of its flight decides. Turns between strips are no part of one.
 
 use crate::block::{Block, Image};
 use crate::math::smoothing_spline::{Curve, Slopes, slopes};
 use nalgebra::Vector3;
 
 /// Two legs of a path whose velocities differ by more than this share of the larger are of two strips: the platform
-/// turned between them (by more than 41 degrees), or
-/// waited and came back.
+/// turned between them (by more than 41 degrees), or waited and came back.
 const TURN: f64 = 0.7;
 /// Images of a strip at the most: a spline costs their third power.
 const MOST: usize = 64;

@@ -26,11 +26,10 @@ impl Clusters {
         self.groupings.iter().flatten().next().map(|(score, _)| score.len())
     }
 
-    /// Factor by which the variance of a score exceeds what independent measurements would give: `directions`
-    /// (columns x dof) whiten the set
-    /// that is tested, `change` is what the columns change by when the set is fitted. Of all groupings the largest;
-    /// one unless it is above one by more than its
-    /// own uncertainty allows. Source: Liang and Zeger (1986), the cluster sandwich.
+    /// Factor by which the variance of a score exceeds what independent measurements would give: `directions` (columns
+    /// x dof) whiten the set that is tested, `change` is what the columns change by when the set is fitted. Of all
+    /// groupings the largest; one unless it is above one by more than its own uncertainty allows. Source: Liang and
+    /// Zeger (1986), the cluster sandwich.
     pub fn design_effect(&self, directions: &DMatrix<f64>, change: &DVector<f64>, variance: f64) -> f64 {
         // Columns that neither touches only cost.
         let is_touched = |row: &usize| change[*row] != 0.0 || directions.row(*row).iter().any(|value| *value != 0.0);
@@ -76,8 +75,7 @@ pub struct Share {
 }
 
 /// The same for independent values per image, which take all that an image has in common: clusters are cells within
-/// each image, of which
-/// these are the shares ([`shares_of`]), image by image.
+/// each image, of which these are the shares ([`shares_of`]), image by image.
 pub fn of_values<'a>(shares: impl Iterator<Item = &'a Share>) -> f64 {
     let mut spread = Spread::default();
     shares.for_each(|share| spread.add(share.size, share.expected));

@@ -24,8 +24,7 @@ pub struct Tested {
 }
 
 /// Tests that the columns of a set are zero. `None` where the base leaves nothing of them, or no redundancy is left.
-/// Under independent normal
-/// errors the statistic is F distributed; `design_effect` of the whitened set widens it.
+/// Under independent normal errors the statistic is F distributed; `design_effect` of the whitened set widens it.
 pub fn test(system: &System, set: &[usize], design_effect: impl FnOnce(&Pivoted) -> f64) -> Option<Tested> {
     let set = system.pivoted(set);
     let (drop, dof) = (set.drop(), set.kept.len() as f64);

@@ -11,8 +11,7 @@ pub fn best_of(ln_p: f64, count: f64) -> f64 {
 }
 
 /// The same for the best over a range of a parameter, `angle` that through which the statistic's direction turns over
-/// it: Davies' bound
-/// `P(sup > c) <= P(c) + angle / pi exp(-c^2 / 2)`. Source: Davies (1977), Biometrika 64.
+/// it: Davies' bound `P(sup > c) <= P(c) + angle / pi exp(-c^2 / 2)`. Source: Davies (1977), Biometrika 64.
 pub fn best_over_range(ln_p: f64, chi_square: f64, angle: f64) -> f64 {
     let bound = (angle / std::f64::consts::PI).ln() - 0.5 * chi_square;
     let (larger, smaller) = (ln_p.max(bound), ln_p.min(bound));

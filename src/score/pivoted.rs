@@ -6,13 +6,13 @@ use nalgebra::{DMatrix, DVector};
 use pulp::{Simd, WithSimd};
 use std::array::from_fn;
 
-/// A direction of a set of which the base and the other directions leave less than this share of its squared length
-/// is absorbed: values of the
-/// set that differ by hundreds of times what they do to the residuals would make a refit follow a curved valley.
+/// A direction of a set of which the base and the other directions leave less than this share of its squared length is
+/// absorbed: values of the set that differ by hundreds of times what they do to the residuals would make a refit follow
+/// a curved valley.
 pub const KEPT_SHARE: f64 = 1e-5;
 /// The same for what a set has above all, its best direction: rounding alone. Most of a flat port or of a high radial
-/// term is a focal length and
-/// a k1, whose freedom says nothing of the rest; whether that is known well enough says the plausible range.
+/// term is a focal length and a k1, whose freedom says nothing of the rest; whether that is known well enough says the
+/// plausible range.
 const ROUNDING_SHARE: f64 = 1e-9;
 
 /// A Cholesky factorisation with pivoting over the columns of a set: those that are left something of, in the order
@@ -37,8 +37,7 @@ impl System {
     }
 
     /// The same over several sets, one beside those before it: what counts as absorbed of a set does not depend on
-    /// whether it is factorised
-    /// alone beside the others or together with them.
+    /// whether it is factorised alone beside the others or together with them.
     pub fn pivoted_in_turn<S: AsRef<[usize]>>(&self, sets: &[S]) -> Pivoted {
         let of_set = |s: usize| sets[s].as_ref().iter().map(move |column| (*column, s));
         let all = (0..sets.len()).flat_map(of_set).filter(|(column, _)| self.length[*column] > 0.0);

@@ -6,8 +6,7 @@ use crate::math::statistics::chi_square_quantile;
 pub const POWER_QUANTILE: f64 = 0.841_621_233_572_914_4;
 
 /// Noncentrality that a chi-square test of this level and these degrees of freedom sees with 80 % power (normal
-/// approximation of the
-/// noncentral distribution: mean `dof + l`, variance `2 dof + 4 l`).
+/// approximation of the noncentral distribution: mean `dof + l`, variance `2 dof + 4 l`).
 pub fn noncentrality(level: f64, dof: f64) -> f64 {
     let threshold = chi_square_quantile(1.0 - level, dof);
     // Solve threshold = dof + l - 0.84 sqrt(2 dof + 4 l) by iteration; it contracts.

@@ -1,11 +1,9 @@
 //! Random values per image, `a_i ~ N(0, t^2)`: is their variance zero, and how large is it?
 //!
 //! With `M` the information of the values and `l_i` its eigenvalues, the score has in the eigenbasis independent
-//! entries
-//! `s_i ~ N(0, phi l_i + t^2 l_i^2)`, `phi` the variance factor: their likelihood needs no refit.
-//! Sources: Lin (1997), variance component testing in generalised linear models with random effects; Liu, Tang and
-//! Zhang (2009) for the tail
-//! of a sum of weighted chi-squares.
+//! entries `s_i ~ N(0, phi l_i + t^2 l_i^2)`, `phi` the variance factor: their likelihood needs no refit. Sources: Lin
+//! (1997), variance component testing in generalised linear models with random effects; Liu, Tang and Zhang (2009) for
+//! the tail of a sum of weighted chi-squares.
 
 use super::{System, variance_factor};
 use crate::math::statistics::chi_square_ln_sf;
@@ -35,8 +33,7 @@ pub fn values(system: &System, set: &[usize]) -> Option<RandomValues> {
 }
 
 /// Tests that the variance is zero. `design_effect`: factor on the variance of the scores from measurements that err
-/// together; `ln_level`: level
-/// of the smallest detectable deviation. `None` where the base leaves nothing.
+/// together; `ln_level`: level of the smallest detectable deviation. `None` where the base leaves nothing.
 pub fn test(system: &System, set: &[usize], design_effect: f64, ln_level: f64) -> Option<Component> {
     let variance = design_effect * variance_factor(system.chi_square, system.redundancy);
     let n = set.len();
@@ -73,9 +70,8 @@ pub fn test(system: &System, set: &[usize], design_effect: f64, ln_level: f64) -
 /// lighter than the exact one.
 const SCREENED: f64 = 0.5;
 
-/// Could a test at this level find that the variance is not zero? By two moments of the sum of squares, in O(n^2):
-/// for screening before an exact look.
-/// Source: Satterthwaite (1946).
+/// Could a test at this level find that the variance is not zero? By two moments of the sum of squares, in O(n^2): for
+/// screening before an exact look. Source: Satterthwaite (1946).
 pub fn may_vary(system: &System, set: &[usize], design_effect: f64, ln_level: f64) -> bool {
     let variance = design_effect * variance_factor(system.chi_square, system.redundancy);
     let of = |i: usize, j: usize| system.information[(set[i], set[j])];

@@ -8,9 +8,9 @@ use nalgebra::{DMatrix, DVector};
 /// them apart.
 pub const INSEPARABLE: f64 = 0.9;
 
-/// Correlation between the estimated effect of a set and what another set can take of it: the root of the share of
-/// the drop of the first, if it
-/// were the truth, that the second alone would bring. The other way round it need not be the same.
+/// Correlation between the estimated effect of a set and what another set can take of it: the root of the share of the
+/// drop of the first, if it were the truth, that the second alone would bring. The other way round it need not be the
+/// same.
 pub fn seen_by(system: &System, one: &Pivoted, other: &Pivoted) -> f64 {
     seen(system, &one.kept, &one.estimate(), other)
 }

@@ -67,10 +67,8 @@ impl System {
     }
 
     /// The columns of a set that are worth an estimate of their own: of each the largest plausible value (half of its
-    /// range) would show beside the
-    /// others. What is known worse is left out, the worst first: values in such a direction are noise for which the
-    /// others have to make up, and
-    /// a refit follows them along a curved valley.
+    /// range) would show beside the others. What is known worse is left out, the worst first: values in such a
+    /// direction are noise for which the others have to make up, and a refit follows them along a curved valley.
     pub fn determined(&self, set: &[usize]) -> Vec<usize> {
         let mut kept = self.pivoted(set).kept;
         loop {
@@ -134,8 +132,7 @@ impl System {
     }
 
     /// Lower factor `L` of `M + I / variance` over random values, and `L^-1 s`. `None` where they have no variance:
-    /// positive definite by their
-    /// penalty, all others have it.
+    /// positive definite by their penalty, all others have it.
     fn penalised(&self, values: &Penalised) -> Option<(Mat<f64>, DVector<f64>)> {
         let set = &values.columns;
         if values.variance <= 0.0 {

@@ -5,8 +5,8 @@ use misclosure::inject;
 use misclosure::model::{Datum, Model};
 use misclosure::scenario::{SurveyNoise, add_noise, add_survey_noise};
 
-/// A cause is simulated by its own formula, its effect is estimated with everything else, and
-/// each parameter comes back within its covariance.
+/// A cause is simulated by its own formula, its effect is estimated with everything else, and each parameter comes back
+/// within its covariance.
 fn found_again(cause: &str, id: &str, start: &[(&str, f64)], expected: &[(&str, f64)]) {
     let simulation = preset("dike", &[("points", 3000.0), ("check", 20.0)], 21);
     let injection = inject::parse(cause).unwrap_or_else(|error| panic!("{cause}: {error}"));

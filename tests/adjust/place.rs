@@ -78,8 +78,7 @@ impl Effect for Placed {
 }
 
 /// A block with noise and without, under a rolling shutter of a camera that turns (ten times slower than any, so that
-/// the row follows visibly), under one
-/// that stands still, and under effects of every stage that has a place.
+/// the row follows visibly), under one that stands still, and under effects of every stage that has a place.
 fn problems() -> Vec<Problem> {
     let (name, overrides, noise) = PRESETS[0];
     let mut block = noisy(name, overrides, noise).block;

@@ -1,6 +1,5 @@
 //! A rolling shutter in noise: its expected score is zero, however many measurements there are. With the measured row
-//! in its column the score is
-//! that of noise with itself, and grows with their number.
+//! in its column the score is that of noise with itself, and grows with their number.
 
 use super::blocks::{everything_free, fitted, options, preset, with_noise};
 use super::in_turn::in_turn;

@@ -7,9 +7,8 @@
 //! | random effect | `N(0, t^2)`, one per image, `t` estimated | focal-image, pp-image |
 //! | field | `N(0, t^2)` in typical sizes, `t` estimated | image-fourier, image-grid, focal-spline |
 //!
-//! A field is a random effect, never a free fit of its many columns: as free columns it could take every smooth law
-//! for nothing, and a law beside it
-//! would never pay.
+//! A field is a random effect, never a free fit of its many columns: as free columns it could take every smooth law for
+//! nothing, and a law beside it would never pay.
 
 mod price;
 
@@ -53,10 +52,9 @@ pub struct Hypothesis {
     pub design_effect: f64,
 }
 
-/// Lowest price of each effect so far, by id. A hypothesis costs as much to take in as its removal saves, although
-/// its variants are candidates where it is out and its range a
-/// parameter where it is in; and noise looks less correlated as the model gets better. Prices that only fall make a
-/// descent end.
+/// Lowest price of each effect so far, by id. A hypothesis costs as much to take in as its removal saves, although its
+/// variants are candidates where it is out and its range a parameter where it is in; and noise looks less correlated as
+/// the model gets better. Prices that only fall make a descent end.
 pub type Prices = BTreeMap<String, f64>;
 
 /// All hypotheses of a linearisation: those in the model, then its candidates. `known`: prices at linearisations

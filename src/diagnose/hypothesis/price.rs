@@ -7,9 +7,8 @@ use crate::score::multiple::{best_of, best_over_range};
 
 /// Halvings of an interval that a quantile lies in.
 const HALVINGS: usize = 60;
-/// Parameters of a place on the sensor that a finer search moves after the grid that is counted: two of the place and
-/// a width. Each takes one unit of
-/// `v'Pv` in the mean.
+/// Parameters of a place on the sensor that a finer search moves after the grid that is counted: two of the place and a
+/// width. Each takes one unit of `v'Pv` in the mean.
 const PLACE_PARAMETERS: f64 = 3.0;
 
 /// What the price of a law depends on.
@@ -59,9 +58,8 @@ impl Law {
 
 impl Law {
     /// Price of a law that contains another one of `smaller` degrees of freedom: that of the other one, and that of
-    /// what it adds to it. At its own price alone it would take
-    /// the place of a smaller one that is true for less than chance gives: of the two, most of the price is that of
-    /// being asked at all.
+    /// what it adds to it. At its own price alone it would take the place of a smaller one that is true for less than
+    /// chance gives: of the two, most of the price is that of being asked at all.
     pub fn price_beyond(&self, smaller: f64, ln_level: f64, redundancy: f64) -> f64 {
         let of = |dof: f64| Law { dof, ..*self }.price(ln_level, redundancy);
         of(smaller) + of(self.dof - smaller)

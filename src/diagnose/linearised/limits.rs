@@ -21,8 +21,7 @@ pub fn least_information(problem: &Problem, unknown: usize) -> f64 {
 }
 
 /// Information that the prior of a size adds, in scaled units and of unit weight: half of what is plausible is its
-/// standard deviation. Zero where nothing is
-/// said of it.
+/// standard deviation. Zero where nothing is said of it.
 pub fn prior_information(problem: &Problem, unknown: usize) -> f64 {
     if let Some((camera, k)) = problem.layout().camera_parameter(unknown) {
         return (problem.camera_scales[camera][k] / (SHARES[k] * problem.camera_domains[camera][k])).powi(2);

@@ -199,8 +199,8 @@ struct Zero {
 
 impl Zero {
     /// Score, information and `v'Pv` where all columns are zero. What is in the fit is in, however little is known of
-    /// it: with its prior, and without a limit below which
-    /// it would be left out. Left out, its value would be left over.
+    /// it: with its prior, and without a limit below which it would be left out. Left out, its value would be left
+    /// over.
     fn of(&self, scores: &ScoreSystem, values: &[f64]) -> System {
         let moved = times(&scores.information, values);
         let (mut information, mut length) = (scores.information.clone(), scores.length.clone());

@@ -11,9 +11,8 @@ use crate::run::fit::Fit;
 use crate::snooping::Outliers;
 use std::collections::HashSet;
 
-/// The block and model to go on with: what is recorded wrongly takes no part. Control points become check points:
-/// they are compared and nothing more.
-/// `None` where nothing is to be left out.
+/// The block and model to go on with: what is recorded wrongly takes no part. Control points become check points: they
+/// are compared and nothing more. `None` where nothing is to be left out.
 pub fn without(block: &Block, model: &Model, mistakes: &[Mistake]) -> Option<(Block, Model)> {
     let mut left = with_conventions(block, mistakes).into_owned();
     for mistake in mistakes {

@@ -27,8 +27,7 @@ use survey::Network;
 use undone::with_conventions;
 
 /// Mistakes in a block: in the values of its tables, and in its surveyed groups where the images can be oriented
-/// without them. Each kind of a subject once, the
-/// first that found it.
+/// without them. Each kind of a subject once, the first that found it.
 pub fn mistakes(block: &Block, model: &Model, significance: f64, options: &Options) -> Vec<Mistake> {
     let mut found = values::of_values(block);
     let of_rays = rays::of_rays(&with_conventions(block, &found));

@@ -26,8 +26,7 @@ const AS_GOOD: f64 = 4.0;
 const MOST_COVARIANCES: usize = 1000;
 
 /// The block by some of its tie points, with a loss that single false matches cannot bend. Where they do not tell the
-/// focal length well enough for
-/// heights, the camera is held as stated if the ties allow that.
+/// focal length well enough for heights, the camera is held as stated if the ties allow that.
 pub fn free_network(block: &Block, model: &Model, options: &Options) -> Option<Oriented> {
     let few = thinned(block);
     // What acts on surveyed coordinates alone has nothing to act on.

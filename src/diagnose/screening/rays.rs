@@ -55,10 +55,9 @@ pub fn of_images(block: &Block, network: &Fit, significance: f64) -> Vec<Mistake
     single::images(&scene, &approximate, significance)
 }
 
-/// Images and cameras of the block, and so many points of a table that each image has `per_image` rays, as long as
-/// they are no more than `most`. Points of
-/// many rays come first: they are seen by several strips, and two images of one strip can meet under nearly every
-/// convention.
+/// Images and cameras of the block, and so many points of a table that each image has `per_image` rays, as long as they
+/// are no more than `most`. Points of many rays come first: they are seen by several strips, and two images of one
+/// strip can meet under nearly every convention.
 fn sample(block: &Block, table: &[Measurement], points: usize, per_image: usize, most: usize) -> Scene {
     let by_point = ByPoint::new(table, points);
     let mut order: Vec<PointId> = (0..points).map(PointId::from).filter(|p| by_point.count(*p) > 1).collect();

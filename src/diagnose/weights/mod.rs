@@ -1,11 +1,9 @@
 //! One variance factor per group of observations: a wrong `tie_px` must not mis-scale what GNSS positions say.
 //!
 //! The factor of images is that of their residuals. Those of control and GNSS are variance components of their
-//! coordinates, estimated from the null model
-//! conditional on the model as it stands: weights and causes take turns on one likelihood, and a cause that a
-//! loosened group had hidden still lowers the
-//! objective. A group is never let go: beyond [`MOST`] times the stated standard deviation it is no question of
-//! precision any more but a finding, and the
+//! coordinates, estimated from the null model conditional on the model as it stands: weights and causes take turns on
+//! one likelihood, and a cause that a loosened group had hidden still lowers the objective. A group is never let go:
+//! beyond [`MOST`] times the stated standard deviation it is no question of precision any more but a finding, and the
 //! block would bend freely.
 //!
 //! Where the model has factors of single flights, those of images and GNSS are estimated by flight.
@@ -42,8 +40,7 @@ const CHANGE: f64 = 0.02;
 /// is computed beside images of the present precision.
 const IMAGES_FIRST: f64 = 0.05;
 /// Smallest factor on a stated standard deviation: no receiver is thirty times better than its maker says. An exact
-/// (simulated) survey would otherwise make
-/// every rounding of a formula significant.
+/// (simulated) survey would otherwise make every rounding of a formula significant.
 const LEAST: f64 = 1.0 / 30.0;
 /// Least factor on the standard deviation of image measurements: none is a hundred times better than stated. The weights of an error-free block
 /// would leave nothing to control and GNSS.
@@ -170,9 +167,9 @@ pub fn with_survey_of(model: &Model, stated: &Model) -> Option<Model> {
     (!same(&other, model)).then_some(other)
 }
 
-/// What the groups of the survey cost, whose precision in `model` is not the stated one, when they compete with
-/// causes: each explains something that was not expected, as a cause does, and pays what
-/// one pays. (Weights are estimated at the lower price of `BELIEVED`, for wrong ones make every test wrong.)
+/// What the groups of the survey cost, whose precision in `model` is not the stated one, when they compete with causes:
+/// each explains something that was not expected, as a cause does, and pays what one pays. (Weights are estimated at
+/// the lower price of `BELIEVED`, for wrong ones make every test wrong.)
 pub fn dearer_as_causes(model: &Model, stated: &Model, ln_level: f64) -> f64 {
     let price = |level: f64| chi_square_quantile(1.0 - level, 1.0);
     let differ = of_coordinates(model).into_iter().zip(of_coordinates(stated)).filter(|(own, stated)| own != stated);
@@ -300,8 +297,7 @@ impl Coordinated {
     }
 
     /// Factor on the stated standard deviations of a group of coordinates, which were multiplied by `now` in the fit,
-    /// and what the objective falls by. What is
-    /// stated stands unless it is improbable.
+    /// and what the objective falls by. What is stated stands unless it is improbable.
     fn factor(&self, group: &[usize], now: f64) -> (f64, f64) {
         let Self { beside, first } = self;
         let own: Vec<usize> = group.iter().map(|column| first + column).collect();

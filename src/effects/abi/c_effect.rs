@@ -112,8 +112,8 @@ impl CEffect {
         let address = |d: &mut Option<&mut [f64]>| d.as_mut().map_or(std::ptr::null_mut(), |d| d.as_mut_ptr());
         let mut d_input = d_input;
         let mut d_theta = d_theta.filter(|d| !d.is_empty());
-        // The call looks at what comes back: every number of a result is finite.
-        // SAFETY: lengths were checked; the table's code is valid by the contract of `new`.
+        // The call looks at what comes back: every number of a result is finite. SAFETY: lengths were checked; the
+        // table's code is valid by the contract of `new`.
         let answer = unsafe {
             guarded_eval(
                 self.raw(),

@@ -1,9 +1,8 @@
 //! Test kit: the laws that every effect must keep, checked at random places. Built-in effects and plug-ins alike.
 //!
 //! [`check`] runs them all: descriptor, null law, purity, threads, eights, derivatives, place, finiteness, needs,
-//! surveyed. Each is also callable alone.
-//! The random places ([`Sample`]) are those of a small aerial block: 40 to 120 m above ground, nadir and oblique, a 20
-//! megapixel camera.
+//! surveyed. Each is also callable alone. The random places ([`Sample`]) are those of a small aerial block: 40 to 120 m
+//! above ground, nadir and oblique, a 20 megapixel camera.
 
 mod admission;
 mod derivatives;

@@ -1,6 +1,5 @@
-//! The law of the place: an effect answers the same wherever a measurement lies, unless it says that it reads column
-//! or row, and then its
-//! derivatives by these are those of its values.
+//! The law of the place: an effect answers the same wherever a measurement lies, unless it says that it reads column or
+//! row, and then its derivatives by these are those of its values.
 
 use super::derivatives::DERIVATIVE_TOLERANCE;
 use super::sample::{SENSOR, output};
@@ -12,9 +11,8 @@ use rand_chacha::ChaCha8Rng;
 /// Seed of the places.
 const SEED: u64 = 1;
 
-/// Which of column and row the values of an effect follow at any of the random places. `values` answers there, or
-/// says that it does not. Of an effect
-/// whose table does not tell, this is how it is known.
+/// Which of column and row the values of an effect follow at any of the random places. `values` answers there, or says
+/// that it does not. Of an effect whose table does not tell, this is how it is known.
 pub fn reads_place(descriptor: &Descriptor, values: impl Fn(&Sample, &mut [f64]) -> bool) -> [bool; 2] {
     let mut reads = [false; 2];
     // The other stages have no place.

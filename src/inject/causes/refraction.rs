@@ -1,9 +1,9 @@
 //! Refraction in the air: a ray traced through horizontal layers.
 //!
-//! The refractive index falls with height, `n(h) = 1 + N exp(-h / H)`. At every boundary between layers Snell's law keeps
-//! `n sin z`. The launch angle at the camera is found for which the broken ray meets the point.
-//! `N` and `H` are those of the standard atmosphere at sea level: N = 2.77e-4 (visible light, 15 degrees Celsius, 1013.25 hPa),
-//! and density there falls as with a scale height of 10.4 km (Edlén 1966; ISO 2533).
+//! The refractive index falls with height, `n(h) = 1 + N exp(-h / H)`. At every boundary between layers Snell's law
+//! keeps `n sin z`. The launch angle at the camera is found for which the broken ray meets the point. `N` and `H` are
+//! those of the standard atmosphere at sea level: N = 2.77e-4 (visible light, 15 degrees Celsius, 1013.25 hPa), and
+//! density there falls as with a scale height of 10.4 km (Edlén 1966; ISO 2533).
 
 use super::*;
 use crate::block::Pose;

@@ -18,8 +18,7 @@
 //! ```
 //!
 //! The terms of `r0` stretch the image by `s = 1 - A1 r0^2 - A2 r0^4 - A3 r0^6`: of `s` times the ideal point it is the
-//! Fraser camera.
-//! Sources: JAiCov (applied-geodesy.org), readers of the flat files and distortion models.
+//! Fraser camera. Sources: JAiCov (applied-geodesy.org), readers of the flat files and distortion models.
 
 use super::super::error::{Error, shown};
 use super::text::Lines;

@@ -32,9 +32,8 @@ impl Alternative {
 
 /// Factors between images and reduced copies of them.
 const FACTORS: [f64; 10] = [2.0, 4.0, 0.5, 0.25, 4.0 / 3.0, 1.5, 3.0, 0.75, 2.0 / 3.0, 8.0];
-/// Share of the sensor below which coordinates, a principal point, or a focal length are no pixels: tie points lie
-/// all over the image, the principal point
-/// near its middle, and no lens sees 170 degrees without a model of its own.
+/// Share of the sensor below which coordinates, a principal point, or a focal length are no pixels: tie points lie all
+/// over the image, the principal point near its middle, and no lens sees 170 degrees without a model of its own.
 const NO_PIXELS: f64 = 0.1;
 /// Share of the measurements that may lie beside the sensor at either end: false matches and rounding.
 const BESIDE: f64 = 0.01;
@@ -209,8 +208,7 @@ fn is_absurd(camera: &Camera) -> bool {
 }
 
 /// May the numbers of a camera be those of an image of another size? The principal point then lies near the centre of
-/// the image at this size
-/// alone, or measurements lie beside the sensor.
+/// the image at this size alone, or measurements lie beside the sensor.
 fn may_be_size(camera: &Camera, reach: &Reach, times: f64) -> bool {
     let [x, y] = principal_point(camera);
     let is_too_large = reach.largest() > 1.0 + MARGIN && reach.largest() <= times * (1.0 + MARGIN);

@@ -9,9 +9,8 @@ use super::same::same_rays;
 use super::scene::Scene;
 use crate::mistakes::BEYOND;
 
-/// As recorded, rays must miss by more than that, rad: orientations of a flight controller are good to one degree,
-/// and positions to a metre or two from a
-/// hundred, which is one degree as well.
+/// As recorded, rays must miss by more than that, rad: orientations of a flight controller are good to one degree, and
+/// positions to a metre or two from a hundred, which is one degree as well.
 const APPROXIMATE: f64 = 0.02;
 /// Where rays meet to within that, px, poses come from an adjustment, and nothing is approximate: matching by machine
 /// is good to one pixel.

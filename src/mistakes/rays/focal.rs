@@ -15,8 +15,8 @@ const STEP: f64 = 1.12;
 /// Halvings of the step about the best factor: to one part in a thousand.
 const HALVINGS: usize = 7;
 /// How many times rays meet better. Less than for other mistakes: a wrong focal length bends rays continuously, poses
-/// that are off by a third of a degree
-/// leave no factor of ten, and at a right focal length no other one lets rays meet twice as well.
+/// that are off by a third of a degree leave no factor of ten, and at a right focal length no other one lets rays meet
+/// twice as well.
 pub const BEYOND: f64 = 5.0;
 
 /// The focal length that fits best, where it is far from the recorded one.

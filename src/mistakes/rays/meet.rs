@@ -22,9 +22,8 @@ pub struct Misfit {
 }
 
 impl Misfit {
-    /// By how many times `other` is smaller, in each of the three measures: a short focal length makes pixels small,
-    /// a long one angles, and
-    /// measurements near one place make both small.
+    /// By how many times `other` is smaller, in each of the three measures: a short focal length makes pixels small, a
+    /// long one angles, and measurements near one place make both small.
     pub fn times(&self, other: &Self) -> f64 {
         let [px, angle, share] =
             [(self.px, other.px), (self.angle, other.angle), (self.share, other.share)].map(|(a, b)| quotient(a, b));

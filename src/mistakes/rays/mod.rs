@@ -1,6 +1,5 @@
-//! Rays know the conventions of the images: where rays of tie points do not meet as recorded, and meet once a habit
-//! of another program is undone, this
-//! habit is the mistake.
+//! Rays know the conventions of the images: where rays of tie points do not meet as recorded, and meet once a habit of
+//! another program is undone, this habit is the mistake.
 //!
 //! ```text
 //! scene (plain values) ──► alternatives, the most common first ──► misfit of each ──► the best, if it is alone and far better
@@ -8,10 +7,9 @@
 //! ```
 //!
 //! **A block of which nothing is wrong names nothing.** Poses that are off by degrees and metres let rays miss each
-//! other under every alternative. On
-//! forty simulated and seven real blocks the best wrong alternative is 1.1 times better than the recorded values,
-//! while the right one of blocks with a mistake is
-//! 14 to 100 000 times better: [`BEYOND`](super::BEYOND) stands between the two.
+//! other under every alternative. On forty simulated and seven real blocks the best wrong alternative is 1.1 times
+//! better than the recorded values, while the right one of blocks with a mistake is 14 to 100 000 times better:
+//! [`BEYOND`](super::BEYOND) stands between the two.
 
 mod alternatives;
 mod cause;
@@ -41,8 +39,7 @@ use nalgebra::Vector3;
 use scene::Scope;
 
 /// Conventions that are wrong of all images, or of all images of one camera. `ties`: some tie points of a block, of
-/// many rays each; `marks`: its surveyed
-/// points.
+/// many rays each; `marks`: its surveyed points.
 pub fn conventions(ties: &Scene, marks: &Scene) -> Vec<Mistake> {
     let found = of_table(ties, marks, Table::Ties);
     if !found.is_empty() {

@@ -6,9 +6,8 @@ use super::scene::Scene;
 use crate::math::statistics::median;
 use nalgebra::{Matrix3, Vector3};
 
-/// Directions are the same up to that, rad, and centres up to this share of their extent: the principal point lies
-/// off the centre of the sensor by a
-/// hundredth of its side, which is all that many conventions differ by.
+/// Directions are the same up to that, rad, and centres up to this share of their extent: the principal point lies off
+/// the centre of the sensor by a hundredth of its side, which is all that many conventions differ by.
 const SAME: f64 = 0.02;
 /// Rays that are compared, spread over the block.
 const COMPARED: usize = 200;

@@ -34,8 +34,7 @@ fn is_plausible(camera: &Camera, half_diagonal: f64) -> bool {
 }
 
 /// Focal length, px, by which the coordinates were divided; `None` where they may as well be millimetres. (What is
-/// plausible of millimetres is plausible
-/// of normalised coordinates, too: a focal length has several millimetres.)
+/// plausible of millimetres is plausible of normalised coordinates, too: a focal length has several millimetres.)
 fn normalised_by(camera: &Camera) -> Option<f64> {
     let h = camera.half_diagonal();
     let millimetres = camera.per_mm().map_or(SMALLEST_MM, |per_mm| h / per_mm);

@@ -9,9 +9,8 @@ use std::collections::BTreeSet;
 
 /// Rows that two points must share: one may be a feature that two tracks compete for.
 const SHARED_ROWS: usize = 2;
-/// Share of all points below which twins are left alone: detectors give 15 % of features two orientations (Lowe
-/// 2004), and this is twice that. A list that
-/// stands twice has a half.
+/// Share of all points below which twins are left alone: detectors give 15 % of features two orientations (Lowe 2004),
+/// and this is twice that. A list that stands twice has a half.
 const SHARE: f64 = 0.3;
 /// Fewest points with a twin that are named.
 const FEWEST: usize = 10;

@@ -38,8 +38,8 @@ impl Seen {
 }
 
 /// Pairs of names whose rows have equal keys, with the number of these rows; the lesser name first. Of more than two
-/// equal rows each is paired with the
-/// first name. `rows` gives key and name of a row; a filter keeps memory small where hardly any row has its like.
+/// equal rows each is paired with the first name. `rows` gives key and name of a row; a filter keeps memory small where
+/// hardly any row has its like.
 pub fn pairs(count: usize, row: impl Fn(usize) -> (Key, usize)) -> BTreeMap<(usize, usize), usize> {
     let hasher = foldhash::fast::FixedState::default();
     let hash = |k: usize| hasher.hash_one(row(k).0);

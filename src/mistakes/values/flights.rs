@@ -25,8 +25,7 @@ pub struct Place {
 }
 
 /// Images of each camera in each flight that have a time, in the order of the file. GNSS positions come from paths
-/// alone that have one at each of these
-/// images: two sources on one path may be two systems.
+/// alone that have one at each of these images: two sources on one path may be two systems.
 pub fn paths(tables: &Tables, source: Source) -> Vec<Vec<Place>> {
     let mut own: BTreeMap<(usize, usize), Vec<&Image>> = BTreeMap::new();
     let timed = tables.images.iter().filter(|image| image.time_s.is_some_and(f64::is_finite));

@@ -1,9 +1,8 @@
 //! Plausibility of the values in a block's tables: units and conventions that show without any adjustment.
 //!
-//! A focal length of 35 is no number of pixels, and measurements that all lie within two pixels of a corner are none
-//! in pixels either. Such values are wrong
-//! whatever the rest of the block says, so nothing is estimated here. Each check reads the tables as they are and
-//! knows one kind of mistake:
+//! A focal length of 35 is no number of pixels, and measurements that all lie within two pixels of a corner are none in
+//! pixels either. Such values are wrong whatever the rest of the block says, so nothing is estimated here. Each check
+//! reads the tables as they are and knows one kind of mistake:
 //!
 //! | subject | kinds | file |
 //! |---|---|---|
@@ -25,12 +24,10 @@
 //! | `control`, `check`, `gnss` | `axis-reversed`, `height-offset` | `below` |
 //!
 //! **A good block has none of them.** Each threshold is a constant with its reason, far from what instruments and
-//! people do rightly; what may be right is
-//! not named. A mistake has edits (`mend`) where one reading alone is possible.
+//! people do rightly; what may be right is not named. A mistake has edits (`mend`) where one reading alone is possible.
 //!
 //! What measurements from the centre of the image would show (`centred`) never gets here: a block whose measurements
-//! are outside the sensor is refused when it
-//! is read.
+//! are outside the sensor is refused when it is read.
 
 mod below;
 mod columns;

@@ -40,9 +40,8 @@ pub fn share(camera: &Camera, extent: &Extent) -> Option<Share> {
         .then_some(Share { of, exact: reach.iter().all(|reach| *reach >= EXACT * of) })
 }
 
-/// Logarithm of the probability that so many measurements leave right and bottom empty by chance. Where they keep
-/// away from the edges, they do so by the same
-/// margin on both sides of the sensor.
+/// Logarithm of the probability that so many measurements leave right and bottom empty by chance. Where they keep away
+/// from the edges, they do so by the same margin on both sides of the sensor.
 fn ln_chance(camera: &Camera, extent: &Extent) -> f64 {
     let one = |axis: usize| {
         let [low, high] = [extent.low[axis], extent.filled[axis]].map(|value| value / camera.sides[axis]);

@@ -22,9 +22,8 @@ const SPACING_M: f64 = 3.0;
 const SPEEDS: [f64; 2] = [0.5, 150.0];
 /// Spread of the intervals as a share of their median, by which a flight is known from a tripod that is carried.
 const REGULAR: f64 = 0.3;
-/// Least ratio of the path's lengths in the order of time and in that of the file. A survey flies no path that
-/// another order shortens so; times that were
-/// shuffled give three to seven.
+/// Least ratio of the path's lengths in the order of time and in that of the file. A survey flies no path that another
+/// order shortens so; times that were shuffled give three to seven.
 const DETOUR: f64 = 3.0;
 
 /// Mistakes in the times of a block.

@@ -9,9 +9,8 @@ use super::common::{AXES, lower, mistake, unit, with};
 use crate::block::edit::{self, Edit};
 use nalgebra::Vector3;
 
-/// Heights of two groups. `value` is points less GNSS, or check less control. `focal`: change of the focal length
-/// (its share) that would look the same, where
-/// the images do not tell it.
+/// Heights of two groups. `value` is points less GNSS, or check less control. `focal`: change of the focal length (its
+/// share) that would look the same, where the images do not tell it.
 pub fn height_offset(one: Subject, other: Subject, difference: &Difference, focal: Option<f64>) -> Mistake {
     let (value, sigma) = (difference.shift.z, difference.sigma.z);
     let size = value.abs();

@@ -1,7 +1,7 @@
 //! BlocksExchange XML: of ContextCapture (iTwin Capture), written by Metashape, Pix4D and RealityCapture too.
 //!
-//! Cameras, poses, tie points, control and check points with their marks in one file, in a stated coordinate system. Rotations take world to
-//! camera, x right and y down; image coordinates count from the centre of the top-left pixel.
+//! Cameras, poses, tie points, control and check points with their marks in one file, in a stated coordinate system.
+//! Rotations take world to camera, x right and y down; image coordinates count from the centre of the top-left pixel.
 //! Source: the vendor's commented example, in StOriJimmy/libBATools.
 
 mod assemble;

@@ -57,8 +57,7 @@ fn is_at(scene: &Scene, known: &Known, view: usize, rows: &[Row], other: &Pose, 
 }
 
 /// Images that do not fit, and images that the network moved far from where their neighbours expect them: two images
-/// with much in common change places
-/// without a residual.
+/// with much in common change places without a residual.
 fn suspects(scene: &Scene, known: &Known, expected: &[Vec<Pose>]) -> Vec<usize> {
     let moved: Vec<f64> = scene
         .views
