@@ -51,7 +51,7 @@ pub fn sentences(found: &FoundEntry) -> Vec<String> {
         significant(found.size_px, 2)
     );
     sentences.push(size);
-    sentences.push(format!("Significance, conditional on the rest of the model: p = {}.", probability(found)));
+    sentences.push(format!("Significance, conditional on the rest of the model: {}.", probability(found)));
     let tell = words.map_or(String::new(), |words| format!(" To tell: {}.", words.tell));
     sentences.push(match found.inseparable_from.as_slice() {
         [] => format!("No other effect of the catalogue looks like it in this block.{tell}"),
@@ -62,10 +62,10 @@ pub fn sentences(found: &FoundEntry) -> Vec<String> {
 }
 
 fn probability(found: &FoundEntry) -> String {
-    if found.p_value > 0.0 {
-        return p_value(found.p_value);
+    match p_value(found.p_value) {
+        bound if bound.starts_with('<') => format!("p {bound}"),
+        value => format!("p = {value}"),
     }
-    format!("1e{:.0}", found.ln_p_value / std::f64::consts::LN_10)
 }
 
 fn sizes(estimate: &BTreeMap<String, EstimateEntry>) -> String {
