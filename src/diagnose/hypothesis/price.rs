@@ -46,7 +46,8 @@ impl Law {
             // significant where its drop on the grid is.
             Searched::Places { drop: on_grid, elsewhere, .. } => {
                 let on_counted = design_effect.max(elsewhere) * quantile(ln_p, ln_level);
-                let finer = if on_grid > 0.0 { found / on_grid } else { f64::INFINITY };
+                // Without a drop on the grid no place is significant, whatever was found beside it.
+                let finer = if found > on_grid { found / on_grid.max(0.0) } else { 1.0 };
                 (on_counted * finer).max(on_counted + PLACE_PARAMETERS)
             }
             _ => design_effect * quantile(ln_p, ln_level),
