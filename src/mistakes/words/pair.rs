@@ -43,11 +43,11 @@ pub fn height_offset(one: Subject, other: Subject, difference: &Difference, foca
     with(found, value, Some(sigma), "m")
 }
 
-/// A height offset that a single point shows: its own height may be wrong, and to move all others for it is no mend.
+/// A height offset that a single point shows: its own height may be wrong.
 pub fn of_one_point(offset: Mistake) -> Mistake {
     let sentence =
         format!("{} One point alone shows it: a wrong height of that point would look the same.", offset.sentence);
-    Mistake { sentence, mend: Vec::new(), ..offset }
+    Mistake { sentence, ..offset }
 }
 
 /// Two groups that are off horizontally.
