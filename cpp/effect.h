@@ -95,7 +95,7 @@ typedef struct misclosure_name {
   double value;      // what it stands for
 } misclosure_name;
 
-// A parameter. C++ makes them with Estimated, Searched, Given and Random, and gives it a plausible range with Within
+// A parameter. C++ makes them with Estimated, Searched, Given, Random and VelocityError, and gives it a plausible range with Within
 // or UpTo. The plausible range is what the parameter can be if the cause that the effect names is at work, in the
 // parameter's unit; of a random parameter it is that of the standard deviation. It comes from physics or a data
 // sheet, never from the block.
@@ -230,6 +230,7 @@ enum class Role : uint32_t {
   kSearched = 1,   // too, but the effect is nonlinear in it: a test scans its domain first
   kGiven = 2,      // by the user, else its default
   kRandom = 3,     // a value per image, normal with mean zero
+  kVelocityError = 4,  // error of an image's derived velocity in one coordinate, observed as zero with its sigma
 };
 
 // Search domain of a parameter.
@@ -308,6 +309,11 @@ constexpr Parameter Given(const char* name, const char* unit, double value, cons
 constexpr Parameter Random(const char* name, const char* unit, double typical, const char* deviation) {
   return {name, unit, static_cast<uint32_t>(Scope::kImage), static_cast<uint32_t>(Role::kRandom), 0.0, typical, 0, 0, 0.0, 0.0,
           nullptr, deviation, 0.0, 0.0, nullptr};
+}
+
+constexpr Parameter VelocityError(const char* name, double typical) {
+  return {name, "m/s", static_cast<uint32_t>(Scope::kImage), static_cast<uint32_t>(Role::kVelocityError), 0.0, typical, 0, 0, 0.0,
+          0.0, nullptr, nullptr, 0.0, 0.0, nullptr};
 }
 
 constexpr Parameter Within(Parameter parameter, double min, double max, const char* source) {

@@ -135,7 +135,7 @@ impl Case {
             };
             let found = values.get(&key).and_then(serde_json::Value::as_f64);
             let first_flight = parameter.scope == Scope::FlightButFirst && image.flight.0 == 0;
-            let optional = matches!(parameter.role, Role::Given(_)) || first_flight;
+            let optional = matches!(parameter.role, Role::Given(_) | Role::VelocityError) || first_flight;
             assert!(found.is_some() || optional, "no value of {key}");
             used.insert(key);
             // The other program's map has the survey alone.

@@ -265,8 +265,9 @@ fn poses_that_gnss_holds_leave_no_correlation_behind() {
 #[test]
 fn a_late_antenna_shows_along_the_track_alone() {
     let mut block = block("dike", 2000.0, 7);
+    let centres: Vec<_> = block.images.iter().map(|image| image.pose.centre).collect();
     let velocities: Vec<Vector3<f64>> =
-        misclosure::problem::context::image_contexts(&block).iter().map(|image| image.velocity).collect();
+        misclosure::problem::context::image_contexts(&block, &centres).iter().map(|image| image.velocity).collect();
     for (image, velocity) in block.images.iter_mut().zip(velocities) {
         image.gnss.as_mut().unwrap().position += velocity * 0.02;
     }

@@ -66,14 +66,15 @@ fn inputs(block: &Block, problem: &Problem, id: &str) -> Option<String> {
     if !term.effect.descriptor().needs.contains(&Need::Velocity) {
         return None;
     }
-    let mut sigmas: Vec<f64> = derived(block).into_iter().flatten().map(|own| own.sigma).collect();
+    let centres: Vec<_> = problem.start.poses.iter().map(|pose| pose.centre).collect();
+    let mut sigmas: Vec<f64> = derived(block, &centres).into_iter().flatten().map(|own| own.sigma).collect();
     if sigmas.is_empty() {
         return Some("velocities: measured".into());
     }
     sigmas.sort_by(f64::total_cmp);
     let median = sigmas[sigmas.len() / 2];
     let by = if median.is_finite() { format!(", +- {median:.2} m/s") } else { String::new() };
-    Some(format!("velocities: derived from positions and times{by}"))
+    Some(format!("velocities: derived from adjusted positions and times{by}"))
 }
 
 /// An effect's words, for a report that does not know the plug-in.

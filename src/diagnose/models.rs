@@ -147,6 +147,8 @@ pub fn at_solution(fitted: &Fit) -> Model {
                     term.values.insert(name.to_string(), sigma);
                 }
             }
+            // They start at zero, or where the fit that is near ended.
+            Role::VelocityError => {}
             _ => {
                 let name = entry.short_name(&descriptor.id).to_string();
                 term.values.insert(name, fitted.solution.state.theta[t]);

@@ -111,6 +111,13 @@ pub(super) fn add_column(matrix: &mut [f64], columns: usize, row: usize, column:
     }
 }
 
+/// The error of an image's velocity in one coordinate.
+pub(super) fn velocity_error(name: &'static str, typical: f64) -> Parameter {
+    let role = Role::VelocityError;
+    let scope = Scope::Image;
+    Parameter { name: name.into(), unit: "m/s".into(), scope, nominal: 0.0, typical, role, plausible: None }
+}
+
 /// One value per image, normally distributed with the standard deviation `sigma`.
 pub(super) fn random(name: &'static str, unit: &'static str, typical: f64, sigma: &'static str) -> Parameter {
     let role = Role::Random(sigma);

@@ -46,6 +46,9 @@ pub struct ImageContext {
     pub temperature_c: f64,
     /// Platform velocity, m/s, world axes; derived from times and poses where it is not measured.
     pub velocity: Vector3<f64>,
+    /// Standard deviation of a derived velocity in each coordinate, m/s; NaN where it was measured, or where two
+    /// positions alone give it.
+    pub velocity_sigma: f64,
     /// Angular velocity, rad/s, camera axes; zero where it is not measured.
     pub angular_velocity: Vector3<f64>,
     /// For how long, s.
@@ -70,6 +73,7 @@ impl Default for ImageContext {
             flight_span_s: unknown,
             temperature_c: unknown,
             velocity: Vector3::repeat(unknown),
+            velocity_sigma: unknown,
             angular_velocity: Vector3::zeros(),
             exposure_s: unknown,
             focus_m: unknown,

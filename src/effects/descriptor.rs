@@ -40,6 +40,9 @@ pub enum Role {
     /// One value per image, drawn from a normal distribution of mean zero whose standard deviation is the effect's one
     /// reported parameter, estimated as a variance component; the name here is that of the standard deviation.
     Random(&'static str),
+    /// The error of the velocity of an image in one coordinate, observed as nominal with the standard deviation of that
+    /// velocity; held where it was measured. A test of the effect holds it, and whatever has the effect estimates it.
+    VelocityError,
 }
 
 /// Search domain of a nonlinear parameter.

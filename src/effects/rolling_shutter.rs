@@ -1,12 +1,16 @@
 //! `rolling-shutter`: the rows of the sensor are read one after the other while the platform moves and turns.
 //!
 //! ```text
-//! dt = t (y / h - 1/2)        C' = C + v dt        R' = exp(-[omega dt]x) R
+//! dt = t (y / h - 1/2)        C' = C + (v + dv) dt        R' = exp(-[omega dt]x) R
 //! ```
 //!
 //! `t` in seconds from the top row's reading to the bottom row's (negative: bottom to top), `y` the predicted row, `v`
 //! the velocity in world axes, `omega` the angular velocity in camera axes (zero where not measured). The pose is that
 //! of the middle row.
+//!
+//! `dv` is the error of the image's velocity. Velocities that were derived from positions have one, and an effect that
+//! multiplies them as if they were exact is estimated too small, with too small a standard deviation; what they are
+//! wrong by looks like a principal point that scatters from image to image.
 //!
 //! Sign of the turn: with `omega` in camera axes a direction b fixed in the camera moves in the world as `d (R^T b)/dt
 //! = R^T (omega x b)`, so `d R^T/dt = R^T [omega]x`, `dR/dt = -[omega]x R`, and over dt `R(t + dt) = exp(-[omega dt]x)
@@ -19,7 +23,7 @@
 //! with omega = (0, 0, 0.5) and R = 1, row 4000 has the rotation vector (0, 0, -0.005).
 
 use super::answer::{Answer, Inputs, Thetas, one_by_one};
-use super::common::{add_block, add_column, estimated, known, known_vector, vector};
+use super::common::{add_block, add_column, estimated, known, known_vector, vector, velocity_error};
 use super::formula::{Formula, Given, OBSERVED, Sum, of_eight, of_one};
 use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words};
 use crate::math::Several;
@@ -27,6 +31,11 @@ use crate::math::lane::{LANES, Lane};
 use crate::math::rotation::{exp, left_jacobian, left_jacobian_inverse, log};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::LazyLock;
+
+/// Error of a derived velocity, m/s: two positions that are 0.2 m off, 3 s apart.
+const TYPICAL_ERROR: f64 = 0.1;
+/// Parameters: the readout time and the errors of the velocity.
+const PARAMETERS: usize = 4;
 
 /// See the [module](self).
 pub struct RollingShutter;
@@ -39,10 +48,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     summary: "The rows of the sensor are read one after the other while the platform moves (and turns, where the \
                     angular velocity is measured)."
         .into(),
-    formula: "C += v t (y/h - 1/2), R <- exp(-[omega t (y/h - 1/2)]x) R".into(),
+    formula: "C += (v + dv) t (y/h - 1/2), R <- exp(-[omega t (y/h - 1/2)]x) R".into(),
     parameters: vec![
         estimated("t", "s", Scope::Global, 0.02)
             .up_to(0.2, "the slowest sensors take 0.1 s to read (Vautherin et al. 2016)"),
+        velocity_error("dvx", TYPICAL_ERROR),
+        velocity_error("dvy", TYPICAL_ERROR),
+        velocity_error("dvz", TYPICAL_ERROR),
     ],
     needs: vec![Need::Velocity],
     confused_with:
@@ -97,7 +109,7 @@ impl Effect for RollingShutter {
             add_block(matrix, 6, 0, 0, &(by_turn * exp(&turn) * left_jacobian(&r) - Matrix3::identity()));
         }
         if let Some(matrix) = d_theta {
-            add_column(matrix, 1, 0, 0, &(by_turn * turning * -place));
+            add_column(matrix, PARAMETERS, 0, 0, &(by_turn * turning * -place));
         }
         Ok(())
     }
@@ -120,7 +132,7 @@ impl Effect for RollingShutter {
         let (velocity, turning) = (&context.image.velocity, known_vector(&context.image.angular_velocity)?);
         derivative[..3].fill(0.0);
         for k in 0..3 {
-            derivative[3 + k] = velocity[k] * by_row;
+            derivative[3 + k] = (velocity[k] + theta[1 + k]) * by_row;
         }
         if by_row != 0.0 && turning != Vector3::zeros() {
             let turned = log(&(exp(&(turning * -(theta[0] * place_of_row(context)?))) * exp(&vector(input, 0))));
@@ -172,8 +184,9 @@ impl Formula for Movement {
         let dt = given.theta(0) * place;
         let mut observed = place;
         for axis in 0..3 {
-            answer.out(3 + axis, given.observed(axis) * dt);
-            answer.by_theta(3 + axis, 0, given.observed(axis) * place);
+            answer.out(3 + axis, (given.observed(axis) + given.theta(1 + axis)) * dt);
+            answer.by_theta(3 + axis, 0, (given.observed(axis) + given.theta(1 + axis)) * place);
+            answer.by_theta(3 + axis, 1 + axis, dt);
             observed = observed + given.observed(axis);
         }
         given.constant(1.0) + observed * 0.0
@@ -189,7 +202,7 @@ mod tests {
     fn at(row_px: f64, image: &ImageContext, input: [f64; 6], t: f64) -> [f64; 6] {
         let context = Context { block: &BlockContext::default(), image, column_px: 0.0, row_px, surveyed: None };
         let mut out = [0.0; 6];
-        RollingShutter.eval(&context, &input, &[t], &mut out, None, None).unwrap();
+        RollingShutter.eval(&context, &input, &[t, 0.0, 0.0, 0.0], &mut out, None, None).unwrap();
         out
     }
 
@@ -221,6 +234,6 @@ mod tests {
     fn the_middle_row_has_the_pose() {
         let image = ImageContext { height_px: 4000.0, velocity: Vector3::new(1.0, 2.0, 3.0), ..Default::default() };
         let input = [0.1, 0.2, 0.3, 1.0, 2.0, 3.0];
-        assert_eq!(laws::value(&RollingShutter, &image, &input, &[0.5])[..], input);
+        assert_eq!(laws::value(&RollingShutter, &image, &input, &[0.5, 0.0, 0.0, 0.0])[..], input);
     }
 }

@@ -89,7 +89,8 @@ impl Columns {
     /// Columns without measurements: images and points of a node.
     pub fn of_block(block: &Block, images: &[ImageRow], points: &[PointRow]) -> Self {
         let origin = block.origin;
-        let contexts = image_contexts(block);
+        let centres: Vec<_> = block.images.iter().map(|image| image.pose.centre).collect();
+        let contexts = image_contexts(block, &centres);
         let rows: HashMap<&str, &ImageRow> = images.iter().map(|row| (row.image.as_str(), row)).collect();
         let of_image = |(number, image): (usize, &crate::block::Image)| {
             let pose = rows.get(image.name.as_str()).map(|row| {

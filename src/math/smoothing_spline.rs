@@ -34,6 +34,11 @@ pub struct Slopes {
     pub values: Vec<Vec<f64>>,
     /// Standard deviation at every time.
     pub sigmas: Vec<f64>,
+    /// Standard deviation of the mean of the derivatives. Errors of one curve are alike: those of a straight line are all the
+    /// same.
+    pub mean_sigma: f64,
+    /// Standard deviation of a value of the curve.
+    pub noise: f64,
 }
 
 /// Derivatives of the smoothing splines of some curves of at least three times each, which have one ratio and one
@@ -53,7 +58,12 @@ pub fn slopes(curves: &[Curve]) -> Vec<Slopes> {
 impl Slopes {
     fn unknown(curve: &Curve) -> Self {
         let n = curve.times.len();
-        Self { values: vec![vec![f64::NAN; n]; curve.values.len()], sigmas: vec![f64::NAN; n] }
+        Self {
+            values: vec![vec![f64::NAN; n]; curve.values.len()],
+            sigmas: vec![f64::NAN; n],
+            mean_sigma: f64::NAN,
+            noise: f64::NAN,
+        }
     }
 }
 
@@ -147,14 +157,24 @@ impl Fit {
             let (line, weighed) = self.solved(values);
             crosses.iter().map(|cross| (line[1] + cross.dot(&weighed)) / self.scale).collect()
         };
-        let sigma = |i: usize| {
-            let cross = &crosses[i];
+        let weighed: Vec<DVector<f64>> = crosses.iter().map(|cross| self.v.solve(cross)).collect();
+        let beside_line = |cross: &DVector<f64>| {
             let of_line = self.v_h.transpose() * cross;
-            let r = Vector2::new(-of_line[0], 1.0 - of_line[1]);
-            let of_process = self.ratio * self.times[i] - cross.dot(&self.v.solve(cross));
-            (variance * (of_process + (r.transpose() * self.covariance * r)[0]).max(0.0)).sqrt() / self.scale
+            Vector2::new(-of_line[0], 1.0 - of_line[1])
         };
-        Slopes { values: curve.values.iter().map(of).collect(), sigmas: (0..n).map(sigma).collect() }
+        let beside_line: Vec<Vector2<f64>> = crosses.iter().map(beside_line).collect();
+        let covariance = |i: usize, j: usize| {
+            let of_process = self.ratio * self.times[i].min(self.times[j]) - crosses[i].dot(&weighed[j]);
+            of_process + (beside_line[i].transpose() * self.covariance * beside_line[j])[0]
+        };
+        let unit = variance.sqrt() / self.scale;
+        let sum: f64 = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| covariance(i, j)).sum();
+        Slopes {
+            values: curve.values.iter().map(of).collect(),
+            sigmas: (0..n).map(|i| unit * covariance(i, i).max(0.0).sqrt()).collect(),
+            mean_sigma: unit * sum.max(0.0).sqrt() / n as f64,
+            noise: variance.sqrt(),
+        }
     }
 }
 
@@ -190,6 +210,26 @@ mod tests {
             assert!((slopes.values[0][5] - 5.0).abs() < 0.3);
         }
         assert!(within > 80, "{within} of 100 within two standard deviations");
+    }
+
+    #[test]
+    fn the_mean_slope_varies_as_stated() {
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let noise = Normal::new(0.0, 0.5).expect("a distribution");
+        let times = times(12);
+        let lines = |_| Curve {
+            times: times.clone(),
+            values: vec![times.iter().map(|t| 5.0 * t + noise.sample(&mut random)).collect()],
+        };
+        let curves: Vec<Curve> = (0..200).map(lines).collect();
+        let found = slopes(&curves);
+        let mean = |of: &Slopes| of.values[0].iter().sum::<f64>() / 12.0;
+        let squares: f64 = found.iter().map(|of| ((mean(of) - 5.0) / of.mean_sigma).powi(2)).sum();
+        // Of 200: within four standard deviations of chi-square.
+        assert!((squares - 200.0).abs() < 4.0 * 400f64.sqrt(), "{squares}");
+        assert_relative_eq!(found[0].noise, 0.5, max_relative = 0.1);
+        // Lines: the errors at all times are one and the same.
+        assert_relative_eq!(found[0].mean_sigma, found[0].sigmas[0], max_relative = 0.1);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::observations::{collect_points, control_observations, gnss_observation
 use super::order::ranks_along_block;
 use super::unoriented::set_aside_unoriented;
 use super::{PointSource, Problem, ProblemError, State};
-use crate::block::Block;
+use crate::block::{Block, Pose};
 use crate::camera::Camera;
 use crate::model::Model;
 use std::sync::Arc;
@@ -20,13 +20,14 @@ impl Problem {
     }
 
     /// As [`Problem::new`], with the start values of a solution of the same images and cameras, where there is one. A point whose rays do not meet
-    /// from the block's approximations has its position from there.
+    /// from the block's approximations has its position from there, and so have velocities that were not measured.
     pub fn near(block: &Block, model: &Model, near: Option<(&Problem, &State)>) -> Result<Self, ProblemError> {
         let (uses_control, uses_gnss) = datum_parts(block, model.datum)?;
-        let contexts = image_contexts(block);
         let (interiors, camera_free) = (start_interiors(block, model)?, free_parameters(block, model));
         let poses: Vec<_> = block.images.iter().map(|image| image.pose).collect();
-        let ranks = ranks_along_block(&poses.iter().map(|pose| pose.centre).collect::<Vec<_>>());
+        let centres = |poses: &[Pose]| poses.iter().map(|pose| pose.centre).collect::<Vec<_>>();
+        let ranks = ranks_along_block(&centres(&poses));
+        let contexts = image_contexts(block, &centres(near.map_or(&poses, |(_, state)| &state.poses)));
 
         check_flights(block, model)?;
         let mut points = collect_points(block, model, uses_control, &ranks);

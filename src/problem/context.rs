@@ -36,8 +36,8 @@ pub fn block_context(block: &Block) -> BlockContext {
     }
 }
 
-/// Constants of every image.
-pub fn image_contexts(block: &Block) -> Vec<ImageContext> {
+/// Constants of every image, with the projection centres that give velocities where none was measured.
+pub fn image_contexts(block: &Block, centres: &[Vector3<f64>]) -> Vec<ImageContext> {
     let times = || block.images.iter().filter_map(|image| image.time_s);
     let span = |first: f64, last: f64| last - first;
     let first = times().fold(f64::INFINITY, f64::min);
@@ -50,7 +50,7 @@ pub fn image_contexts(block: &Block) -> Vec<ImageContext> {
         times.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)))
     };
     let flights: Vec<(f64, f64)> = (0..block.flights.len()).map(flight_times).collect();
-    let velocities = velocities(block);
+    let (velocities, sigmas) = velocities(block, centres);
     block
         .images
         .iter()
@@ -74,6 +74,7 @@ pub fn image_contexts(block: &Block) -> Vec<ImageContext> {
                 flight_span_s: span(flight_first, flight_last),
                 temperature_c: image.temperature_c.unwrap_or(f64::NAN),
                 velocity: velocities[i],
+                velocity_sigma: sigmas[i],
                 angular_velocity: image.angular_velocity.unwrap_or_else(Vector3::zeros),
                 exposure_s: image.exposure_s.unwrap_or(f64::NAN),
                 focus_m: image.focus_m.unwrap_or(f64::NAN),

@@ -28,6 +28,9 @@ pub fn missing_need(block: &Block, contexts: &[ImageContext], need: Need, datum:
 /// Value of the option `against` that takes an image's place in the table instead of its time.
 const AGAINST_ORDER: f64 = 1.0;
 
+/// Standard deviation (m/s) from which the error of a velocity is estimated: a micrometre a second moves no image point.
+const LEAST_VELOCITY_SIGMA: f64 = 1e-6;
+
 /// How many values a parameter has in a block: lens and sensor are a camera's own, so where there are several cameras, each has its own value
 /// of an effect of interior orientation or image.
 fn scope_in(block: &Block, stage: effects::Stage, parameter: &effects::Parameter) -> Scope {
@@ -97,9 +100,12 @@ impl Problem {
                 }
                 _ => weak.map(|factor| factor * typical(0)),
             };
+            let is_velocity_error = parameter.role == effects::Role::VelocityError;
             for (instance, name) in names.iter().enumerate() {
                 let short = name.map_or_else(|| parameter.name.to_string(), |n| format!("{}[{n}]", parameter.name));
                 let of_term = term.values.get(&short).or_else(|| term.values.get(parameter.name.as_ref()));
+                let own_sigma = is_velocity_error.then(|| self.image_contexts[instance].velocity_sigma);
+                let exact = own_sigma.is_some_and(|sigma| sigma.is_nan() || sigma < LEAST_VELOCITY_SIGMA);
                 let reference = scope == Scope::FlightButFirst && instance == 0;
                 let held = term.held.iter().any(|name| *name == parameter.name || *name == short);
                 // A camera that no oriented image was taken with says nothing of its own values.
@@ -116,9 +122,9 @@ impl Problem {
                     parameter: p as u32,
                     instance: instance as u32,
                     name: format!("{}.{short}", descriptor.id),
-                    free: !given && !held && !reference && !idle,
+                    free: !given && !held && !reference && !idle && !exact,
                     scale: typical(instance),
-                    prior_sigma: prior_sigma.filter(|_| !held),
+                    prior_sigma: own_sigma.or(prior_sigma).filter(|_| !held && !exact),
                     prior_mean: parameter.nominal,
                 });
                 known.push(short);

@@ -122,6 +122,11 @@ pub struct EffectInstance {
 }
 
 impl EffectInstance {
+    /// How an entry of this effect gets its value.
+    pub fn role(&self, entry: &ThetaEntry) -> &Role {
+        &self.effect.descriptor().parameters[entry.parameter as usize].role
+    }
+
     /// Position in `theta` of the value of `parameter` that holds in `image`.
     pub fn theta_index(&self, parameter: usize, image: &ImageContext) -> usize {
         let (scope, base) = self.slots[parameter];

@@ -1,8 +1,10 @@
-//! Velocities of the platform: measured ones, or those that positions and times give.
+//! Velocities of the platform: measured ones, or those that projection centres and times give.
 //!
-//! Positions have errors, and an effect that multiplies a noisy velocity is estimated too small with too small a
-//! standard deviation (errors in variables). So each strip has a smoothing spline, whose stiffness the restricted
-//! likelihood of its flight decides. Turns between strips are no part of one.
+//! The centres are those that the adjustment starts from. Where it follows another one, they are adjusted ones, and the
+//! images know them to centimetres where a receiver or a tag in a file has half a metre. They have errors still, and an
+//! effect that multiplies a noisy velocity is estimated too small with too small a standard deviation (errors in
+//! variables). So each strip has a smoothing spline, whose stiffness the restricted likelihood of its flight decides.
+//! Turns between strips are no part of one.
 
 use crate::block::{Block, Image};
 use crate::math::smoothing_spline::{Curve, Slopes, slopes};
@@ -19,26 +21,32 @@ const MOST: usize = 64;
 pub struct Derived {
     /// World axes.
     pub velocity: Vector3<f64>,
-    /// NaN where two positions alone give the velocity.
+    /// NaN where all strips of the flight have two positions alone.
     pub sigma: f64,
+    /// Errors of a strip are alike, and taken as independent from image to image they need a larger standard deviation: that
+    /// with which their mean along the strip varies as it does.
+    pub independent_sigma: f64,
 }
 
-/// Measured velocities; where a block lacks them, those that the positions of the same flight give. NaN where neither
-/// is possible.
-pub fn velocities(block: &Block) -> Vec<Vector3<f64>> {
-    let derived = derived(block);
-    let unknown = Vector3::repeat(f64::NAN);
-    let of = |(i, image): (usize, &Image)| image.velocity.or(derived[i].map(|own| own.velocity)).unwrap_or(unknown);
-    block.images.iter().enumerate().map(of).collect()
+/// Measured velocities; where a block lacks them, those that the projection centres (of every image) of the same flight
+/// give, NaN where neither is possible. With them the standard deviations of derived ones if their errors are taken as
+/// independent, NaN beside measured ones.
+pub fn velocities(block: &Block, centres: &[Vector3<f64>]) -> (Vec<Vector3<f64>>, Vec<f64>) {
+    let of = |(image, derived): (&Image, Option<Derived>)| match image.velocity {
+        Some(velocity) => (velocity, f64::NAN),
+        None => derived.map_or((Vector3::repeat(f64::NAN), f64::NAN), |own| (own.velocity, own.independent_sigma)),
+    };
+    block.images.iter().zip(derived(block, centres)).map(of).unzip()
 }
 
-/// Velocities of the images that have none, where positions and times give one.
-pub fn derived(block: &Block) -> Vec<Option<Derived>> {
+/// Velocities of the images that have none, where projection centres (of every image) and times give one.
+pub fn derived(block: &Block, centres: &[Vector3<f64>]) -> Vec<Option<Derived>> {
     let mut all = vec![None; block.images.len()];
     for flight in 0..block.flights.len() {
         let of_flight = |(_, image): &(usize, &Image)| image.flight.index() == flight;
         let images = block.images.iter().enumerate().filter(of_flight);
-        let mut timed: Vec<Place> = images.filter_map(Place::of).collect();
+        let place = |(image, own): (usize, &Image)| Some(Place { time: own.time_s?, image, centre: centres[image] });
+        let mut timed: Vec<Place> = images.filter_map(place).collect();
         timed.sort_by(|a, b| a.time.total_cmp(&b.time));
         timed.dedup_by(|a, b| a.time == b.time);
         if timed.iter().any(|place| block.images[place.image].velocity.is_none()) {
@@ -62,10 +70,6 @@ struct Place {
 }
 
 impl Place {
-    fn of((image, own): (usize, &Image)) -> Option<Self> {
-        Some(Self { time: own.time_s?, image, centre: own.pose.centre })
-    }
-
     fn leg(&self, next: &Self) -> Vector3<f64> {
         (next.centre - self.centre) / (next.time - self.time)
     }
@@ -79,18 +83,24 @@ fn of_flight_at(timed: &[Place], all: &mut [Option<Derived>]) {
         values: (0..3).map(|axis| strip.iter().map(|place| place.centre[axis]).collect()).collect(),
     };
     let (long, short): (Vec<&[Place]>, Vec<&[Place]>) = strips.into_iter().partition(|strip| strip.len() > 2);
+    let curves: Vec<Curve> = long.iter().map(curve).collect();
+    let slopes = slopes(&curves);
+    let noise = slopes.first().map_or(f64::NAN, |own| own.noise);
     // What belongs to a longer strip as well is known better there.
     for strip in short {
         let [a, b] = [&strip[0], &strip[1]];
+        let sigma = noise * 2f64.sqrt() / (b.time - a.time);
         for place in [a, b] {
-            all[place.image] = Some(Derived { velocity: a.leg(b), sigma: f64::NAN });
+            let independent_sigma = sigma * 2f64.sqrt();
+            all[place.image] = Some(Derived { velocity: a.leg(b), sigma, independent_sigma });
         }
     }
-    let curves: Vec<Curve> = long.iter().map(curve).collect();
-    for (strip, Slopes { values, sigmas }) in long.iter().zip(slopes(&curves)) {
+    for (strip, Slopes { values, sigmas, mean_sigma, .. }) in long.iter().zip(slopes) {
+        let of_mean = mean_sigma * (strip.len() as f64).sqrt();
         for (k, place) in strip.iter().enumerate() {
             let velocity = Vector3::new(values[0][k], values[1][k], values[2][k]);
-            all[place.image] = Some(Derived { velocity, sigma: sigmas[k] });
+            let sigma = sigmas[k];
+            all[place.image] = Some(Derived { velocity, sigma, independent_sigma: sigma.max(of_mean) });
         }
     }
 }
@@ -164,7 +174,7 @@ mod tests {
             of_flight_at(&flight, &mut all);
             for k in (1..5).chain(7..11) {
                 let expected = if k < 6 { 5.0 } else { -5.0 };
-                let Derived { velocity, sigma } = all[k].expect("a velocity");
+                let Derived { velocity, sigma, .. } = all[k].expect("a velocity");
                 assert!(sigma > 0.0 && sigma < 0.5, "{sigma}");
                 smooth += (velocity.x - expected).powi(2);
                 differences += ((flight[k + 1].centre.x - flight[k - 1].centre.x) / 4.0 - expected).powi(2);

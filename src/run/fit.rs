@@ -1,12 +1,13 @@
 //! A quick fit: by the native solver alone, as exact as decisions need.
 
+use super::velocities::fit_without_motion;
 use super::{RunError, pinned};
 use crate::adjust::native::Native;
 use crate::adjust::{AdjustError, CovarianceOf, Options, Solution, Solver};
 use crate::block::Block;
 use crate::model::Model;
 use crate::null_model::SharedBase;
-use crate::problem::Problem;
+use crate::problem::{Problem, State};
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
@@ -27,6 +28,11 @@ impl Fit {
     /// A fit that nothing was asked of yet.
     pub fn new(model: Model, problem: Problem, solution: Solution) -> Self {
         Self { model, problem, solution, null_base: SharedBase::default() }
+    }
+
+    /// Problem and solution, for an adjustment that starts near.
+    pub fn solved(&self) -> (&Problem, &State) {
+        (&self.problem, &self.solution.state)
     }
 
     /// `v'Pv`, priors of random values included.
@@ -59,7 +65,11 @@ fn deciding(options: &Options) -> Options {
 ///
 /// `near`: an earlier fit of the same images, to start from; another model's solution is nearer than the block's approximations.
 pub fn fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) -> Result<Fit, RunError> {
-    let problem = Problem::near(block, model, near.map(|fit| (&fit.problem, &fit.solution.state)))?;
+    let without_motion = match near {
+        Some(_) => None,
+        None => fit_without_motion(block, model, options)?,
+    };
+    let problem = Problem::near(block, model, near.or(without_motion.as_ref()).map(Fit::solved))?;
     Ok(solve(model, problem, options)?)
 }
 

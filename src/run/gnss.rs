@@ -3,7 +3,6 @@
 use crate::block::{Block, ImageId};
 use crate::evaluate::{Comparison, Similarity};
 use crate::measure::{MeasureError, Predictor};
-use crate::problem::context::image_contexts;
 use crate::problem::{Problem, State};
 use nalgebra::Vector3;
 
@@ -43,7 +42,7 @@ pub fn gnss_residuals(
     let mut took_part = vec![false; block.images.len()];
     problem.observations.iter().for_each(|row| took_part[row.image as usize] = true);
     let predictor = Predictor::new(problem, state)?;
-    let contexts = image_contexts(block);
+    let contexts = &problem.image_contexts;
     let mut rows = Vec::new();
     for (i, image) in block.images.iter().enumerate().filter(|(i, _)| took_part[*i]) {
         let Some(gnss) = image.gnss else { continue };

@@ -18,6 +18,7 @@ pub mod start_values;
 pub mod summary;
 mod tie_residuals;
 mod variance_components;
+mod velocities;
 
 pub use fitted::FittedModel;
 pub use gnss::{GnssResidual, gnss_residuals, gnss_rms_m, heading_deg};
@@ -33,6 +34,7 @@ use crate::measure::{MeasureError, Predictor};
 use crate::mistakes::Mistake;
 use crate::model::{Datum, Model};
 use crate::problem::{Problem, ProblemError, State};
+use fit::Fit;
 use std::ops::ControlFlow;
 
 /// Why a run failed.
@@ -150,6 +152,11 @@ pub fn adjust_from(
     options: &Options,
     progress: &mut Progress<'_>,
 ) -> Result<Run, RunError> {
+    let without_motion = match near {
+        Some(_) => None,
+        None => velocities::fit_without_motion(block, model, options)?,
+    };
+    let near = near.or(without_motion.as_ref().map(Fit::solved));
     let mut problem = Problem::near(block, model, near)?;
     let options = options_for(&problem, options);
     if let Some(first) = solvers.first() {

@@ -20,7 +20,7 @@ use crate::run::fit::{Fit, solve};
 /// Those of the fit with the camera held.
 pub fn robust_fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) -> Result<Fit, RunError> {
     let fit = |model: &Model, may_stay_unconverged: bool| -> Result<Fit, RunError> {
-        let mut problem = Problem::near(block, model, near.map(|fit| (&fit.problem, &fit.solution.state)))?;
+        let mut problem = Problem::near(block, model, near.map(Fit::solved))?;
         let near_enough = RESIDUAL_CHANGE.powi(2) * (2 * problem.observations.len()) as f64;
         let few = Options {
             max_iterations: options.max_iterations.min(MOST_ITERATIONS),

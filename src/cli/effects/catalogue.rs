@@ -150,6 +150,7 @@ fn role(role: &Role) -> String {
             format!("given: {}", names.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" or "))
         }
         Role::Random(deviation) => format!("standard deviation `{deviation}` estimated"),
+        Role::VelocityError => "error of a derived velocity, observed as zero".into(),
     }
 }
 

@@ -19,7 +19,7 @@ use crate::block::Block;
 use crate::effects::{Role, Stage};
 use crate::model::EffectTerm;
 use crate::null_model::{Columns, NoColumns, NullModel, ScoreSystem};
-use crate::problem::State;
+use crate::problem::{State, ThetaEntry};
 use crate::run::fit::Fit;
 use crate::score::design_effect::Clusters;
 use crate::score::{System, random, variance_factor};
@@ -135,7 +135,16 @@ pub fn with_candidates(
     // The base has none of them, neither as unknowns nor by their priors.
     let free = problem.camera_free.clone();
     problem.camera_priors.retain(|prior| free[prior.camera as usize][prior.parameter as usize]);
-    for entry in problem.theta.iter_mut().filter(|entry| entry.effect as usize >= added.own) {
+    // Errors of velocities stay unknowns of a model that has the effect which multiplies them.
+    let in_model = model.effects.len();
+    let is_error = |entry: &ThetaEntry| problem.effects[entry.effect as usize].role(entry) == &Role::VelocityError;
+    let errors: Vec<bool> = problem.theta.iter().map(is_error).collect();
+    for (entry, is_error) in
+        problem.theta.iter_mut().zip(errors).filter(|(entry, _)| entry.effect as usize >= added.own)
+    {
+        if is_error && (entry.effect as usize) < in_model {
+            continue;
+        }
         entry.free = false;
         entry.prior_sigma = None;
     }

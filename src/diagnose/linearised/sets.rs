@@ -96,12 +96,16 @@ impl Laid {
     }
 }
 
-/// Free parameters of an effect; those that are searched where they are not held.
+/// Free parameters that are the effect's own; those that are searched where they are not held.
 fn thetas(problem: &Problem, effect: usize, held_searched: bool) -> Vec<usize> {
     let of = problem.theta.iter().enumerate().filter(|(_, entry)| entry.effect as usize == effect && entry.free);
     let parameters = &problem.effects[effect].effect.descriptor().parameters;
-    let searched = |parameter: u32| matches!(parameters[parameter as usize].role, Role::Searched(_));
-    of.filter(|(_, entry)| !(held_searched && searched(entry.parameter))).map(|(t, _)| t).collect()
+    let asked = |parameter: u32| match parameters[parameter as usize].role {
+        Role::Searched(_) => !held_searched,
+        Role::VelocityError => false,
+        _ => true,
+    };
+    of.filter(|(_, entry)| asked(entry.parameter)).map(|(t, _)| t).collect()
 }
 
 /// Has a camera an image that takes part?

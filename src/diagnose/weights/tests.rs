@@ -90,7 +90,7 @@ fn based(block: &Block, by_flight: bool) -> Fit {
     let options = Options { threads: 1, ..Options::default() };
     let settings = Settings { plugins: &[], options, significance: 0.001, snoop: false, tell: &|_| {} };
     let fit = base(block, &model, &settings).expect("a base").fit;
-    let near = Some((&fit.problem, &fit.solution.state));
+    let near = Some(fit.solved());
     let solvers: [&dyn crate::adjust::Solver; 2] = [&Native, &Ceres];
     let run = adjust_from(block, &fit.model, near, &solvers, &settings.options, &mut |_, _| ControlFlow::Continue(()));
     assert!(run.expect("a run").agreement.expect("two solvers").agree);

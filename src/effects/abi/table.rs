@@ -184,6 +184,7 @@ unsafe fn parameter(raw: &RawParameter2) -> Result<Parameter, AbiError> {
                 Role::Given(names.into())
             }
             3 => Role::Random(Box::leak(text("name of a deviation", raw.deviation)?.into_owned().into_boxed_str())),
+            4 => Role::VelocityError,
             _ => return field("role", None),
         };
         let (nominal, typical) = (raw.nominal, raw.typical);

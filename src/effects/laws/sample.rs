@@ -64,6 +64,7 @@ impl Sample {
             flight_span_s: 200.0,
             temperature_c,
             velocity: Vector3::new(between(-8.0, 8.0), between(-8.0, 8.0), between(-1.0, 1.0)),
+            velocity_sigma: f64::NAN,
             angular_velocity: Vector3::new(between(-0.5, 0.5), between(-0.5, 0.5), between(-0.5, 0.5)),
             exposure_s: between(1e-4, 1e-2),
             focus_m: between(10.0, 100.0),
@@ -132,7 +133,7 @@ pub(super) fn draw_theta(
     let draw = |parameter: &Parameter| {
         let u: f64 = random.random_range(0.0..1.0);
         match &parameter.role {
-            Role::Estimated | Role::Random(_) => estimated(parameter, u),
+            Role::Estimated | Role::Random(_) | Role::VelocityError => estimated(parameter, u),
             Role::Searched(domain) => {
                 let (low, high) = domain.bounds(SENSOR[0], SENSOR[1]);
                 low + u * (high - low)
