@@ -143,6 +143,33 @@ fn dji_xmp_goes_before_exif() {
     assert!(message.ends_with("b.jpg: DateTimeOriginal: expected YYYY:MM:DD HH:MM:SS, found \"soon\""), "{message}");
 }
 
+/// The same image with a next directory behind that of the exposure, where the standard has none and some writers leave
+/// one.
+fn with_a_next_directory(mut jpeg: Vec<u8>) -> Vec<u8> {
+    const TIFF: usize = 12;
+    let pointer = jpeg.windows(4).position(|four| four == [0x69, 0x87, 4, 0]).expect("a pointer to Exif") + 8;
+    let number = |at: usize, jpeg: &[u8]| u16::from_le_bytes([jpeg[at], jpeg[at + 1]]) as usize;
+    let directory = TIFF + number(pointer, &jpeg);
+    let next = directory + 2 + 12 * number(directory, &jpeg);
+    jpeg[next] = 8;
+    jpeg
+}
+
+#[test]
+fn exif_goes_on_after_damaged_and_unreadable_images() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = small::image("2001:09:09 03:46:40", "0", false, "");
+    write(folder.path(), "a.jpg", with_a_next_directory(whole));
+    image(folder.path(), "b.jpg", "soon", "0", false, "");
+    let mut block = block(["a.jpg", "b.jpg"], LOCAL);
+    let notes = add("exif", &mut block, &[folder.path().to_owned()]);
+    let [a, b] = [&block.images[0], &block.images[1]];
+    assert_eq!((a.time_s, b.time_s), (Some(1e9), None));
+    let has = |parts: [&str; 3]| notes.iter().any(|note| parts.iter().all(|part| note.text.contains(part)));
+    assert!(has(["1 images have damaged EXIF", "a.jpg", "Unexpected next IFD"]), "{notes:?}");
+    assert!(has(["1 images cannot be read", "b.jpg: DateTimeOriginal", "found \"soon\""]), "{notes:?}");
+}
+
 #[test]
 fn ground_control_from_four_kinds_of_files() {
     let folder = tempfile::tempdir().unwrap();

@@ -17,6 +17,9 @@ const LANDING_S: f64 = 300.0;
 /// Kinds of files that have EXIF.
 const EXTENSIONS: [&str; 9] = ["jpg", "jpeg", "tif", "tiff", "dng", "heic", "heif", "png", "webp"];
 
+/// Images that a note names.
+const NAMED: usize = 3;
+
 /// The addition.
 pub struct ExifAddition;
 
@@ -37,18 +40,26 @@ impl Addition for ExifAddition {
         let mut notes = Vec::new();
         let mut read: Vec<(ImageId, Tags)> = Vec::new();
         let (mut strange, mut silent) = (0, 0);
+        let (mut damaged, mut unreadable): (Vec<String>, Vec<Error>) = (Vec::new(), Vec::new());
         let images = ImagesByName::of(block);
         for path in files(paths)? {
             let name = path.to_string_lossy().into_owned();
             match images.find(&name) {
                 None => strange += 1,
-                Some(id) => match tags::read(&path)? {
-                    Some(tags) => read.push((id, tags)),
-                    None => silent += 1,
+                Some(id) => match tags::read(&path) {
+                    Ok(Some(tags)) => {
+                        damaged.extend(tags.damage.as_ref().map(|damage| format!("{name}: {damage}")));
+                        read.push((id, tags));
+                    }
+                    Ok(None) => silent += 1,
+                    Err(error) => unreadable.push(error),
                 },
             }
         }
         if read.is_empty() {
+            if let Some(first) = unreadable.into_iter().next() {
+                return Err(first);
+            }
             return Err(refuse(&paths[0], "no file with EXIF or XMP is an image of the block"));
         }
         for (count, what) in
@@ -56,6 +67,15 @@ impl Addition for ExifAddition {
         {
             if count > 0 {
                 notes.push(Note::loss(format!("{count} {what}: left out")));
+            }
+        }
+        let unreadable: Vec<String> = unreadable.iter().map(ToString::to_string).collect();
+        for (images, what) in [
+            (unreadable, "cannot be read and are left out"),
+            (damaged, "have damaged EXIF, of which what is whole was read"),
+        ] {
+            if !images.is_empty() {
+                notes.push(Note::loss(format!("{} images {what}: {}", images.len(), first_few(&images))));
             }
         }
         let said: Vec<Said> = read.iter().map(|(_, tags)| tags.said).collect();
@@ -72,6 +92,15 @@ impl Addition for ExifAddition {
             split_flights(block, &mut notes);
         }
         Ok(notes)
+    }
+}
+
+/// Some of a list, and how many more there are.
+fn first_few(list: &[String]) -> String {
+    let named = list[..list.len().min(NAMED)].join("; ");
+    match list.len().saturating_sub(NAMED) {
+        0 => named,
+        more => format!("{named}; and {more} more"),
     }
 }
 

@@ -25,15 +25,23 @@ pub(super) struct Tags {
     pub offset_s: Option<f64>,
     /// What it says twice.
     pub said: Said,
+    /// What is wrong with its EXIF, of which the rest was read.
+    pub damage: Option<String>,
 }
 
 /// Reads a file; `None` where it has neither EXIF nor XMP.
 pub(super) fn read(path: &Path) -> Result<Option<Tags>, Error> {
     let failed = |source| Error::Read { path: path.to_owned(), source };
     let mut file = BufReader::new(super::super::super::open(path).map_err(failed)?);
-    let exif = match exif::Reader::new().read_from_container(&mut file) {
+    let mut damage = None;
+    let exif = match exif::Reader::new().continue_on_error(true).read_from_container(&mut file) {
         Ok(exif) => Some(exif),
         Err(exif::Error::NotFound(_)) => None,
+        Err(exif::Error::PartialResult(partial)) => {
+            let (exif, errors) = partial.into_inner();
+            damage = errors.first().map(ToString::to_string);
+            Some(exif)
+        }
         Err(error) => return Err(refuse(path, format!("EXIF: {error}"))),
     };
     file.seek(SeekFrom::Start(0)).map_err(failed)?;
@@ -49,7 +57,7 @@ pub(super) fn read(path: &Path) -> Result<Option<Tags>, Error> {
     let source = Source { path, exif, xmp };
     let (recorded, offset_s) = (source.recorded()?, source.offset()?);
     let said = source.said(recorded.time_s, offset_s);
-    Ok(Some(Tags { recorded, offset_s, said }))
+    Ok(Some(Tags { recorded, offset_s, said, damage }))
 }
 
 /// Between the tags that begin and end an XMP packet.
