@@ -90,7 +90,11 @@ impl<'a> Layout<'a> {
         };
         if let Some(rows) = asked(REDUNDANCY).filter(|rows| !rows.range.is_empty()) {
             let share = rows.range.clone().map(|c| system.information[(c, c)]).sum::<f64>() / rows.range.len() as f64;
-            self.context.gnss_noise.degrees = share * (3 * self.context.problem.gnss.len()) as f64;
+            let noise = &mut self.context.gnss_noise;
+            noise.degrees = share * (3 * self.context.problem.gnss.len()) as f64;
+            // A residual has a share of the images' errors, too, and its mean over a flight has little else where positions
+            // are far better than their weights say: they may be worse than stated here, and no better.
+            noise.sum_of_squares = noise.sum_of_squares.max(noise.degrees);
         }
         let context = &self.context;
         if context.noise.degrees > 0.0 {
