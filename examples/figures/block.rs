@@ -31,7 +31,7 @@ pub fn draw(page: &mut Page, noise: &mut Noise) {
         check_m: check.clone(),
         ..FlightPlan::default()
     };
-    page.figure("flights", flights_plan_profile(&plan), "The block runs north: Y lies along the page.");
+    page.figure("flights", flights_plan_profile(&plan), "The block runs north: Y points up.");
 
     let height = |p: &[f64; 3]| 1.8 * ((p[1] - 100.0) / 100.0).powi(2) - 0.7;
     let residuals: Vec<[f64; 3]> = check
@@ -72,7 +72,7 @@ pub fn draw(page: &mut Page, noise: &mut Noise) {
         unit: "mm".into(),
         ..PlanSigned::default()
     };
-    page.figure("corridor", residuals_plan_signed(&corridor), "Long corridors are stretched across.");
+    page.figure("corridor", residuals_plan_signed(&corridor), "A long corridor keeps its one scale.");
 
     let column = |k: usize| residuals.iter().map(|r| r[k]).collect::<Vec<_>>();
     let one = Histogram {

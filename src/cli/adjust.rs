@@ -101,7 +101,7 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
         // Of millions of measurements: they are not needed any more.
         drop(rows);
         folder::write_outliers(dir, outliers)?;
-        folder::write_source(dir, &arguments.block)?;
+        folder::write_source(dir, &arguments.block, &block.crs)?;
         write_page_of(dir, ties)
     })?;
     let text = text(&summary) + &format!("\nRun: {}\n", arguments.output.display());

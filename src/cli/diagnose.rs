@@ -152,7 +152,8 @@ fn execute(
     let Diagnosed { block, diagnosis, improvement, before, after, .. } = &diagnosed;
     output.write(&folder::FILES, folder::SUMMARY, |dir| {
         let before = (!diagnosis.recommended.is_empty()).then_some(before);
-        let shown = Shown { block, fit: &improvement.fit, added: &diagnosis.recommended, before, after };
+        let base = before.map(|_| &improvement.base);
+        let shown = Shown { block, base, fit: &improvement.fit, added: &diagnosis.recommended, before, after };
         let (source, model) = (arguments.block.as_path(), &final_model);
         report::run::Diagnosed { source, block, model, run: &run, outliers, diagnosis, shown }.write(dir)?;
         match mended {
@@ -163,7 +164,8 @@ fn execute(
         }
     })?;
     let rows = residual_rows(block, &run.problem, &run.solution().state, run.comparison.as_ref())?;
-    let warning = warning(&Summary::of(block, &run, &rows));
+    let summary = Summary::of(block, &run, &rows);
+    let warning = warning(&summary);
     let next = match keep {
         Keep::Base if !diagnosis.recommended.is_empty() => {
             "\nThis run is of the base model; improve hands on the model of the last step.\n"
@@ -171,6 +173,10 @@ fn execute(
         _ => "",
     };
     let undone = mended.map_or_else(String::new, |(_, mended)| undone(mended));
-    let text = undone + &warning + &text(diagnosis) + next + &format!("\nRun: {}\n", arguments.output.display());
+    let text = undone
+        + &warning
+        + &text(diagnosis, summary.has_scale())
+        + next
+        + &format!("\nRun: {}\n", arguments.output.display());
     Ok(Answer { text, json: serde_json::to_value(diagnosis)?, failure: failure(&run) })
 }

@@ -23,8 +23,8 @@ pub fn mistakes_text(mistakes: &[Mistake]) -> String {
     text
 }
 
-/// The whole text.
-pub fn text(diagnosis: &Diagnosis) -> String {
+/// The whole text; without lengths on the ground where the block has no scale.
+pub fn text(diagnosis: &Diagnosis, scaled: bool) -> String {
     let mut text = format!("{}\n", verdict_sentence(diagnosis));
     text += &mistakes_text(&diagnosis.mistakes);
     if let Some(weight) = &diagnosis.weight {
@@ -38,7 +38,7 @@ pub fn text(diagnosis: &Diagnosis) -> String {
     }
     for found in &diagnosis.found {
         text += &format!("\n{}\n", found.effect);
-        for sentence in sentences(found) {
+        for sentence in sentences(found, scaled) {
             let options = textwrap::Options::new(WIDTH).initial_indent("  ").subsequent_indent("  ");
             text += &format!("{}\n", textwrap::fill(&sentence, options));
         }

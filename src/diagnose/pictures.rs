@@ -6,12 +6,15 @@ use crate::block::Block;
 use crate::measure::MeasureError;
 use crate::residuals::Structure;
 use crate::run::fit::Fit;
-use crate::run::folder::{self, BASE, FINAL, FoundRow, WITH, WITHOUT};
+use crate::run::folder::{self, BASE, FINAL, FoundRow, ModelCheckRow};
+use crate::run::{self, RunError};
 
 /// What the pictures of a diagnosis are drawn from.
 pub struct Shown<'a> {
     /// The block without outliers.
     pub block: &'a Block,
+    /// The model before anything was added; `None` where nothing was, or it is not to be shown.
+    pub base: Option<&'a Fit>,
     /// The model that is handed on.
     pub fit: &'a Fit,
     /// What was taken in.
@@ -27,11 +30,22 @@ impl Shown<'_> {
     ///
     /// # Errors
     /// A model without one of the effects that cannot be projected.
-    pub fn rows(&self) -> Result<folder::Pictures, MeasureError> {
+    pub fn rows(&self) -> Result<folder::Pictures, RunError> {
         let before = self.before.map(|before| (BASE, before));
-        let mut rows = folder::Pictures { found: self.found()?, ..folder::Pictures::default() };
+        let mut rows = folder::Pictures { found: self.found()?, checks: self.checks()?, ..folder::Pictures::default() };
         for (stage, structure) in before.into_iter().chain([(FINAL, self.after)]) {
             structure.pictures.add_rows(&mut rows, self.block, stage);
+        }
+        Ok(rows)
+    }
+
+    /// Surveyed points against the model before anything was added, and against the one that is handed on.
+    fn checks(&self) -> Result<Vec<ModelCheckRow>, RunError> {
+        let mut rows = Vec::new();
+        let Some(base) = self.base else { return Ok(rows) };
+        for (stage, fit) in [(BASE, base), (FINAL, self.fit)] {
+            let comparison = run::compare(self.block, &fit.problem, &fit.solution)?;
+            rows.extend(comparison.iter().flat_map(|of| folder::checks_by_model(self.block, of, stage)));
         }
         Ok(rows)
     }
@@ -40,10 +54,10 @@ impl Shown<'_> {
     fn found(&self) -> Result<Vec<FoundRow>, MeasureError> {
         let mut rows = Vec::new();
         for effect in self.added {
-            for mark in marks(self.fit, effect)? {
+            for mark in marks(self.base, self.fit, effect)? {
                 rows.push(FoundRow {
                     effect: effect.clone(),
-                    stage: if mark.with { WITH } else { WITHOUT }.into(),
+                    stage: mark.stage.into(),
                     against: mark.against.into(),
                     component: mark.component.into(),
                     unit: mark.unit.into(),

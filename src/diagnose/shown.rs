@@ -1,10 +1,12 @@
-//! The picture that shows an effect: what the measurements leave when everything is as in the final model but the effect is switched off, beside
-//! what they leave with it. (Residuals of two fits would not show it: cameras and poses absorb most of what a model lacks.)
+//! The picture that shows an effect: the residuals of the base model, in which cameras and poses absorb most of what the
+//! model lacks, those of the final model, and the effect's own size: what the measurements leave when everything is as
+//! in the final model but the effect is switched off.
 
 use crate::effects::{By, ImageContext, Picture};
 use crate::measure::{MeasureError, Predictor};
 use crate::problem::{PositionObservation, Problem, State};
 use crate::run::fit::Fit;
+use crate::run::folder::{BASE, WITH, WITHOUT};
 use nalgebra::{Vector2, Vector3};
 use std::collections::BTreeMap;
 
@@ -16,8 +18,8 @@ const CELLS: f64 = 16.0;
 /// A mark of a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mark {
-    /// Is the effect in?
-    pub with: bool,
+    /// [`BASE`], [`WITHOUT`] or [`WITH`].
+    pub stage: &'static str,
     /// What `x` is, with its unit in brackets.
     pub against: &'static str,
     /// Component of the residual.
@@ -38,11 +40,12 @@ pub struct Mark {
     pub sigma: Option<f64>,
 }
 
-/// Marks of the picture of `effect`, without and with it. None for what is no effect of the fit.
+/// Marks of the picture of `effect`: of the base model, where it is given, and of the final one without and with it.
+/// None for what is no effect of the fit.
 ///
 /// # Errors
 /// A state without the effect that cannot be projected.
-pub fn marks(fit: &Fit, effect: &str) -> Result<Vec<Mark>, MeasureError> {
+pub fn marks(base: Option<&Fit>, fit: &Fit, effect: &str) -> Result<Vec<Mark>, MeasureError> {
     let Fit { problem, solution, .. } = fit;
     let mut off = solution.state.clone();
     let mut picture = None;
@@ -54,12 +57,16 @@ pub fn marks(fit: &Fit, effect: &str) -> Result<Vec<Mark>, MeasureError> {
         }
     }
     let Some(picture) = picture else { return Ok(Vec::new()) };
-    let mut marks = seen(problem, &off, picture, false)?;
-    marks.extend(seen(problem, &solution.state, picture, true)?);
+    let mut marks = match base {
+        Some(base) => seen(&base.problem, &base.solution.state, picture, BASE)?,
+        None => Vec::new(),
+    };
+    marks.extend(seen(problem, &off, picture, WITHOUT)?);
+    marks.extend(seen(problem, &solution.state, picture, WITH)?);
     Ok(marks)
 }
 
-fn seen(problem: &Problem, state: &State, picture: Picture, with: bool) -> Result<Vec<Mark>, MeasureError> {
+fn seen(problem: &Problem, state: &State, picture: Picture, stage: &'static str) -> Result<Vec<Mark>, MeasureError> {
     let predictor = Predictor::new(problem, state)?;
     let mut marks = match picture {
         Picture::Gnss(by) => gnss(problem, &predictor, by),
@@ -68,7 +75,7 @@ fn seen(problem: &Problem, state: &State, picture: Picture, with: bool) -> Resul
         Picture::Shift(by) => of_images(problem, state, &predictor, by, false),
         Picture::Sensor | Picture::Row | Picture::Radius => binned(problem, state, &predictor, picture),
     };
-    marks.iter_mut().for_each(|mark| mark.with = with);
+    marks.iter_mut().for_each(|mark| mark.stage = stage);
     Ok(marks)
 }
 
@@ -110,7 +117,7 @@ impl BinSums {
 }
 
 fn mark(against: &'static str, component: &'static str, unit: &'static str, x: f64, mean: f64) -> Mark {
-    Mark { with: false, against, component, unit, camera: 0, x, y: None, n: 1, mean, sigma: None }
+    Mark { stage: WITH, against, component, unit, camera: 0, x, y: None, n: 1, mean, sigma: None }
 }
 
 fn binned(problem: &Problem, state: &State, predictor: &Predictor<'_>, picture: Picture) -> Vec<Mark> {

@@ -121,6 +121,6 @@ fn found(one: &FoundEntry) -> Value {
         "effect": one.effect, "estimate": one.estimate, "drop": one.drop, "p_value": one.p_value, "ln_p_value": one.ln_p_value,
         "size_px": one.size_px, "impact_mm": one.impact.as_ref().map(|impact| 1e3 * impact.rms_m),
         "impact_height_mm": one.impact.as_ref().map(|impact| 1e3 * impact.height_m),
-        "inseparable_from": one.inseparable_from, "plausible": one.plausible, "sentences": letter::sentences(one),
+        "inseparable_from": one.inseparable_from, "plausible": one.plausible, "sentences": letter::sentences(one, true),
     })
 }

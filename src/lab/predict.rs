@@ -91,6 +91,11 @@ fn compute(lab: &Lab, id: u32, live: &Live, effect: &str) -> Result<Predicted> {
         x: row.position.x + block.origin.x,
         y: row.position.y + block.origin.y,
         z: row.position.z + block.origin.z,
+        sigma_dx: None,
+        sigma_dy: None,
+        sigma_dz: None,
+        images: None,
+        rms_px: None,
     };
     let tie_rms_px = tie_rms_px(block, problem, &state)?;
     if let Some(now) = lab.saved(id)?.figures.tie_rms_px.filter(|now| tie_rms_px > MOST_GROWTH * now) {

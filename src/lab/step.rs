@@ -151,7 +151,8 @@ impl Step<'_> {
     fn write(&self, dir: &Path, source: &Source, changed: &Changed, look: &Look, handed_on: &HandedOn) -> Result<()> {
         let Changed { block, set_aside, improvement } = changed;
         let added = &improvement.added;
-        let shown = Shown { block, fit: &improvement.fit, added, before: None, after: &look.left.structure };
+        let after = &look.left.structure;
+        let shown = Shown { block, base: None, fit: &improvement.fit, added, before: None, after };
         Diagnosed {
             source: &source.path,
             block,

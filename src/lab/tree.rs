@@ -284,7 +284,7 @@ mod tests {
         let error = refused("lab", "one", "a");
         assert!(error.contains("another laboratory works in this folder"), "{error}");
         fs::create_dir_all(open.step(1)).unwrap();
-        crate::run::folder::write_source(&open.step(1), &at("one")).unwrap();
+        crate::run::folder::write_source(&open.step(1), &at("one"), "local").unwrap();
         fs::write(open.step(1).join("summary.json"), r#"{"format": 1, "solvers": {}}"#).unwrap();
         let error = refused("lab/step-0001", "one", "a");
         assert!(error.contains("is the folder of a run"), "{error}");

@@ -1,40 +1,32 @@
 //! What a diagnosis adds to the page of a run.
 
-use super::diagnosis_tables::{
-    candidates_table, ledger_table, mistake_lines, structure_table, untested_table, verdict_sentence,
-};
+use super::diagnosis_tables::{candidates_table, ledger_table, structure_table, untested_table};
 use super::figures::{Axis, BinnedProfile, ImageBar, ImageBars, Ledger, LedgerStep, image_bars, ledger, profile};
 use super::html::Page;
-use super::letter;
 use super::numbers::{fixed, significant};
 use super::pictures::RunFolder;
 use super::sensor_section::sensor_figures;
+use super::tables::Table;
 use crate::diagnose::verdict::Diagnosis;
-use crate::mistakes::Mistake;
 use crate::run::fit::FEW_ITERATIONS;
 use crate::run::folder::ProfileRow;
 
 /// An effect whole, as it stands in the catalogue: what one writes oneself looks the same.
 const EXAMPLE: &str = include_str!("../../cpp/effects/focal-time.h");
 
-/// The verdict, and what is left in words.
-pub(super) fn verdict(page: &mut Page, diagnosis: &Diagnosis) {
-    page.verdict(diagnosis.verdict, &verdict_sentence(diagnosis));
-    mistakes(page, &diagnosis.mistakes);
-    letter::weight(page, diagnosis);
-    if let Some(sentence) = &diagnosis.check_points {
-        page.paragraph(sentence);
-    }
-    if let Some(sentence) = letter::weights_sentence(diagnosis) {
-        page.warning(&sentence);
-    }
-    let slow = slow_refits(diagnosis);
-    if !slow.is_empty() {
-        page.note(&slow);
-    }
+/// What is left, in words.
+pub(super) fn left(page: &mut Page, diagnosis: &Diagnosis) {
     if !diagnosis.left.is_empty() {
         page.section("What is left").list(&diagnosis.left);
         own_effect(page);
+    }
+}
+
+/// How the diagnosis went about it: levels, weights, what was set aside.
+pub(super) fn how(page: &mut Page, diagnosis: &Diagnosis) {
+    let slow = slow_refits(diagnosis);
+    if !slow.is_empty() {
+        page.note(&slow);
     }
     if diagnosis.outliers > 0 {
         page.note(&format!("{} measurements were set aside as outliers.", diagnosis.outliers));
@@ -66,13 +58,6 @@ pub(super) fn verdict(page: &mut Page, diagnosis: &Diagnosis) {
             fixed(of.gnss, 3),
             fixed(of.gnss_z, 3)
         ));
-    }
-}
-
-/// Mistakes, before everything else.
-pub(super) fn mistakes(page: &mut Page, mistakes: &[Mistake]) {
-    for mistake in mistakes {
-        page.warning(&mistake_lines(mistake).join(" "));
     }
 }
 
@@ -112,8 +97,9 @@ fn own_effect(page: &mut Page) {
 pub(super) fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
     page.section("Candidates");
     page.paragraph(
-        "Every effect of the catalogue was tested at the base model, before any was added. The predicted drop of v'Pv is what a refit \
-         with the effect would bring; the change of check points is what adding it would do to them. Check points decide nothing.",
+        "Every effect of the catalogue was tested at the base model, before any was added. The predicted drop is what a refit \
+         with the effect would take from the weighted sum of squares; the change of check points is what adding it would do \
+         to them. Check points decide nothing.",
     );
     let (significant, others): (Vec<_>, Vec<_>) =
         diagnosis.candidates.iter().cloned().partition(|candidate| candidate.significant);
@@ -130,10 +116,25 @@ pub(super) fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
     });
 }
 
+/// Steps of a search beyond which its first and last are shown, and the others folded.
+const LONG_SEARCH: usize = 12;
+
 /// The ledger as table and curves.
 pub(super) fn ledger_section(page: &mut Page, diagnosis: &Diagnosis) {
     page.section("Ledger");
-    page.table(&ledger_table(diagnosis));
+    let table = ledger_table(diagnosis);
+    match table.rows.len() > LONG_SEARCH {
+        true => {
+            let last = table.rows.len() - 1;
+            let ends = Table { rows: vec![table.rows[0].clone(), table.rows[last].clone()], ..table.clone() };
+            page.table(&ends).details(&format!("All {} steps", table.rows.len()), |page| {
+                page.table(&table);
+            });
+        }
+        false => {
+            page.table(&table);
+        }
+    }
     let steps = diagnosis.ledger.iter().map(|row| LedgerStep {
         name: match &row.added {
             None => "base".into(),
@@ -181,7 +182,8 @@ fn image_scales(page: &mut Page, run: &RunFolder) {
             .filter_map(|row| {
                 let flight = flights.iter().position(|name| *name == row.flight)?;
                 let whisker = row.sigma_px.map(|sigma| 2.0 * sigma);
-                Some(ImageBar { value: row.scale_px?, whisker, flight, ..ImageBar::default() })
+                let name = row.image.clone();
+                Some(ImageBar { value: row.scale_px?, whisker, flight, name, ..ImageBar::default() })
             })
             .collect();
         let chart = ImageBars {

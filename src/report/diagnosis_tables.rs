@@ -1,6 +1,6 @@
 //! The verdict as a sentence, and the tables of a diagnosis, alike in the terminal and on its page.
 
-use super::numbers::{fixed, mm, or_dash, p_value, significant};
+use super::numbers::{fixed, mm, or_dash, p_value, significant, unit_of};
 use super::tables::Table;
 use crate::diagnose::verdict::{CandidateEntry, Diagnosis, Verdict};
 use crate::mistakes::Mistake;
@@ -58,7 +58,8 @@ pub fn candidates_table(candidates: &[CandidateEntry], shown: usize) -> Table {
         .number("statistic", "")
         .number("dof", "")
         .number("p", "")
-        .number("predicted drop of v'Pv", "")
+        .text("significant", "")
+        .number("predicted drop", "")
         .number("check points change", "mm")
         .text("estimate", "")
         .text("cannot be told from", "");
@@ -68,9 +69,11 @@ pub fn candidates_table(candidates: &[CandidateEntry], shown: usize) -> Table {
                 .estimate
                 .iter()
                 .map(|(name, e)| {
-                    format!("{name} = {} ± {} {}", significant(e.value, 3), significant(e.sigma, 2), e.unit)
+                    format!("{name} = {} ± {} {}", significant(e.value, 3), significant(e.sigma, 2), unit_of(&e.unit))
+                        .trim_end()
+                        .into()
                 })
-                .collect::<Vec<_>>()
+                .collect::<Vec<String>>()
                 .join(", "),
             many => format!("{many} parameters"),
         };
@@ -79,16 +82,18 @@ pub fn candidates_table(candidates: &[CandidateEntry], shown: usize) -> Table {
             fixed(candidate.statistic, 2),
             fixed(candidate.dof, 0),
             p_value(candidate.p_value),
+            if candidate.significant { "yes" } else { "no" }.into(),
             fixed(candidate.predicted_drop, 1),
             or_dash(candidate.predicted_check_change_m, mm),
             estimate,
             candidate.inseparable_from.join(", "),
         ]);
     }
+    table.note("predicted drop: of the weighted sum of squares; significant: among all candidates together");
     table
 }
 
-/// The ledger.
+/// The ledger; drops are those of the weighted sum of squares. Its steps are numbered by their place.
 pub fn ledger_table(diagnosis: &Diagnosis) -> Table {
     let mut table = Table::new("Ledger")
         .number("step", "")
@@ -97,12 +102,12 @@ pub fn ledger_table(diagnosis: &Diagnosis) -> Table {
         .number("tie RMS", "px")
         .number("held-out RMS", "px")
         .number("check points RMS", "mm")
-        .number("drop of v'Pv", "")
+        .number("drop", "")
         .number("objective", "")
         .number("p", "");
-    for row in &diagnosis.ledger {
+    for (step, row) in diagnosis.ledger.iter().enumerate() {
         table.row([
-            row.step.to_string(),
+            step.to_string(),
             row.added.clone().unwrap_or_else(|| "(base)".into()),
             fixed(row.sigma0, 5),
             fixed(row.tie_rms_px, 5),
@@ -113,6 +118,7 @@ pub fn ledger_table(diagnosis: &Diagnosis) -> Table {
             p_value(row.p_value),
         ]);
     }
+    table.note("drop: of the weighted sum of squares");
     table
 }
 

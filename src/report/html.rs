@@ -1,6 +1,6 @@
 //! The page of a run: one HTML file that needs nothing else, and its pictures as SVG files beside it.
 
-use super::svg::escape;
+use super::html_text::{escaped as escape, unbroken};
 use super::tables::Table;
 use crate::diagnose::verdict::Verdict;
 use crate::run::folder::write_atomically;
@@ -8,8 +8,8 @@ use anyhow::{Context, Result, bail};
 use std::fs;
 use std::path::Path;
 
-/// Class of the box of a verdict.
-fn class(verdict: Verdict) -> &'static str {
+/// Class of what shows a verdict.
+pub(super) fn class(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Adequate => "adequate",
         Verdict::Missing => "missing",
@@ -18,11 +18,11 @@ fn class(verdict: Verdict) -> &'static str {
     }
 }
 
-/// Sign and words: the box is understood without its colour.
+/// Sign and words: a verdict is understood without its colour.
 fn heading(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Adequate => "✓ Adequate: no significant misfit remains",
-        Verdict::Missing => "! Missing: effects of the catalogue explain the misfit",
+        Verdict::Missing => "! Missing effect: the camera model lacks a cause that this block shows",
         Verdict::Unexplained => "? Unexplained: residual patterns remain that no effect of the catalogue explains",
         Verdict::Mistake => "✗ Mistake: something is recorded wrongly",
     }
@@ -34,6 +34,10 @@ pub struct Page {
     title: String,
     subtitle: String,
     body: String,
+    /// Where the first section begins in the body: what stands before it is seen first.
+    lead: Option<usize>,
+    /// For the foot of every printed page.
+    provenance: String,
     sections: Vec<String>,
     figures: Vec<(String, String)>,
 }
@@ -54,8 +58,38 @@ impl Page {
         self
     }
 
+    /// Where the page comes from, for the foot of every printed page.
+    pub fn provenance(&mut self, text: &str) -> &mut Self {
+        self.provenance = text.into();
+        self
+    }
+
+    /// A part of the page that is set apart by its class.
+    pub fn part(&mut self, class: &str, content: impl FnOnce(&mut Self)) -> &mut Self {
+        self.body += &format!("<div class=\"{}\">\n", escape(class));
+        content(self);
+        self.body += "</div>\n";
+        self
+    }
+
+    /// A paragraph of a class.
+    pub fn line(&mut self, class: &str, text: &str) -> &mut Self {
+        self.put(&format!("p class=\"{}\"", escape(class)), text)
+    }
+
+    /// Terms and what is to be said of each.
+    pub fn terms<T: AsRef<str>, D: AsRef<str>>(&mut self, terms: impl IntoIterator<Item = (T, D)>) -> &mut Self {
+        self.body += "<dl>\n";
+        for (term, text) in terms {
+            self.body += &format!("<dt>{}</dt><dd>{}</dd>\n", unbroken(term.as_ref()), unbroken(text.as_ref()));
+        }
+        self.body += "</dl>\n";
+        self
+    }
+
     /// Begins a section, which the contents list.
     pub fn section(&mut self, heading: &str) -> &mut Self {
+        self.lead.get_or_insert(self.body.len());
         self.sections.push(heading.into());
         let id = self.sections.len();
         self.put(&format!("h2 id=\"section-{id}\""), heading)
@@ -73,7 +107,7 @@ impl Page {
 
     /// A list.
     pub fn list<S: AsRef<str>>(&mut self, items: impl IntoIterator<Item = S>) -> &mut Self {
-        let items: String = items.into_iter().map(|i| format!("<li>{}</li>\n", escape(i.as_ref()))).collect();
+        let items: String = items.into_iter().map(|i| format!("<li>{}</li>\n", unbroken(i.as_ref()))).collect();
         if !items.is_empty() {
             self.body += &format!("<ul>\n{items}</ul>\n");
         }
@@ -85,14 +119,9 @@ impl Page {
         self.put("pre", text)
     }
 
-    /// The verdict's box: its meaning in words, then the given text.
+    /// The verdict: its meaning in words, then what was found.
     pub fn verdict(&mut self, verdict: Verdict, text: &str) -> &mut Self {
-        let (class, heading) = (class(verdict), escape(heading(verdict)));
-        self.body += &format!(
-            "<div class=\"verdict {class}\" role=\"note\"><strong>{heading}</strong><p>{}</p></div>\n",
-            escape(text)
-        );
-        self
+        self.line(&format!("verdict {}", class(verdict)), heading(verdict)).line("headline", text)
     }
 
     /// A remark that should not be missed.
@@ -135,6 +164,14 @@ impl Page {
         self
     }
 
+    /// [`Self::details`] with rows of data, which stand in a table of the folder, too: they are not printed.
+    pub fn data(&mut self, summary: &str, content: impl FnOnce(&mut Self)) -> &mut Self {
+        self.body += &format!("<details class=\"data\">\n<summary>{}</summary>\n", escape(summary));
+        content(self);
+        self.body += "</details>\n";
+        self
+    }
+
     /// The whole page. Contents are listed where there are three sections or more.
     pub fn html(&self) -> String {
         let title = escape(&self.title);
@@ -149,11 +186,16 @@ impl Page {
             let items: String = self.sections.iter().enumerate().map(item).collect();
             contents = format!("<nav aria-label=\"Contents\">\n<ol>\n{items}</ol>\n</nav>\n");
         }
+        let (lead, rest) = self.body.split_at(self.lead.unwrap_or(self.body.len()));
+        let foot = match self.provenance.as_str() {
+            "" => String::new(),
+            text => format!("@page {{ @bottom-left {{ content: \"{}\"; }} }}\n", css_text(text)),
+        };
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <title>{title}</title>\n<style>\n{CSS}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{subtitle}{contents}{}</body>\n</html>\n",
-            self.body
+             <title>{title}</title>\n<style>\n{CSS}{foot}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n{subtitle}{lead}</header>\n{contents}\
+             <main>\n{rest}</main>\n</body>\n</html>\n"
         )
     }
 
@@ -184,14 +226,26 @@ impl Page {
 
     fn put(&mut self, tag: &str, text: &str) -> &mut Self {
         let name = tag.split(' ').next().unwrap_or(tag);
-        self.body += &format!("<{tag}>{}</{name}>\n", escape(text));
+        self.body += &format!("<{tag}>{}</{name}>\n", unbroken(text));
         self
     }
 }
 
+/// Text in a string of a style sheet within HTML.
+fn css_text(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars() {
+        match c {
+            '"' | '\\' | '<' | '>' | '&' | '\n' | '\r' => out += &format!("\\{:x} ", u32::from(c)),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
 fn figure(svg: &str, caption: &str) -> String {
     let caption =
-        if caption.is_empty() { String::new() } else { format!("<figcaption>{}</figcaption>\n", escape(caption)) };
+        if caption.is_empty() { String::new() } else { format!("<figcaption>{}</figcaption>\n", unbroken(caption)) };
     format!("<figure>\n{svg}{caption}</figure>\n")
 }
 

@@ -1,15 +1,16 @@
 //! The findings as an expert would write them: what each effect is, how large, what it did to the points, how sure that is, what else it could
-//! be, what to do, and the one picture that shows it, before and after.
+//! be, what to do, and the pictures that show it: residuals before and after, and its own size.
 
 use super::figures::{Arrow, Axis, LineChart, LineStyle, Panel, Series, VectorField, line_chart, vector_field};
+use super::headline::named;
 use super::html::Page;
-use super::numbers::{fixed, mm, p_value, significant, with_sigma};
+use super::numbers::{fixed, mm, p_value, significant, unit_of, with_sigma};
 use super::pictures::RunFolder;
 use super::words;
 use crate::diagnose::impact::Impact;
 use crate::diagnose::imprecise::Imprecise;
 use crate::diagnose::verdict::{Diagnosis, EstimateEntry, FoundEntry};
-use crate::run::folder::{FoundRow, WITH, WITHOUT};
+use crate::run::folder::{BASE, FoundRow, WITH, WITHOUT};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Parameters of an effect that are named one by one; of more, their number and their sizes in px and mm say it better.
@@ -20,8 +21,8 @@ const MARKS_JOINED: usize = 60;
 /// One section per effect that was found.
 pub(super) fn letter(page: &mut Page, run: &RunFolder, diagnosis: &Diagnosis) {
     for found in &diagnosis.found {
-        page.section(&format!("Found: {}", found.effect));
-        for sentence in sentences(found) {
+        page.section(&format!("Found: {}", named(&found.effect).to_lowercase()));
+        for sentence in sentences(found, run.summary.has_scale()) {
             page.paragraph(&sentence);
         }
         if !found.plausible {
@@ -34,8 +35,8 @@ pub(super) fn letter(page: &mut Page, run: &RunFolder, diagnosis: &Diagnosis) {
     }
 }
 
-/// The findings on one effect, a sentence or two each.
-pub fn sentences(found: &FoundEntry) -> Vec<String> {
+/// The findings on one effect, a sentence or two each; without lengths on the ground where the block has no scale.
+pub fn sentences(found: &FoundEntry, scaled: bool) -> Vec<String> {
     let mut sentences = Vec::new();
     let words = words::of_found(found);
     sentences.extend(words.map(|words| words.what.to_string()));
@@ -43,7 +44,7 @@ pub fn sentences(found: &FoundEntry) -> Vec<String> {
     if let Some(inputs) = &found.inputs {
         size.push_str(&format!(" With {inputs}."));
     }
-    if let Some(impact) = &found.impact {
+    if let Some(impact) = found.impact.as_ref().filter(|_| scaled) {
         size += &format!(" {}.", moved(impact));
     }
     size += &format!(
@@ -72,7 +73,9 @@ fn sizes(estimate: &BTreeMap<String, EstimateEntry>) -> String {
     if estimate.len() > NAMED_PARAMETERS {
         return format!("{} coefficients, in summary.json", estimate.len());
     }
-    let size = |(name, e): (&String, &EstimateEntry)| format!("{name} = {} {}", with_sigma(e.value, e.sigma), e.unit);
+    let size = |(name, e): (&String, &EstimateEntry)| {
+        format!("{name} = {} {}", with_sigma(e.value, e.sigma), unit_of(&e.unit)).trim_end().to_string()
+    };
     estimate.iter().map(size).collect::<Vec<_>>().join(", ")
 }
 
@@ -85,19 +88,25 @@ fn id(found: &FoundEntry) -> String {
     format!("found-{}", found.effect.replace(|c: char| !c.is_ascii_alphanumeric(), "-"))
 }
 
-/// What the measurements leave without the effect and with it, everything else as in the final model.
+/// What the measurements leave before the effect was added and after, and the effect's own size.
 fn picture(page: &mut Page, run: &RunFolder, found: &FoundEntry) {
     let rows: Vec<&FoundRow> = run.found.iter().filter(|row| row.effect == found.effect).collect();
-    let caption =
-        "Residuals of the final model, with the effect and without it: their difference is the size of the effect.";
     match rows.first() {
         None => {}
-        Some(first) if first.y.is_some() => sensor_picture(page, run, found, &rows, caption),
+        Some(first) if first.y.is_some() => sensor_picture(page, run, found, &rows),
         Some(_) => {
-            page.figure(&id(found), line_chart(&profiles(found, &rows)), caption);
+            let caption = match rows.iter().any(|row| row.stage == BASE) {
+                true => AS_FITTED.to_string() + " " + OWN_SIZE,
+                false => OWN_SIZE.into(),
+            };
+            page.figure(&id(found), line_chart(&profiles(found, &rows)), &caption);
         }
     }
 }
+
+const AS_FITTED: &str = "What each adjustment leaves: in the base model cameras and poses absorb most of the effect.";
+const OWN_SIZE: &str = "The effect's own size: the final model with the effect taken out and everything else held. No adjustment shows \
+                        residuals like these.";
 
 fn profiles(found: &FoundEntry, rows: &[&FoundRow]) -> LineChart {
     let mut components: Vec<&str> = Vec::new();
@@ -106,36 +115,40 @@ fn profiles(found: &FoundEntry, rows: &[&FoundRow]) -> LineChart {
             components.push(&row.component);
         }
     }
-    let single = rows.len() > MARKS_JOINED * components.len();
-    let panel = |component: &&str| {
-        let series = |stage: &str| {
-            let own = rows.iter().filter(|row| row.stage == stage && row.component == **component);
-            let own: Vec<&&FoundRow> = own.collect();
-            let points = own.iter().map(|row| [row.x, row.mean]).collect();
-            let label = if stage == WITH { "with it" } else { "without the effect" };
-            let series = Series::new(label, points);
-            match single {
-                true => series.style(LineStyle::Markers),
-                false => series.sigma(own.iter().map(|row| 2.0 * row.sigma.unwrap_or(f64::NAN)).collect()),
-            }
-        };
-        Panel {
-            x: Axis::new(rows[0].against.as_str(), ""),
-            y: Axis::new(*component, rows[0].unit.as_str()),
-            series: vec![series(WITHOUT), series(WITH)],
-            ..Panel::default()
+    let single = rows.iter().filter(|row| row.stage == WITH).count() > MARKS_JOINED * components.len();
+    let series = |component: &str, stage: &str, label: &str| {
+        let own = rows.iter().filter(|row| row.stage == stage && row.component == component);
+        let own: Vec<&&FoundRow> = own.collect();
+        let series = Series::new(label, own.iter().map(|row| [row.x, row.mean]).collect());
+        match single {
+            true => series.style(LineStyle::Markers),
+            false => series.sigma(own.iter().map(|row| 2.0 * row.sigma.unwrap_or(f64::NAN)).collect()),
         }
     };
+    let panel = |component: &str, title: &str, series: Vec<Series>| Panel {
+        title: title.into(),
+        x: Axis::new(rows[0].against.as_str(), ""),
+        y: Axis::new(component, rows[0].unit.as_str()),
+        series,
+    };
+    let mut panels = Vec::new();
+    for component in components {
+        if rows.iter().any(|row| row.stage == BASE) {
+            let both = vec![series(component, BASE, "base model"), series(component, WITH, "final model")];
+            panels.push(panel(component, "Residuals of the two adjustments", both));
+        }
+        panels.push(panel(component, "The effect's own size", vec![series(component, WITHOUT, "the effect alone")]));
+    }
     LineChart {
-        title: format!("What shows {}", found.effect),
-        panels: components.iter().map(panel).collect(),
+        title: format!("What shows {}", named(&found.effect).to_lowercase()),
+        panels,
         columns: 1,
         note: if single { String::new() } else { "Bars: ± 2 sigma of the mean.".into() },
         width: None,
     }
 }
 
-fn sensor_picture(page: &mut Page, run: &RunFolder, found: &FoundEntry, rows: &[&FoundRow], caption: &str) {
+fn sensor_picture(page: &mut Page, run: &RunFolder, found: &FoundEntry, rows: &[&FoundRow]) {
     let cameras: BTreeSet<&str> = rows.iter().map(|row| row.camera.as_str()).collect();
     for (number, camera) in cameras.into_iter().enumerate() {
         let size = run.sensor.iter().find(|row| row.camera == camera).map(|row| [row.width_px, row.height_px]);
@@ -148,21 +161,18 @@ fn sensor_picture(page: &mut Page, run: &RunFolder, found: &FoundEntry, rows: &[
                 of("dx").zip(of("dy")).filter_map(|(dx, dy)| Some(([dx.x, dx.y?], [dx.mean, dy.mean]))).collect();
             VectorField::single(&format!("{title}, camera {camera}"), size, arrows, "px")
         };
-        let (mut without, mut with) = (field(WITHOUT, "Without the effect"), field(WITH, "With it"));
-        without.scale = [without.natural_scale(), with.natural_scale()].into_iter().flatten().reduce(f64::min);
-        with.scale = without.scale;
         let name = |stage: &str| format!("{}-{stage}-{}", id(found), number + 1);
-        page.pair(
-            (&name(WITHOUT), vector_field(&without), caption),
-            (&name(WITH), vector_field(&with), "At the same scale."),
-        );
-    }
-}
-
-/// The sentence that weighs what is left.
-pub(super) fn weight(page: &mut Page, diagnosis: &Diagnosis) {
-    if let Some(weight) = &diagnosis.weight {
-        page.paragraph(&weight.sentence);
+        let alone = field(WITHOUT, "The effect's own size");
+        if rows.iter().any(|row| row.stage == BASE) {
+            let (mut base, mut last) = (field(BASE, "Residuals of the base model"), field(WITH, "Of the final model"));
+            base.scale = [base.natural_scale(), last.natural_scale()].into_iter().flatten().reduce(f64::min);
+            last.scale = base.scale;
+            page.pair(
+                (&name(BASE), vector_field(&base), AS_FITTED),
+                (&name(WITH), vector_field(&last), "At the same scale."),
+            );
+        }
+        page.figure(&name(WITHOUT), vector_field(&alone), OWN_SIZE);
     }
 }
 

@@ -37,8 +37,15 @@ pub mod tables;
 pub mod words;
 
 mod axes;
+mod detectable;
 mod diagnosis;
+mod finding;
 mod frame;
+mod glossary;
+mod headline;
+mod html_text;
+mod points;
+mod provenance;
 mod scale;
 mod sensor_section;
 mod sheet;

@@ -64,6 +64,11 @@ pub fn with_sigma(value: f64, sigma: f64) -> String {
     format!("{} ± {sigma:.decimals$}", unsigned_zero(format!("{value:.decimals$}")))
 }
 
+/// A unit as it is shown: what has none has no `1`.
+pub fn unit_of(unit: &str) -> &str {
+    if unit == "1" { "" } else { unit }
+}
+
 /// A fraction as per cent, one decimal.
 pub fn percent(fraction: f64) -> String {
     if fraction.is_finite() { format!("{} %", fixed(100.0 * fraction, 1)) } else { "not finite".into() }

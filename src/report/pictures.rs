@@ -1,19 +1,55 @@
 //! The pictures of a run as data: what the page of a run draws, and whoever shows the same run in another way.
 
 use super::figures::{
-    Arrow, ArrowSet, Axis, Cell, FlightPlan, Histogram, ImageBar, ImageBars, LineChart, LineStyle, Panel, PlanArrows,
-    PlanSigned, Sample, Series, Station, VectorField,
+    Arrow, ArrowSet, Axis, Cell, FlightPlan, Histogram, ImageBar, ImageBars, LineChart, LineStyle, MapFrame, Panel,
+    PlanArrows, PlanSigned, Sample, Series, Station, VectorField,
 };
-use super::numbers::significant;
+use super::numbers::{fixed, significant};
 use crate::diagnose::verdict::Diagnosis;
+use crate::geodesy::crs::Crs;
+use crate::geodesy::geographic::LocalSystem;
 use crate::run::CELLS;
-use crate::run::folder::{self, CheckRow, GnssRow, SensorRow};
+use crate::run::folder::{self, CheckRow, GnssRow, ModelCheckRow, SensorRow};
 
 /// The folder of a run, with what a diagnosis left in it.
 pub type RunFolder = folder::RunFolder<Diagnosis>;
 
 /// Cells below this p-value are marked. A cell is one of hundreds: 1e-5 marks no cell of a clean block in most pictures.
 pub const MARKED_P: f64 = 1e-5;
+
+/// What the horizontal coordinates of a run are.
+pub fn frame(run: &RunFolder) -> MapFrame {
+    let crs = run.provenance.crs.as_deref().unwrap_or_default();
+    match LocalSystem::parse(crs).is_some() || Crs::parse(crs).is_ok_and(|crs| crs.is_projected()) {
+        true => MapFrame::EastNorth,
+        false => MapFrame::Local,
+    }
+}
+
+/// A point as one model of a diagnosis has it.
+pub fn as_check(row: &ModelCheckRow) -> CheckRow {
+    CheckRow {
+        point: row.point.clone(),
+        role: row.role.clone(),
+        dx: row.dx,
+        dy: row.dy,
+        dz: row.dz,
+        x: row.x,
+        y: row.y,
+        z: row.z,
+        sigma_dx: None,
+        sigma_dy: None,
+        sigma_dz: None,
+        images: None,
+        rms_px: None,
+    }
+}
+
+/// A name with its differences (m), for whoever points at it.
+fn differing(name: &str, d: [f64; 3]) -> String {
+    let [x, y, z] = d.map(|value| fixed(1e3 * value, 1));
+    format!("{name}: dX {x}, dY {y}, dZ {z} mm")
+}
 
 /// Mean residuals over the sensor of a camera at a stage; `None` without any.
 pub fn sensor(run: &RunFolder, camera: &str, stage: &str, title: &str) -> Option<VectorField> {
@@ -63,7 +99,9 @@ pub fn image_rms(run: &RunFolder, rms: &[Option<f64>]) -> ImageBars {
     let flights = run.flights();
     let bars = run.images.iter().zip(rms).enumerate().filter_map(|(number, (image, rms))| {
         let flight = flights.iter().position(|name| *name == image.flight)?;
-        Some(ImageBar { value: (*rms)?, flight, image: Some(number), ..ImageBar::default() })
+        let (value, name) = ((*rms)?, image.image.clone());
+        let name = format!("{name}: {} px", significant(value, 3));
+        Some(ImageBar { value, flight, image: Some(number), name, ..ImageBar::default() })
     });
     ImageBars {
         title: "RMS of the tie points of each image, per coordinate".into(),
@@ -92,13 +130,16 @@ pub fn flights(run: &RunFolder) -> FlightPlan {
     let of_role = |role: &str| -> Vec<[f64; 3]> { of(run, role).map(|row| [row.x, row.y, row.z]).collect() };
     let stations = run.images.iter().filter_map(|image| {
         let flight = flights.iter().position(|name| *name == image.flight)?;
-        Some(Station { position_m: [image.x, image.y, image.z], flight, ..Station::default() })
+        let (position_m, name) = ([image.x, image.y, image.z], image.image.clone());
+        Some(Station { position_m, flight, name, ..Station::default() })
     });
     FlightPlan {
         title: "Projection centres, control and check points".into(),
         images: stations.collect(),
         control_m: of_role("control"),
+        control_names: of(run, "control").map(|row| row.point.clone()).collect(),
         check_m: of_role("check"),
+        frame: frame(run),
         flights,
         width: None,
     }
@@ -109,20 +150,29 @@ fn of<'a>(run: &'a RunFolder, role: &'a str) -> impl Iterator<Item = &'a CheckRo
 }
 
 /// Errors of points in plan.
-pub fn plan<'a>(name: &str, rows: impl Iterator<Item = &'a CheckRow>) -> PlanArrows {
+pub fn plan<'a>(name: &str, frame: MapFrame, rows: impl Iterator<Item = &'a CheckRow>) -> PlanArrows {
+    let (arrows, names) = rows
+        .map(|row| (([row.x, row.y], [1e3 * row.dx, 1e3 * row.dy]), differing(&row.point, [row.dx, row.dy, row.dz])))
+        .unzip();
     PlanArrows {
         title: format!("{name}: residuals in planimetry"),
-        arrows: rows.map(|row| ([row.x, row.y], [1e3 * row.dx, 1e3 * row.dy])).collect(),
+        arrows,
+        names,
+        frame,
         unit: "mm".into(),
         ..PlanArrows::default()
     }
 }
 
 /// Errors of points in height.
-pub fn heights<'a>(name: &str, rows: impl Iterator<Item = &'a CheckRow>) -> PlanSigned {
+pub fn heights<'a>(name: &str, frame: MapFrame, rows: impl Iterator<Item = &'a CheckRow>) -> PlanSigned {
+    let (values, names) =
+        rows.map(|row| (([row.x, row.y], 1e3 * row.dz), differing(&row.point, [row.dx, row.dy, row.dz]))).unzip();
     PlanSigned {
         title: format!("{name}: residuals in height"),
-        values: rows.map(|row| ([row.x, row.y], 1e3 * row.dz)).collect(),
+        values,
+        names,
+        frame,
         unit: "mm".into(),
         ..PlanSigned::default()
     }
@@ -145,9 +195,15 @@ pub fn check_histogram(name: &str, rows: &[&CheckRow]) -> Histogram {
     }
 }
 
+fn gnss_names(rows: &[GnssRow]) -> Vec<String> {
+    rows.iter().map(|row| differing(&row.image, [row.dx, row.dy, row.dz])).collect()
+}
+
 /// Residuals of GNSS positions in plan.
-pub fn gnss_plan(rows: &[GnssRow]) -> PlanArrows {
+pub fn gnss_plan(frame: MapFrame, rows: &[GnssRow]) -> PlanArrows {
     PlanArrows {
+        names: gnss_names(rows),
+        frame,
         title: "GNSS positions: residuals in planimetry".into(),
         arrows: rows.iter().map(|row| ([row.x, row.y], [row.dx, row.dy])).collect(),
         unit: "m".into(),
@@ -156,8 +212,10 @@ pub fn gnss_plan(rows: &[GnssRow]) -> PlanArrows {
 }
 
 /// Residuals of GNSS positions in height.
-pub fn gnss_heights(rows: &[GnssRow]) -> PlanSigned {
+pub fn gnss_heights(frame: MapFrame, rows: &[GnssRow]) -> PlanSigned {
     PlanSigned {
+        names: gnss_names(rows),
+        frame,
         title: "GNSS positions: residuals in height".into(),
         values: rows.iter().map(|row| ([row.x, row.y], row.dz)).collect(),
         unit: "m".into(),

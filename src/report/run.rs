@@ -1,8 +1,10 @@
 //! The page of a run: what was adjusted, how well it fits, and, after a diagnosis, what was missing.
 
 use super::figures::{
-    flights_plan_profile, histogram, image_bars, line_chart, residuals_plan_arrows, residuals_plan_signed,
+    PlanArrows, PlanSigned, flights_plan_profile, histogram, image_bars, line_chart, residuals_plan_arrows,
+    residuals_plan_signed,
 };
+use super::finding::finding;
 use super::html::Page;
 use super::numbers::{fixed, or_dash, px, significant};
 use super::pictures::{GnssAgainst, RunFolder};
@@ -11,7 +13,7 @@ use super::run_tables::{
 };
 use super::sensor_section::sensor_figures;
 use super::tables::Table;
-use super::{diagnosis, letter, pictures};
+use super::{detectable, diagnosis, glossary, letter, pictures, points, provenance};
 use crate::block::Block;
 use crate::diagnose::pictures::Shown;
 use crate::diagnose::verdict::Diagnosis;
@@ -76,7 +78,7 @@ impl Diagnosed<'_> {
         // Of millions of measurements: they are not needed any more.
         drop(rows);
         folder::write_outliers(dir, outliers)?;
-        folder::write_source(dir, source)?;
+        folder::write_source(dir, source, &block.crs)?;
         folder::write_diagnosis(dir, diagnosis, shown.rows()?)?;
         write_page_of(dir, ties)
     }
@@ -86,17 +88,19 @@ impl Diagnosed<'_> {
 pub fn page(run: &RunFolder, ties: TieResiduals) -> Page {
     let what = if run.diagnosis.is_some() { "Diagnosis" } else { "Adjustment" };
     let mut page = Page::new(format!("{what} of the block {}", run.summary.block));
-    let (flights, images) = (run.flights().len(), run.images.len());
-    page.subtitle(&format!("{images} images, {flights} flights; written by misclosure"));
+    page.subtitle(&contents(run)).provenance(&provenance::short(run));
+    finding(&mut page, run);
     if let Some(found) = &run.diagnosis {
-        diagnosis::verdict(&mut page, found);
         letter::letter(&mut page, run, found);
+        diagnosis::left(&mut page, found);
+    }
+    checks_section(&mut page, run);
+    if let Some(found) = &run.diagnosis {
         diagnosis::ledger_section(&mut page, found);
+        diagnosis::how(&mut page, found);
         diagnosis::structure(&mut page, run, found);
         diagnosis::candidates(&mut page, found);
-    }
-    if run.diagnosis.is_none() {
-        diagnosis::mistakes(&mut page, &run.summary.mistakes);
+        detectable::section(&mut page, found, run.summary.has_scale());
     }
     adjustment(&mut page, run);
     parameters(&mut page, run);
@@ -106,9 +110,22 @@ pub fn page(run: &RunFolder, ties: TieResiduals) -> Page {
     }
     image_section(&mut page, run, ties);
     block_section(&mut page, run);
-    checks_section(&mut page, run);
     gnss_section(&mut page, run);
+    glossary::section(&mut page);
     page
+}
+
+/// What the block has.
+fn contents(run: &RunFolder) -> String {
+    let counted = |n: usize, one: &str, many: &str| format!("{n} {}", if n == 1 { one } else { many });
+    let of = |role: &str| run.checks.iter().filter(|row| row.role == role).count();
+    let parts = [
+        counted(run.images.len(), "image", "images"),
+        counted(run.flights().len(), "flight", "flights"),
+        counted(of("control"), "control point", "control points"),
+        counted(of("check"), "check point", "check points"),
+    ];
+    parts.join(", ")
 }
 
 fn adjustment(page: &mut Page, run: &RunFolder) {
@@ -119,10 +136,8 @@ fn adjustment(page: &mut Page, run: &RunFolder) {
         Some(Conclusion { sound: true, text }) => {
             page.paragraph(&format!("{text}."));
         }
-        Some(Conclusion { sound: false, text }) => {
-            page.warning(&format!("{text}. No figure of this page can be relied on."));
-        }
-        None => {}
+        // The first screen says it.
+        Some(Conclusion { sound: false, .. }) | None => {}
     }
     match &summary.agreement {
         Some(agreement) => {
@@ -186,6 +201,7 @@ fn image_section(page: &mut Page, run: &RunFolder, ties: TieResiduals) {
     page.section("Residuals of images");
     let chart = pictures::image_rms(run, &ties.rms);
     page.figure("image-rms", image_bars(&chart), "An image that stands out has outliers, or an error of its own.");
+    points::images(page, run, &ties.rms);
     let chart = pictures::residual_histogram(ties.x, ties.y);
     page.figure("residual-histogram", histogram(&chart), "");
 }
@@ -205,22 +221,40 @@ fn checks_section(page: &mut Page, run: &RunFolder) {
         return;
     }
     page.table(&residuals_table(&run.summary));
+    if let Some(sentence) = points::control_beside_check(run) {
+        page.paragraph(&sentence);
+    }
+    let frame = pictures::frame(run);
     for (role, name) in [("check", "Check points"), ("control", "Control points")] {
         let rows: Vec<&CheckRow> = run.checks.iter().filter(|row| row.role == role).collect();
         if rows.is_empty() {
             continue;
         }
         page.subsection(name);
-        let plan = pictures::plan(name, rows.iter().copied());
-        page.figure(&format!("{role}-plan"), residuals_plan_arrows(&plan), "Computed minus surveyed.");
-        let heights = pictures::heights(name, rows.iter().copied());
-        page.figure(&format!("{role}-height"), residuals_plan_signed(&heights), "Computed minus surveyed.");
+        points::by_name(page, name, &rows);
+        let plan = pictures::plan(name, frame, rows.iter().copied());
+        let heights = pictures::heights(name, frame, rows.iter().copied());
+        let ids = [format!("{role}-plan"), format!("{role}-height")];
+        maps(page, &ids, (&plan, &heights), "Computed minus surveyed.");
         if rows.len() < FEWEST_FOR_HISTOGRAM {
             continue;
         }
         let chart = pictures::check_histogram(name, &rows);
         page.figure(&format!("{role}-histogram"), histogram(&chart), "");
     }
+}
+
+/// Width of a map that has another one beside it, px.
+const BESIDE: f64 = 520.0;
+
+/// Residuals in plan and in height on the same axes, side by side.
+fn maps(page: &mut Page, ids: &[String; 2], (plan, heights): (&PlanArrows, &PlanSigned), caption: &str) {
+    let plan = PlanArrows { width: Some(BESIDE), ..plan.clone() };
+    let heights = PlanSigned { width: Some(BESIDE), ..heights.clone() };
+    page.pair(
+        (&ids[0], residuals_plan_arrows(&plan), caption),
+        (&ids[1], residuals_plan_signed(&heights), "The same in height."),
+    );
 }
 
 /// Of a block that has GNSS positions which the run can be compared with.
@@ -231,8 +265,10 @@ fn gnss_section(page: &mut Page, run: &RunFolder) {
     const SIGN: &str =
         "Computed minus measured: the antenna as the model predicts it less the position of the receiver.";
     page.section("GNSS positions");
-    page.figure("gnss-plan", residuals_plan_arrows(&pictures::gnss_plan(&run.gnss)), SIGN);
-    page.figure("gnss-height", residuals_plan_signed(&pictures::gnss_heights(&run.gnss)), SIGN);
+    let frame = pictures::frame(run);
+    let of = (&pictures::gnss_plan(frame, &run.gnss), &pictures::gnss_heights(frame, &run.gnss));
+    maps(page, &["gnss-plan".into(), "gnss-height".into()], of, SIGN);
+    points::gnss(page, run);
     for (id, against) in [("gnss-time", GnssAgainst::Time), ("gnss-heading", GnssAgainst::Heading)] {
         if let Some(chart) = pictures::gnss_series(&run.gnss, against, None) {
             page.figure(id, line_chart(&chart), SIGN);

@@ -1,6 +1,6 @@
 //! The tables of a run, alike in the terminal and on its page.
 
-use super::numbers::{fixed, mm, or_dash, significant, with_sigma};
+use super::numbers::{fixed, mm, or_dash, significant, unit_of, with_sigma};
 use super::tables::Table;
 use crate::adjust::agreement::{self, Agreement};
 use crate::camera::UNITS;
@@ -90,7 +90,7 @@ pub fn camera_table(camera: &str, parameters: &Named<CameraParameter>) -> Table 
             (false, Some(sigma)) if sigma > 0.0 => "tied",
             (false, _) => "held",
         };
-        table.row([name.clone(), value(parameter.value, parameter.sigma), unit.into(), state.into()]);
+        table.row([name.clone(), value(parameter.value, parameter.sigma), unit_of(unit).into(), state.into()]);
     }
     table
 }
@@ -101,7 +101,7 @@ pub fn effects_table(summary: &Summary) -> Table {
     for (effect, parameters) in &summary.effects.0 {
         for (name, parameter) in &parameters.0 {
             let shown = value(parameter.value, parameter.sigma);
-            table.row([effect.clone(), name.clone(), shown, parameter.unit.clone()]);
+            table.row([effect.clone(), name.clone(), shown, unit_of(&parameter.unit).into()]);
         }
     }
     table

@@ -145,6 +145,38 @@ impl Svg {
         ));
     }
 
+    /// Open paths of one colour, each with what it says to whoever points at it; nameless ones make one element.
+    pub fn named_paths<'n>(&mut self, paths: impl Iterator<Item = (String, &'n str)>, stroke: Stroke) {
+        let mut nameless = String::new();
+        let mut named = String::new();
+        for (d, name) in paths {
+            match name {
+                "" => nameless += &d,
+                name => {
+                    let _ = write!(named, "<path d=\"{d}\"><title>{}</title></path>", escape(name));
+                }
+            }
+        }
+        self.path(&nameless, stroke);
+        if !named.is_empty() {
+            self.put(format_args!(
+                "<g fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linecap=\"round\" stroke-linejoin=\"round\">{named}</g>",
+                stroke.colour,
+                coordinate(stroke.width)
+            ));
+        }
+    }
+
+    /// What `draw` adds says `name` to whoever points at it; nothing where it is empty.
+    pub fn named(&mut self, name: &str, draw: impl FnOnce(&mut Self)) {
+        if name.is_empty() {
+            return draw(self);
+        }
+        self.put(format_args!("<g><title>{}</title>", escape(name)));
+        draw(self);
+        self.put(format_args!("</g>"));
+    }
+
     /// Many round dots of one colour as one element, some 12 bytes each.
     pub fn dots(&mut self, points: &[[f64; 2]], diameter: f64, colour: &str) {
         let d: String = points.iter().map(|p| format!("M{}h0", pair(*p))).collect();

@@ -1,6 +1,6 @@
 //! One table, printed alike in the terminal and in HTML.
 
-use super::svg::escape;
+use super::html_text::{escaped, unbroken};
 
 /// A column's heading.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,31 +104,44 @@ impl Table {
     pub fn to_html(&self) -> String {
         let all = self.all_columns();
         let class = |c: &Column| if c.numeric { " class=\"number\"" } else { "" };
-        let mut out = String::from("<div class=\"table\"><table>\n");
+        // Each row of a wide table becomes a card on a narrow screen, which names every cell.
+        let is_wide = all.len() > WIDEST_OF_A_PHONE;
+        let label = |c: &Column| match (is_wide, c.unit.as_str()) {
+            (false, _) => String::new(),
+            (true, "") => format!(" data-label=\"{}\"", escaped(&c.name)),
+            (true, unit) => format!(" data-label=\"{} ({})\"", escaped(&c.name), escaped(unit)),
+        };
+        let labels: Vec<String> = all.iter().map(label).collect();
+        let kind = match all.len() {
+            0..=WIDEST_OF_A_PHONE => "table",
+            WIDE..MANY => "table wide",
+            _ => "table wide many",
+        };
+        let mut out = format!("<div class=\"{kind}\"><table>\n");
         if !self.caption.is_empty() {
-            out += &format!("<caption>{}</caption>\n", escape(&self.caption));
+            out += &format!("<caption>{}</caption>\n", unbroken(&self.caption));
         }
         out += "<thead><tr>";
         for c in &all {
             let unit = if c.unit.is_empty() {
                 String::new()
             } else {
-                format!(" <span class=\"unit\">({})</span>", escape(&c.unit))
+                format!(" <span class=\"unit\">({})</span>", escaped(&c.unit))
             };
-            out += &format!("<th scope=\"col\"{}>{}{unit}</th>", class(c), escape(&c.name));
+            out += &format!("<th scope=\"col\"{}>{}{unit}</th>", class(c), escaped(&c.name));
         }
         out += "</tr></thead>\n<tbody>\n";
         for row in &self.rows {
-            let cells: String =
-                all.iter().enumerate().map(|(k, c)| format!("<td{}>{}</td>", class(c), escape(cell(row, k)))).collect();
-            out += &format!("<tr>{cells}</tr>\n");
+            let cells = all.iter().zip(&labels).enumerate();
+            let cells = cells.map(|(k, (c, label))| format!("<td{}{label}>{}</td>", class(c), unbroken(cell(row, k))));
+            out += &format!("<tr>{}</tr>\n", cells.collect::<String>());
         }
         if self.rows.is_empty() {
             out += &format!("<tr><td colspan=\"{}\">no rows</td></tr>\n", all.len().max(1));
         }
         out += "</tbody></table>\n";
         for n in &self.notes {
-            out += &format!("<p class=\"remark\">{}</p>\n", escape(n));
+            out += &format!("<p class=\"remark\">{}</p>\n", unbroken(n));
         }
         out + "</div>\n"
     }
@@ -143,6 +156,13 @@ impl Table {
         all
     }
 }
+
+/// Columns that a phone shows side by side.
+const WIDEST_OF_A_PHONE: usize = 4;
+/// The next number.
+const WIDE: usize = WIDEST_OF_A_PHONE + 1;
+/// Columns from which on a table is printed in small type.
+const MANY: usize = 8;
 
 /// Characters of a cell in a table of text: names may have any length, and one line of a terminal has not.
 const MOST_CHARACTERS: usize = 160;

@@ -154,6 +154,11 @@ pub struct SimilaritySummary {
 }
 
 impl Summary {
+    /// Does the block have a scale? Without control and GNSS its unit of length is that of the start values.
+    pub fn has_scale(&self) -> bool {
+        self.datum_defect < 7 || self.similarity.is_some()
+    }
+
     /// Of a run and its residuals.
     pub fn of(block: &Block, run: &Run, rows: &[ResidualRow]) -> Self {
         let (observations, unknowns, redundancy) = run.problem.redundancy();

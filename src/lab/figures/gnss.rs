@@ -6,7 +6,7 @@ use super::{Scene, brushed};
 use crate::lab::asked::GnssShown;
 use crate::lab::state::Lab;
 use crate::report::figures::{line_chart, residuals_plan_arrows, residuals_plan_signed};
-use crate::report::pictures::{GnssAgainst, gnss_heights, gnss_plan, gnss_series};
+use crate::report::pictures::{GnssAgainst, frame, gnss_heights, gnss_plan, gnss_series};
 use anyhow::{Result, bail};
 use std::collections::HashSet;
 
@@ -15,14 +15,14 @@ impl Scene<'_> {
         let chosen = self.chosen_rows(lab, id)?;
         match self.asked.show {
             GnssShown::Plan => {
-                let mut plan = gnss_plan(self.gnss);
+                let mut plan = gnss_plan(frame(&self.view.run), self.gnss);
                 plan.title = self.title(&plan.title);
                 (plan.scale, plan.width) = (self.asked.scale, self.asked.width);
                 plan.standing_out = chosen.unwrap_or_default();
                 Ok(in_plan(residuals_plan_arrows(&plan), "flights"))
             }
             GnssShown::Height => {
-                let mut heights = gnss_heights(self.gnss);
+                let mut heights = gnss_heights(frame(&self.view.run), self.gnss);
                 heights.title = self.title(&heights.title);
                 (heights.scale, heights.width) = (self.asked.scale, self.asked.width);
                 heights.standing_out = chosen.unwrap_or_default();

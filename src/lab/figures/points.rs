@@ -32,7 +32,7 @@ impl Scene<'_> {
 
     pub(super) fn plan(&self, lab: &Lab, id: u32) -> Result<String> {
         let (name, rows) = self.points();
-        let mut plan = pictures::plan(name, rows.iter().copied());
+        let mut plan = pictures::plan(name, pictures::frame(&self.view.run), rows.iter().copied());
         plan.title = self.title(&plan.title);
         (plan.scale, plan.width) = (self.asked.scale, self.asked.width);
         plan.standing_out = self.chosen_points(lab, id, &rows)?.unwrap_or_default();
@@ -41,7 +41,7 @@ impl Scene<'_> {
 
     pub(super) fn height(&self, lab: &Lab, id: u32) -> Result<String> {
         let (name, rows) = self.points();
-        let mut heights = pictures::heights(name, rows.iter().copied());
+        let mut heights = pictures::heights(name, pictures::frame(&self.view.run), rows.iter().copied());
         heights.title = self.title(&heights.title);
         (heights.scale, heights.width) = (self.asked.scale, self.asked.width);
         heights.standing_out = self.chosen_points(lab, id, &rows)?.unwrap_or_default();
@@ -73,6 +73,6 @@ impl Scene<'_> {
 }
 
 pub(super) fn in_plan(svg: String, view: &str) -> String {
-    let keys = [("x", "X", "e"), ("x", "Y", "n"), ("y", "X", "e"), ("y", "Y", "n")];
+    let keys = [("x", "X", "e"), ("x", "E", "e"), ("x", "Y", "n"), ("x", "N", "n"), ("y", "Y", "n"), ("y", "N", "n")];
     brushed(svg, &format!("data-view=\"{view}\""), &keys)
 }

@@ -5,12 +5,12 @@ use super::super::frame::PlotFrame;
 use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet};
 use super::super::style::{INK, Marker, VERMILLION, series_colour, series_marker};
-use super::plan::{Plan, WIDTH};
+use super::plan::{MapFrame, Plan, WIDTH};
 use super::{flight_name, width_or};
 use std::collections::BTreeSet;
 
 /// One image.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Station {
     /// Projection centre X, Y, Z, metres.
     pub position_m: [f64; 3],
@@ -18,6 +18,8 @@ pub struct Station {
     pub flight: usize,
     /// What others stand out from: pale.
     pub dimmed: bool,
+    /// Name, for whoever points at it; may be empty.
+    pub name: String,
 }
 
 /// The flights of a block.
@@ -33,6 +35,10 @@ pub struct FlightPlan {
     pub control_m: Vec<[f64; 3]>,
     /// Check points, metres.
     pub check_m: Vec<[f64; 3]>,
+    /// Names of the control points; empty where they have none.
+    pub control_names: Vec<String>,
+    /// What the coordinates are.
+    pub frame: MapFrame,
     /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
     pub width: Option<f64>,
 }
@@ -44,7 +50,9 @@ pub fn flights_plan_profile(plan: &FlightPlan) -> String {
     let mut sheet = Sheet::new(&plan.title, width);
     let whole = |p: &[f64; 3]| p.iter().all(|v| drawable(*v));
     let images: Vec<&Station> = plan.images.iter().filter(|s| whole(&s.position_m)).collect();
-    let control: Vec<[f64; 3]> = plan.control_m.iter().copied().filter(whole).collect();
+    let numbered = plan.control_m.iter().enumerate().filter(|(_, p)| whole(p));
+    let control: Vec<([f64; 3], &str)> =
+        numbered.map(|(k, p)| (*p, plan.control_names.get(k).map_or("", String::as_str))).collect();
     let check: Vec<[f64; 3]> = plan.check_m.iter().copied().filter(whole).collect();
     let total = plan.images.len() + plan.control_m.len() + plan.check_m.len();
     sheet.left_out(total - images.len() - control.len() - check.len(), "not finite");
@@ -68,41 +76,46 @@ pub fn flights_plan_profile(plan: &FlightPlan) -> String {
     }
     sheet.legend(&entries);
 
-    let all = images.iter().map(|s| s.position_m).chain(control.iter().copied()).chain(check.iter().copied());
+    let control_m = control.iter().map(|(p, _)| *p);
+    let all = images.iter().map(|s| s.position_m).chain(control_m).chain(check.iter().copied());
     let top = sheet.y + 4.0;
-    let Some(map) = Plan::fit(all.clone().map(|p| [p[0], p[1]]), width, top, 14.0) else {
+    let Some(map) = Plan::fit(plan.frame, all.clone().map(|p| [p[0], p[1]]), width, top, 14.0) else {
         return sheet.finish_empty();
     };
     sheet.y = map.draw(&mut sheet.svg);
     draw_points(&mut sheet, &images, &control, &check, |p| map.px([p[0], p[1]]));
 
-    // The profile shares the plan's long axis.
-    let height = Axis::new("Z", "m");
-    let top = sheet.y + 14.0;
-    if let Some(z) = Scale::fit(&height, extent(all.map(|p| p[2])), top + 200.0, top) {
-        let frame = PlotFrame { x: map.frame.x, y: z };
-        frame.draw(&mut sheet.svg, &map.along, &height);
-        let k = usize::from(map.turned);
+    // The profile looks across the longer side of the block.
+    let (height, top) = (Axis::new("Z", "m"), sheet.y + 14.0);
+    let span = |k: usize| extent(all.clone().map(|p| p[k])).map_or(0.0, |[low, high]| high - low);
+    let k = usize::from(span(1) > span(0));
+    let along = if k == 1 { &map.across } else { &map.along };
+    let vertical = Scale::fit(&height, extent(all.clone().map(|p| p[2])), top + PROFILE, top);
+    let horizontal = Scale::fit(along, extent(all.map(|p| p[k])), 0.0, 1.0);
+    if let (Some(x), Some(y)) = (horizontal, vertical) {
+        let left = PlotFrame { x, y }.margin(along, &height, width).left + 8.0;
+        let frame = PlotFrame { x: x.on(left, width - 20.0), y };
+        frame.draw(&mut sheet.svg, along, &height);
         draw_points(&mut sheet, &images, &control, &check, |p| frame.px([p[k], p[2]]));
-        sheet.y = top + 200.0 + frame.margin(&map.along, &height, 600.0).bottom;
+        sheet.y = top + PROFILE + frame.margin(along, &height, width).bottom;
         let ratio = (frame.y.px(0.0) - frame.y.px(1.0)) / (frame.x.px(1.0) - frame.x.px(0.0));
         sheet.note(format!(
-            "Above: plan. Below: profile, heights drawn at {} times the scale of the length.",
+            "Above: plan. Below: profile along {}, heights drawn at {} times the scale of the length.",
+            along.label,
             super::super::numbers::significant(ratio, 2)
         ));
-    }
-    if let Some(remark) = map.remark() {
-        sheet.note(remark);
     }
     sheet.finish()
 }
 
 const CONTROL: Marker = Marker::Triangle;
+/// Height of the profile, pixels.
+const PROFILE: f64 = 200.0;
 
 fn draw_points(
     sheet: &mut Sheet,
     images: &[&Station],
-    control: &[[f64; 3]],
+    control: &[([f64; 3], &str)],
     check: &[[f64; 3]],
     px: impl Fn([f64; 3]) -> [f64; 2],
 ) {
@@ -110,10 +123,12 @@ fn draw_points(
     sheet.svg.dots(&dots, 1.6, "#A0A0A0");
     for s in images {
         let colour = if s.dimmed { "#BDBDBD" } else { series_colour(s.flight) };
-        sheet.svg.marker(px(s.position_m), series_marker(s.flight), 3.6, colour);
+        sheet.svg.named(&s.name, |svg| svg.marker(px(s.position_m), series_marker(s.flight), 3.6, colour));
     }
-    for p in control {
-        sheet.svg.marker(px(*p), CONTROL, 6.5, VERMILLION);
-        sheet.svg.marker(px(*p), CONTROL, 5.0, INK);
+    for (p, name) in control {
+        sheet.svg.named(name, |svg| {
+            svg.marker(px(*p), CONTROL, 6.5, VERMILLION);
+            svg.marker(px(*p), CONTROL, 5.0, INK);
+        });
     }
 }

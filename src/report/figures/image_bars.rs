@@ -10,7 +10,7 @@ use super::{flight_name, height_at, width_or};
 use std::collections::BTreeSet;
 
 /// The value of one image.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct ImageBar {
     /// The value, in the unit of [`ImageBars::y`].
     pub value: f64,
@@ -26,6 +26,8 @@ pub struct ImageBar {
     pub part: Option<f64>,
     /// The image's number in its block, for whoever points at the bar; `None` where nobody does.
     pub image: Option<usize>,
+    /// The image's name, likewise; may be empty.
+    pub name: String,
 }
 
 /// Values of images.
@@ -96,7 +98,8 @@ pub fn image_bars(chart: &ImageBars) -> String {
             sheet.svg.line([x, a], [x, b], Stroke::new(PALE, (0.8 * slot).min(1.0)));
         }
         let colour = if bar.dimmed { PALE } else { series_colour(bar.flight) };
-        sheet.svg.bar([x - width / 2.0, zero], [width, y - zero], colour, bar.image);
+        let corner = [x - width / 2.0, zero];
+        sheet.svg.named(&bar.name, |svg| svg.bar(corner, [width, y - zero], colour, bar.image));
         if let Some(part) = bar.part.filter(|part| drawable(*part)) {
             let inner = 0.6 * width;
             sheet.svg.rect([x - inner / 2.0, zero], [inner, frame.y.px(part) - zero], VERMILLION, None);

@@ -5,7 +5,7 @@ use super::super::numbers::significant;
 use super::super::sheet::{Key, Sheet};
 use super::super::style::{BLUE, GREY, VERMILLION};
 use super::super::svg::{Stroke, arrow};
-use super::plan::{Plan, WIDTH};
+use super::plan::{MapFrame, Plan, WIDTH};
 use super::vector_field::Arrow;
 use super::{scale_entry, width_or};
 
@@ -21,6 +21,10 @@ pub struct PlanArrows {
     pub title: String,
     /// Place X, Y in metres, and residual in `unit`.
     pub arrows: Vec<Arrow>,
+    /// Name of each, with its figures, for whoever points at it; empty where they have none.
+    pub names: Vec<String>,
+    /// What the coordinates are.
+    pub frame: MapFrame,
     /// Unit of the residuals.
     pub unit: String,
     /// Figure pixels per unit; `None` fits the longest arrow. Pictures to be compared share one.
@@ -48,6 +52,10 @@ pub struct PlanSigned {
     pub title: String,
     /// Place X, Y in metres, and value in `unit`.
     pub values: Vec<([f64; 2], f64)>,
+    /// Name of each, with its figures, for whoever points at it; empty where they have none.
+    pub names: Vec<String>,
+    /// What the coordinates are.
+    pub frame: MapFrame,
     /// Unit of the values.
     pub unit: String,
     /// Drawn as strokes or dots.
@@ -80,6 +88,15 @@ impl PlanSigned {
     }
 }
 
+/// How many arrows a picture of this width has room for.
+fn most_arrows(width: f64) -> usize {
+    (MOST_ARROWS as f64 * (width / WIDTH).powi(2)).clamp(150.0, MOST_ARROWS as f64) as usize
+}
+
+fn name_of(names: &[String], k: usize) -> &str {
+    names.get(k).map_or("", String::as_str)
+}
+
 fn natural(lengths: impl Iterator<Item = f64>) -> Option<f64> {
     lengths.filter(|v| drawable(*v) && *v > 1e-140).reduce(f64::max)
 }
@@ -99,22 +116,22 @@ pub fn residuals_plan_arrows(plan: &PlanArrows) -> String {
     let scale = chosen(plan.scale, plan.natural_scale());
     sheet.svg.scaled(scale);
     sheet.legend(&scale.map(|s| scale_entry(s, &plan.unit)).into_iter().collect::<Vec<_>>());
-    let Some(map) = Plan::fit(good.iter().map(|a| a.0), width, sheet.y + 4.0, LONGEST) else {
+    let Some(map) = Plan::fit(plan.frame, good.iter().map(|a| a.0), width, sheet.y + 4.0, LONGEST) else {
         return sheet.finish_empty();
     };
     sheet.y = map.draw(&mut sheet.svg);
     let places: Vec<[f64; 2]> = good.iter().map(|a| a.0).collect();
-    let drawn = map.thinned(&places, MOST_ARROWS);
+    let drawn = map.thinned(&places, most_arrows(width));
     let out = |k: usize| plan.standing_out.get(kept[k]).copied();
     for (wanted, colour, width) in [(Some(false), GREY, 0.8), (None, BLUE, 1.2), (Some(true), VERMILLION, 1.6)] {
-        let mut d = String::new();
-        for (at, by) in drawn.iter().filter(|k| out(**k) == wanted).map(|k| good[*k]) {
+        let arrows = drawn.iter().filter(|k| out(**k) == wanted).map(|k| {
+            let (at, by) = good[*k];
             let (from, by) = (map.px(*at), map.direction(*by, scale.unwrap_or(0.0)));
-            d += &arrow(from, [from[0] + by[0], from[1] + by[1]]);
-        }
-        sheet.svg.path(&d, Stroke::new(colour, width));
+            (arrow(from, [from[0] + by[0], from[1] + by[1]]), name_of(&plan.names, kept[*k]))
+        });
+        sheet.svg.named_paths(arrows, Stroke::new(colour, width));
     }
-    remarks(&mut sheet, &map, [drawn.len(), good.len()], scale);
+    remarks(&mut sheet, [drawn.len(), good.len()], scale);
     sheet.finish()
 }
 
@@ -129,12 +146,12 @@ pub fn residuals_plan_signed(plan: &PlanSigned) -> String {
     let scale = chosen(plan.scale, plan.natural_scale());
     sheet.svg.scaled(scale);
     sheet.legend(&signed_legend(plan, scale));
-    let Some(map) = Plan::fit(good.iter().map(|a| a.0), width, sheet.y + 4.0, LONGEST) else {
+    let Some(map) = Plan::fit(plan.frame, good.iter().map(|a| a.0), width, sheet.y + 4.0, LONGEST) else {
         return sheet.finish_empty();
     };
     sheet.y = map.draw(&mut sheet.svg);
     let places: Vec<[f64; 2]> = good.iter().map(|a| a.0).collect();
-    let drawn = map.thinned(&places, MOST_ARROWS);
+    let drawn = map.thinned(&places, most_arrows(width));
     let s = scale.unwrap_or(0.0);
     match plan.style {
         SignedStyle::Strokes => {
@@ -143,12 +160,12 @@ pub fn residuals_plan_signed(plan: &PlanSigned) -> String {
             let plain = if plan.standing_out.is_empty() { 1.2 } else { 1.8 };
             let positive = |k: usize| good[k].1 >= 0.0;
             let mut strokes = |wanted: &dyn Fn(usize) -> bool, colour, width| {
-                let mut d = String::new();
-                for (at, v) in drawn.iter().filter(|k| wanted(**k)).map(|k| good[*k]) {
+                let arrows = drawn.iter().filter(|k| wanted(**k)).map(|k| {
+                    let (at, v) = good[*k];
                     let from = map.px(*at);
-                    d += &arrow(from, [from[0], from[1] - s * v]);
-                }
-                sheet.svg.path(&d, Stroke::new(colour, width));
+                    (arrow(from, [from[0], from[1] - s * v]), name_of(&plan.names, kept[*k]))
+                });
+                sheet.svg.named_paths(arrows, Stroke::new(colour, width));
             };
             strokes(&|k| dimmed(k), GREY, 0.8);
             strokes(&|k| !dimmed(k) && positive(k), VERMILLION, plain);
@@ -164,7 +181,7 @@ pub fn residuals_plan_signed(plan: &PlanSigned) -> String {
             }
         }
     }
-    remarks(&mut sheet, &map, [drawn.len(), good.len()], scale);
+    remarks(&mut sheet, [drawn.len(), good.len()], scale);
     sheet.finish()
 }
 
@@ -201,14 +218,11 @@ fn signed_legend(plan: &PlanSigned, scale: Option<f64>) -> Vec<(Key, String)> {
     entries
 }
 
-fn remarks(sheet: &mut Sheet, map: &Plan, [drawn, n]: [usize; 2], scale: Option<f64>) {
+fn remarks(sheet: &mut Sheet, [drawn, n]: [usize; 2], scale: Option<f64>) {
     if scale.is_none() {
         sheet.note("All residuals are zero.");
     }
     if drawn < n {
         sheet.note(format!("{drawn} of {n} points are drawn, evenly spread, so that they stay apart."));
-    }
-    if let Some(remark) = map.remark() {
-        sheet.note(remark);
     }
 }

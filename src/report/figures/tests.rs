@@ -47,8 +47,8 @@ fn all(values: &[f64], title: &str) -> Vec<(&'static str, String)> {
         flights: vec![title.clone()],
         images: stations,
         control_m: values.iter().map(|v| [*v, 0.0, 1.0]).collect(),
-        check_m: Vec::new(),
-        width: None,
+        control_names: vec![title.clone()],
+        ..FlightPlan::default()
     };
     let map = |colours, limit| HeatMap {
         title: title.clone(),
@@ -232,26 +232,50 @@ fn a_crowd_of_points_is_thinned_and_the_figure_says_so() {
     assert_eq!(arrows.matches('M').count(), 2 * drawn);
 }
 
+/// Arrows of these points, all of them by `d` mm, in a picture of these coordinates.
+fn mapped(points: &[[f64; 2]], d: [f64; 2], frame: MapFrame) -> String {
+    residuals_plan_arrows(&PlanArrows {
+        arrows: points.iter().map(|p| (*p, d)).collect(),
+        names: points.iter().map(|[x, y]| format!("p<{x} {y}>")).collect(),
+        scale: Some(10.0),
+        unit: "mm".into(),
+        title: "t".into(),
+        frame,
+        ..PlanArrows::default()
+    })
+}
+
 #[test]
-fn a_plan_is_turned_but_never_mirrored() {
+fn east_is_to_the_right_and_north_is_up() {
     let shaft = |points: [[f64; 2]; 2], d: [f64; 2]| {
-        let arrows = points.iter().map(|p| (*p, d)).collect();
-        let svg = residuals_plan_arrows(&PlanArrows {
-            arrows,
-            scale: Some(10.0),
-            unit: "mm".into(),
-            title: "t".into(),
-            ..PlanArrows::default()
-        });
-        let path = svg.split("<path d=\"M").find(|p| p.contains("#0072B2")).expect("the arrows").to_string();
-        let v: Vec<f64> = path.split(['L', ' ', 'M']).take(4).map(|v| v.parse().expect("a coordinate")).collect();
+        let svg = mapped(&points, d, MapFrame::Local);
+        let path = svg.split("stroke=\"#0072B2\"").nth(1).and_then(|rest| rest.split("<path d=\"M").nth(1));
+        let numbers = path.expect("the arrows").split(['L', ' ', 'M']).take(4);
+        let v: Vec<f64> = numbers.map(|v| v.parse().expect("a coordinate")).collect();
         [v[2] - v[0], v[3] - v[1]]
     };
     let close = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < 0.02 && (a[1] - b[1]).abs() < 0.02;
-    let (wide, tall) = ([[0.0, 0.0], [90.0, 10.0]], [[0.0, 0.0], [10.0, 90.0]]);
-    assert!(close(shaft(wide, [1.0, 0.0]), [10.0, 0.0]) && close(shaft(wide, [0.0, 1.0]), [0.0, -10.0]));
-    // Turned clockwise: Y to the right, X down.
-    assert!(close(shaft(tall, [0.0, 1.0]), [10.0, 0.0]) && close(shaft(tall, [1.0, 0.0]), [0.0, 10.0]));
+    for points in [[[0.0, 0.0], [90.0, 10.0]], [[0.0, 0.0], [10.0, 90.0]]] {
+        assert!(close(shaft(points, [1.0, 0.0]), [10.0, 0.0]) && close(shaft(points, [0.0, 1.0]), [0.0, -10.0]));
+    }
+}
+
+#[test]
+fn a_map_has_one_scale_names_and_a_north_arrow() {
+    let corridor = [[0.0, 0.0], [5.0, 900.0]];
+    let svg = mapped(&corridor, [1.0, 0.0], MapFrame::EastNorth);
+    assert_well_formed(&svg);
+    let per_m = |axis: char| {
+        let ends = |attribute: String| -> f64 {
+            let ends: Vec<f64> = of_area(&svg, &attribute).split(' ').map(|v| v.parse().expect("a number")).collect();
+            (ends[1] - ends[0]).abs()
+        };
+        ends(format!("data-p{axis}")) / ends(format!("data-{axis}"))
+    };
+    assert!((per_m('x') / per_m('y') - 1.0).abs() < 1e-3, "{} and {}", per_m('x'), per_m('y'));
+    assert_eq!((of_area(&svg, "data-xname"), of_area(&svg, "data-yname")), ("E", "N"));
+    assert!(svg.contains(">N</text>") && !mapped(&corridor, [1.0, 0.0], MapFrame::Local).contains(">N</text>"));
+    assert_eq!(svg.matches("<title>p&lt;").count(), corridor.len(), "every arrow has its name");
 }
 
 /// The value of an attribute of the first plotting area.

@@ -4,6 +4,7 @@
 //! adjustment's own.
 
 mod adjusted;
+mod provenance;
 mod read;
 mod rows;
 mod source;
@@ -14,16 +15,17 @@ pub use adjusted::Adjusted;
 pub use read::{RunFolder, each_residual, read_outliers, read_points};
 use rows::Row;
 pub use rows::{
-    CheckRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, OutlierRow, PointRow, ProfileRow, ResidualLine, ResidualRef,
-    SensorRow,
+    CheckRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, ModelCheckRow, OutlierRow, PointRow, ProfileRow,
+    ResidualLine, ResidualRef, SensorRow,
 };
 pub use source::{
-    is_laboratory, is_run, left_by_a_failure, read_laboratory, read_source, write_laboratory, write_source,
+    Provenance, is_laboratory, is_run, left_by_a_failure, read_laboratory, read_provenance, read_source,
+    write_laboratory, write_source,
 };
-pub use write::{Pictures, gnss_rows, write, write_diagnosis, write_outliers, write_residuals};
+pub use write::{Pictures, checks_by_model, gnss_rows, write, write_diagnosis, write_outliers, write_residuals};
 
 /// Every file that a run may have, its last apart.
-pub const FILES: [&str; 14] = [
+pub const FILES: [&str; 15] = [
     MODEL,
     SOURCE,
     OutlierRow::FILE,
@@ -37,6 +39,7 @@ pub const FILES: [&str; 14] = [
     ImageScaleRow::FILE,
     ProfileRow::FILE,
     FoundRow::FILE,
+    ModelCheckRow::FILE,
     MENDED,
 ];
 

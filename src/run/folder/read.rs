@@ -1,9 +1,10 @@
 //! A run folder, read back.
 
 use super::rows::{
-    CheckRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, OutlierRow, PointRow, ProfileRow, ResidualLine, ResidualRef,
-    Row, SensorRow,
+    CheckRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, ModelCheckRow, OutlierRow, PointRow, ProfileRow,
+    ResidualLine, ResidualRef, Row, SensorRow,
 };
+use super::source::{Provenance, read_provenance};
 use super::{DIAGNOSIS, MODEL, SUMMARY};
 use crate::io::{Error, Place};
 use crate::run::summary::{FORMAT, Rows, Summary};
@@ -35,6 +36,10 @@ pub struct RunFolder<D> {
     pub found: Vec<FoundRow>,
     /// `profiles.csv`; empty for an adjustment.
     pub profiles: Vec<ProfileRow>,
+    /// `checks_by_model.csv`; empty for an adjustment, and where a diagnosis added nothing.
+    pub checks_by_model: Vec<ModelCheckRow>,
+    /// Where the run comes from; nothing of it is known of a folder of before it was noted.
+    pub provenance: Provenance,
 }
 
 impl<D: DeserializeOwned> RunFolder<D> {
@@ -57,6 +62,8 @@ impl<D: DeserializeOwned> RunFolder<D> {
             scales: rows_where_there::<ImageScaleRow>(dir)?,
             found: rows_where_there::<FoundRow>(dir)?,
             profiles: rows_where_there::<ProfileRow>(dir)?,
+            checks_by_model: rows_where_there::<ModelCheckRow>(dir)?,
+            provenance: read_provenance(dir)?,
             summary,
         })
     }
@@ -174,7 +181,7 @@ fn reader(path: &Path, columns: &[&str]) -> Result<csv::Reader<impl io::Read>, E
 
 /// [`rows`] of a table that is `filled` by what the summary says, and has as many rows as `expected`.
 fn whole<R: Row + DeserializeOwned>(dir: &Path, filled: bool, expected: Option<usize>) -> Result<Vec<R>, Error> {
-    table(dir, R::FILE, R::COLUMNS, filled, expected)
+    table(dir, R::FILE, R::REQUIRED, filled, expected)
 }
 
 /// See [`whole`].

@@ -11,6 +11,8 @@ pub(super) trait Row {
     const FILE: &'static str;
     /// Names of the columns.
     const COLUMNS: &'static [&'static str];
+    /// Those without which a table is refused: a folder of before the others were written is read all the same.
+    const REQUIRED: &'static [&'static str];
     /// Adds the cells to a row of the file.
     fn put(&self, table: &mut TableWriter);
 }
@@ -38,24 +40,39 @@ impl Cell for Option<f64> {
     }
 }
 
+impl Cell for Option<usize> {
+    fn put(&self, table: &mut TableWriter) {
+        table.text(&self.map_or_else(String::new, |count| count.to_string()));
+    }
+}
+
 impl Cell for usize {
     fn put(&self, table: &mut TableWriter) {
         table.text(&self.to_string());
     }
 }
 
-/// Declares a table: its file, and its columns as the fields of a row, in their order.
+/// Declares a table: its file, and its columns as the fields of a row, in their order. Columns that were added `later`
+/// are optional in every sense.
 macro_rules! table {
-    ($file:literal, $(#[$about:meta])* $row:ident { $($(#[$what:meta])* $column:ident: $kind:ty,)* }) => {
+    (
+        $file:literal, $(#[$about:meta])* $row:ident { $($(#[$what:meta])* $column:ident: $kind:ty,)* }
+        $(later { $($(#[$which:meta])* $added:ident: $of:ty,)* })?
+    ) => {
         $(#[$about])*
         #[derive(Debug, Clone, PartialEq, Deserialize)]
-        pub struct $row { $($(#[$what])* pub $column: $kind,)* }
+        pub struct $row {
+            $($(#[$what])* pub $column: $kind,)*
+            $($($(#[$which])* #[serde(default)] pub $added: $of,)*)?
+        }
 
         impl Row for $row {
             const FILE: &'static str = $file;
-            const COLUMNS: &'static [&'static str] = &[$(stringify!($column)),*];
+            const COLUMNS: &'static [&'static str] = &[$(stringify!($column),)* $($(stringify!($added),)*)?];
+            const REQUIRED: &'static [&'static str] = &[$(stringify!($column),)*];
             fn put(&self, table: &mut TableWriter) {
                 $(self.$column.put(table);)*
+                $($(self.$added.put(table);)*)?
             }
         }
     };
@@ -82,6 +99,15 @@ pub struct ImageRow {
     pub qy: f64,
     /// See `qw`.
     pub qz: f64,
+    /// A-posteriori standard deviation of the projection centre, m; `None` where it was not computed.
+    #[serde(default)]
+    pub sigma_cx: Option<f64>,
+    /// See `sigma_cx`.
+    #[serde(default)]
+    pub sigma_cy: Option<f64>,
+    /// See `sigma_cx`.
+    #[serde(default)]
+    pub sigma_cz: Option<f64>,
 }
 
 impl ImageRow {
@@ -194,6 +220,42 @@ table! { "checks.csv",
         /// See `x`.
         z: f64,
     }
+    later {
+        /// Standard deviation of `dx` from the marks of the point and its survey, m; `None` where it was not computed.
+        sigma_dx: Option<f64>,
+        /// See `sigma_dx`.
+        sigma_dy: Option<f64>,
+        /// See `sigma_dx`.
+        sigma_dz: Option<f64>,
+        /// Images in which it was marked.
+        images: Option<usize>,
+        /// RMS of the residuals of its marks per coordinate, px.
+        rms_px: Option<f64>,
+    }
+}
+
+table! { "checks_by_model.csv",
+    /// A surveyed point against the block, before effects were added and with them.
+    ModelCheckRow {
+        /// `base` or `final`.
+        stage: String,
+        /// Name.
+        point: String,
+        /// `control` or `check`.
+        role: String,
+        /// Computed minus surveyed, m.
+        dx: f64,
+        /// See `dx`.
+        dy: f64,
+        /// See `dx`.
+        dz: f64,
+        /// Position, m.
+        x: f64,
+        /// See `x`.
+        y: f64,
+        /// See `x`.
+        z: f64,
+    }
 }
 
 table! { "gnss.csv",
@@ -285,11 +347,12 @@ table! { "profiles.csv",
 }
 
 table! { "found.csv",
-    /// A mark of the picture that shows an effect: residuals with everything as in the final model, without the effect and with it.
+    /// A mark of the picture that shows an effect: residuals of the base model, and with everything as in the final
+    /// model, without the effect and with it.
     FoundRow {
         /// Effect.
         effect: String,
-        /// `without` or `with`.
+        /// `base`, `without` or `with`.
         stage: String,
         /// What `x` is, its unit in brackets.
         against: String,

@@ -9,6 +9,8 @@ use std::io::BufRead;
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::path::{Path, PathBuf};
 
+pub use super::provenance::Provenance;
+
 /// Version of the file.
 const FORMAT: u32 = 1;
 /// Begins the name of a step of a laboratory.
@@ -22,6 +24,9 @@ struct Source {
     /// The path as the system has it, where it is no UTF-8.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     block_bytes: Option<Vec<u8>>,
+    /// Of a run: when, by which version, with which command, and in which coordinate system.
+    #[serde(flatten)]
+    provenance: Provenance,
     /// SHA-256 of what a laboratory works on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     laboratory_of: Option<String>,
@@ -32,7 +37,8 @@ impl Source {
         let block = block.canonicalize().unwrap_or_else(|_| block.to_owned());
         let bytes = block.as_os_str().as_bytes();
         let block_bytes = block.to_str().is_none().then(|| bytes.to_vec());
-        Self { format: FORMAT, block: block.display().to_string(), block_bytes, laboratory_of: None }
+        let provenance = Provenance::default();
+        Self { format: FORMAT, block: block.display().to_string(), block_bytes, provenance, laboratory_of: None }
     }
 
     fn path(self) -> PathBuf {
@@ -50,12 +56,20 @@ fn read(dir: &Path) -> Result<Option<Source>, Error> {
     serde_json::from_str(&text).map(Some).map_err(|error| unreadable(error.into()))
 }
 
-/// Notes in the folder of a run which block it adjusted.
+/// Notes in the folder of a run which block it adjusted, in which coordinate system, when and by which command.
 ///
 /// # Errors
 /// What cannot be written.
-pub fn write_source(dir: &Path, block: &Path) -> Result<(), Error> {
-    write_json(&dir.join(SOURCE), &Source::of(block))
+pub fn write_source(dir: &Path, block: &Path, crs: &str) -> Result<(), Error> {
+    write_json(&dir.join(SOURCE), &Source { provenance: Provenance::now(crs), ..Source::of(block) })
+}
+
+/// Where the run of a folder comes from; empty where that was not noted.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn read_provenance(dir: &Path) -> Result<Provenance, Error> {
+    Ok(read(dir)?.map(|source| source.provenance).unwrap_or_default())
 }
 
 /// The folder of the block that a run adjusted, or a laboratory works on; `None` for a run of before it was noted.
@@ -112,12 +126,28 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_run_notes_where_it_comes_from() {
+        let dir = tempfile::tempdir().unwrap();
+        assert_eq!(read_provenance(dir.path()).unwrap(), Provenance::default());
+        write_source(dir.path(), Path::new("/nowhere/q"), "EPSG:32633").unwrap();
+        let noted = read_provenance(dir.path()).unwrap();
+        assert_eq!(
+            (noted.crs.as_deref(), noted.version.as_deref()),
+            (Some("EPSG:32633"), Some(env!("CARGO_PKG_VERSION")))
+        );
+        assert!(noted.written.is_some_and(|date| date.ends_with('Z')) && noted.command.is_some());
+        // Of before that was noted.
+        std::fs::write(dir.path().join(SOURCE), r#"{"format": 1, "block": "/nowhere/q"}"#).unwrap();
+        assert_eq!(read_provenance(dir.path()).unwrap(), Provenance::default());
+    }
+
+    #[test]
     fn a_path_that_is_no_text_is_noted_and_read() {
         let dir = tempfile::tempdir().unwrap();
         let block = Path::new("/nowhere").join(OsString::from_vec(b"q\xff".to_vec()));
-        write_source(dir.path(), &block).unwrap();
+        write_source(dir.path(), &block, "local").unwrap();
         assert_eq!(read_source(dir.path()).unwrap(), Some(block));
-        write_source(dir.path(), Path::new("/nowhere/q")).unwrap();
+        write_source(dir.path(), Path::new("/nowhere/q"), "local").unwrap();
         assert!(!std::fs::read_to_string(dir.path().join(SOURCE)).unwrap().contains("bytes"));
     }
 
@@ -130,7 +160,7 @@ mod tests {
         assert_eq!(read_laboratory(dir.path()).unwrap().as_deref(), Some("ab"));
         assert!(is_laboratory(dir.path()));
         // Of before its hash was noted.
-        write_source(dir.path(), &at("block")).unwrap();
+        write_source(dir.path(), &at("block"), "local").unwrap();
         assert!(!is_laboratory(dir.path()));
         std::fs::create_dir(at("step-0001")).unwrap();
         assert!(is_laboratory(dir.path()));

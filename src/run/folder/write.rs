@@ -1,14 +1,15 @@
 //! A run folder, written.
 
 use super::rows::{
-    CheckRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, OutlierRow, PointRow, ProfileRow, ResidualLine, Row,
-    SensorRow,
+    CheckRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, ModelCheckRow, OutlierRow, PointRow, ProfileRow,
+    ResidualLine, Row, SensorRow,
 };
 use super::{DIAGNOSIS, FINAL, MODEL, SUMMARY};
 use crate::adjust::Covariance;
 use crate::block::{Block, Image, Role};
 use crate::effects::Scope;
-use crate::evaluate::Similarity;
+use crate::evaluate::intersection::Intersection;
+use crate::evaluate::{Comparison, Similarity, checks};
 use crate::io::table::{TableWriter, write_json};
 use crate::io::{self, Error};
 use crate::model::Model;
@@ -33,6 +34,8 @@ pub struct Pictures {
     pub found: Vec<FoundRow>,
     /// Mean residuals against what was recorded.
     pub profiles: Vec<ProfileRow>,
+    /// Surveyed points before effects were added and after; empty where none were.
+    pub checks: Vec<ModelCheckRow>,
 }
 
 /// Writes model, summary and tables into `dir`, which is made when it is not there; files of an older run are replaced.
@@ -50,7 +53,8 @@ pub fn write(
 ) -> Result<(), Error> {
     std::fs::create_dir_all(dir).map_err(|source| Error::Write { path: dir.to_owned(), source })?;
     let similarity = run.comparison.as_ref().and_then(|comparison| comparison.similarity);
-    let folder = Folder { block, run, alignment: similarity.unwrap_or_else(Similarity::identity), sigma0: sigma0(run) };
+    let alignment = similarity.unwrap_or_else(Similarity::identity);
+    let folder = Folder { block, model, run, alignment, sigma0: sigma0(run) };
     io::model::write_model(model, &dir.join(MODEL))?;
     io::block::write_images(&folder.adjusted_images(), &dir.join(ImageRow::FILE))?;
     write_rows(dir, folder.points())?;
@@ -88,12 +92,16 @@ pub fn write_diagnosis<D: Serialize>(dir: &Path, diagnosis: &D, pictures: Pictur
     write_rows(dir, pictures.sensor.into_iter())?;
     write_rows(dir, pictures.scales.into_iter())?;
     write_rows(dir, pictures.found.into_iter())?;
-    write_rows(dir, pictures.profiles.into_iter())
+    write_rows(dir, pictures.profiles.into_iter())?;
+    match pictures.checks.is_empty() {
+        true => Ok(()),
+        false => write_rows(dir, pictures.checks.into_iter()),
+    }
 }
 
 /// Removes what only a diagnosis writes, so that an adjustment into the folder of an older one is not taken for it.
 fn remove_diagnosis(dir: &Path) -> Result<(), Error> {
-    for name in [DIAGNOSIS, ImageScaleRow::FILE, ProfileRow::FILE, FoundRow::FILE] {
+    for name in [DIAGNOSIS, ImageScaleRow::FILE, ProfileRow::FILE, FoundRow::FILE, ModelCheckRow::FILE] {
         let path = dir.join(name);
         match std::fs::remove_file(&path) {
             Err(source) if source.kind() != std::io::ErrorKind::NotFound => return Err(Error::Write { path, source }),
@@ -137,6 +145,7 @@ fn sensor_means<'a>(block: &'a Block, rows: &'a [ResidualRow]) -> impl Iterator<
 
 struct Folder<'a> {
     block: &'a Block,
+    model: &'a Model,
     run: &'a Run,
     alignment: Similarity,
     sigma0: Option<f64>,
@@ -219,20 +228,71 @@ impl Folder<'_> {
     }
 
     fn checks(&self) -> impl Iterator<Item = CheckRow> {
-        self.run.comparison.iter().flat_map(|comparison| &comparison.rows).map(|row| CheckRow {
-            point: self.block.surveyed[row.point.index()].name.clone(),
-            role: match row.role {
-                Role::Control => "control".into(),
-                Role::Check => "check".into(),
-            },
+        let comparison = self.run.comparison.iter();
+        let rows = comparison.flat_map(|comparison| comparison.rows.iter().zip(&comparison.intersections.points));
+        rows.map(|(row, seen)| {
+            let position = row.position + self.block.origin;
+            let sigma = self.sigma0.map(|sigma0| self.check_sigma(row, seen, sigma0));
+            let squares: f64 = seen.residuals.iter().map(|residual| residual.norm_squared()).sum();
+            CheckRow {
+                point: self.block.surveyed[row.point.index()].name.clone(),
+                role: role(row.role).into(),
+                dx: row.d[0],
+                dy: row.d[1],
+                dz: row.d[2],
+                x: position.x,
+                y: position.y,
+                z: position.z,
+                sigma_dx: sigma.map(|sigma| sigma.x),
+                sigma_dy: sigma.map(|sigma| sigma.y),
+                sigma_dz: sigma.map(|sigma| sigma.z),
+                images: Some(seen.residuals.len()),
+                rms_px: Some((squares / (2.0 * seen.residuals.len() as f64)).sqrt()).filter(|rms| rms.is_finite()),
+            }
+        })
+    }
+
+    /// Standard deviations of computed minus surveyed: of the point's own marks, as precise as the adjustment found
+    /// them, and of its survey. Errors that cameras and poses have in common are no part of it.
+    fn check_sigma(&self, row: &checks::CheckRow, seen: &Intersection, sigma0: f64) -> Vector3<f64> {
+        let (block, factors) = (self.block, &self.model.sigma_factors);
+        let of_flight = |mark: &usize| {
+            let flight = &block.flights[block.images[block.marks[*mark].image.index()].flight.index()];
+            self.model.flight_factors.get(flight).map_or(1.0, |factors| factors.image).powi(2)
+        };
+        let of_flights = seen.measurements.iter().map(of_flight).sum::<f64>() / seen.measurements.len() as f64;
+        let marks = row.covariance.diagonal() * ((sigma0 * factors.image).powi(2) * of_flights);
+        let own = &block.surveyed[row.point.index()];
+        let xy = factors.control * own.sigma_xy.unwrap_or(block.sigma.control_xy_m);
+        let z = factors.control_z * own.sigma_z.unwrap_or(block.sigma.control_z_m);
+        (marks + Vector3::new(xy, xy, z).map(|sigma| sigma * sigma)).map(|variance| variance.max(0.0).sqrt())
+    }
+}
+
+fn role(role: Role) -> &'static str {
+    match role {
+        Role::Control => "control",
+        Role::Check => "check",
+    }
+}
+
+/// Surveyed points against the block at one stage of a diagnosis.
+pub fn checks_by_model(block: &Block, comparison: &Comparison, stage: &str) -> Vec<ModelCheckRow> {
+    let row = |row: &checks::CheckRow| {
+        let position = row.position + block.origin;
+        ModelCheckRow {
+            stage: stage.into(),
+            point: block.surveyed[row.point.index()].name.clone(),
+            role: role(row.role).into(),
             dx: row.d[0],
             dy: row.d[1],
             dz: row.d[2],
-            x: row.position[0] + self.block.origin.x,
-            y: row.position[1] + self.block.origin.y,
-            z: row.position[2] + self.block.origin.z,
-        })
-    }
+            x: position.x,
+            y: position.y,
+            z: position.z,
+        }
+    };
+    comparison.rows.iter().map(row).collect()
 }
 
 fn lines(block: &Block, rows: &[ResidualRow]) -> impl Iterator<Item = ResidualLine> {

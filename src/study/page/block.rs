@@ -54,7 +54,7 @@ pub fn section(page: &mut Page, results: &Results, simulation: &Simulation) -> R
         images: block.images.iter().map(station).collect(),
         control_m: surveyed(Role::Control),
         check_m: surveyed(Role::Check),
-        width: None,
+        ..FlightPlan::default()
     };
     page.figure("flights", flights_plan_profile(&plan), "Figure 1: the flights. Control and check points on the dike.");
 

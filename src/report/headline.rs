@@ -1,0 +1,174 @@
+//! The finding in two sentences: which effect, how large, what it did to the points, and what the model with it gains.
+
+use super::numbers::{significant, unit_of};
+use super::pictures::RunFolder;
+use crate::diagnose::verdict::{Diagnosis, FoundEntry, Verdict};
+use crate::run::summary::Summary;
+
+/// Effects that the headline names; the sections below have all.
+const NAMED: usize = 3;
+
+/// The headline of a run.
+pub(super) fn headline(run: &RunFolder) -> String {
+    let Some(diagnosis) = &run.diagnosis else { return of_adjustment(&run.summary) };
+    let mut sentences = Vec::new();
+    if diagnosis.verdict == Verdict::Mistake {
+        sentences.extend(diagnosis.mistakes.first().map(|mistake| mistake.sentence.clone()));
+    }
+    if diagnosis.verdict == Verdict::Unexplained {
+        sentences.push("Residual patterns remain that no effect of the catalogue explains.".into());
+    }
+    let effects: Vec<&FoundEntry> = diagnosis.found.iter().collect();
+    if effects.is_empty() {
+        if diagnosis.verdict == Verdict::Adequate {
+            sentences.push("This block shows no missing effect.".into());
+        }
+        sentences.extend(checked(&run.summary));
+    } else {
+        sentences.push(format!("{}.", moved(&effects, run.summary.has_scale())));
+        sentences.extend(gained(run, diagnosis));
+    }
+    sentences.join(" ")
+}
+
+fn of_adjustment(summary: &Summary) -> String {
+    let sentences = summary.mistakes.first().map(|mistake| mistake.sentence.clone()).into_iter();
+    let fit = summary
+        .tie_rms_px
+        .map(|rms| format!("Image residuals are {} px (tie points, RMS per coordinate).", significant(rms, 2)));
+    let sentences: Vec<String> = sentences.chain(checked(summary)).chain(fit).collect();
+    sentences.join(" ")
+}
+
+/// Check points as they are, where nothing was added; control points where there are no others.
+fn checked(summary: &Summary) -> Option<String> {
+    let (name, s) = match (&summary.check, &summary.control) {
+        (Some(check), _) => ("Check points", check),
+        (None, Some(control)) => ("Control points", control),
+        (None, None) => return None,
+    };
+    Some(format!("{name} differ from the survey by {} mm ({}).", short_mm(s.rms_m.xyz), counted(s.n)))
+}
+
+fn counted(n: usize) -> String {
+    format!("{n} {}, 3D RMS", if n == 1 { "point" } else { "points" })
+}
+
+/// What the effects did, the largest first.
+fn moved(effects: &[&FoundEntry], scaled: bool) -> String {
+    let rms = |found: &FoundEntry| found.impact.as_ref().filter(|_| scaled).map(|impact| impact.rms_m);
+    let mut order = effects.to_vec();
+    order.sort_by(|a, b| rms(b).unwrap_or(-1.0).total_cmp(&rms(a).unwrap_or(-1.0)));
+    let clause = |found: &FoundEntry| {
+        let size = size(found).map_or(String::new(), |size| format!(" ({size})"));
+        match rms(found) {
+            Some(rms) => format!("{}{size} moved your points by {} mm", named(&found.effect), short_mm(rms)),
+            None => {
+                format!("{}{size} moved image points by {} px", named(&found.effect), significant(found.size_px, 2))
+            }
+        }
+    };
+    let mut clauses: Vec<String> = order.iter().take(NAMED).map(|found| clause(found)).collect();
+    if order.len() > NAMED {
+        clauses.push(format!("{} more effects stand below", order.len() - NAMED));
+    }
+    clauses.join("; ")
+}
+
+/// An error before and after, as the last step of the ledger has it: of the check points, else of predicted image
+/// measurements.
+fn gained(run: &RunFolder, diagnosis: &Diagnosis) -> Option<String> {
+    let (first, last) = (diagnosis.ledger.first()?, diagnosis.ledger.last()?);
+    let what = match diagnosis.found.len() {
+        1 => "it",
+        2 => "both",
+        _ => "them",
+    };
+    let goes = |from: f64, to: f64| if to <= from { "falls" } else { "rises" };
+    if let (Some(from), Some(to), Some(check)) = (first.check_rms_m, last.check_rms_m, &run.summary.check) {
+        let [before, after] = [short_mm(from), short_mm(to)];
+        let goes = goes(from, to);
+        return Some(format!(
+            "With {what} in the model the check-point error {goes} from {before} to {after} mm ({}).",
+            counted(check.n)
+        ));
+    }
+    let (from, to) = (first.heldout_rms_px?, last.heldout_rms_px?);
+    Some(format!(
+        "With {what} in the model the error of predicted image measurements {} from {} to {} px (left out of the fit, RMS).",
+        goes(from, to),
+        significant(from, 3),
+        significant(to, 3)
+    ))
+}
+
+/// The size of an effect of one parameter, in a unit without many zeros.
+fn size(found: &FoundEntry) -> Option<String> {
+    let mut parameters = found.estimate.values();
+    let one = parameters.next().filter(|_| found.estimate.len() == 1)?;
+    Some(short_size(one.value, &one.unit))
+}
+
+/// A size in a unit without many zeros.
+pub(super) fn short_size(value: f64, unit: &str) -> String {
+    let small = value.abs() < 0.1;
+    match unit {
+        "s" if small => format!("{} ms", significant(1e3 * value, 3)),
+        "m" if small => format!("{} mm", significant(1e3 * value, 3)),
+        unit => format!("{} {}", significant(value, 3), unit_of(unit)).trim_end().into(),
+    }
+}
+
+/// Millimetres, one decimal from 1 to 100.
+pub(super) fn short_mm(metres: f64) -> String {
+    let mm = 1e3 * metres;
+    match mm.abs() {
+        1.0..100.0 => format!("{mm:.1}"),
+        100.0.. => format!("{mm:.0}"),
+        _ => significant(mm, 2),
+    }
+}
+
+/// An effect's id as words at the beginning of a sentence.
+pub(super) fn named(id: &str) -> String {
+    let id = id.strip_prefix("free:").map_or_else(|| id.to_string(), |group| format!("a held value of {group}"));
+    let word = |word: &str| match word {
+        "gnss" => "GNSS".to_string(),
+        "pp" => "principal point".to_string(),
+        other => other.to_string(),
+    };
+    let words = id.split(['-', ' ']).map(word).collect::<Vec<_>>().join(" ");
+    let mut letters = words.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(effect: &str, value: f64, unit: &str, impact: &str) -> FoundEntry {
+        let text = format!(
+            r#"{{"effect": "{effect}", "estimate": {{"t": {{"value": {value}, "sigma": 0.001, "unit": "{unit}"}}}}, "drop": 1,
+                "p_value": 0, "ln_p_value": -900, "size_px": 0.228, "impact": {impact}, "inseparable_from": [], "plausible": true}}"#
+        );
+        serde_json::from_str(&text).expect("a finding")
+    }
+
+    #[test]
+    fn the_largest_effect_stands_first_with_its_size() {
+        let small = found("focal-time", 5.98, "px", r#"{"rms_m": 0.004, "height_m": 0.003, "surveyed": true}"#);
+        let large = found("rolling-shutter", 0.0199, "s", r#"{"rms_m": 0.0248, "height_m": 0.005, "surveyed": true}"#);
+        let sentence =
+            "Rolling shutter (19.9 ms) moved your points by 24.8 mm; Focal time (5.98 px) moved your points by 4.0 mm";
+        assert_eq!(moved(&[&small, &large], true), sentence);
+        assert_eq!(moved(&[&large], false), "Rolling shutter (19.9 ms) moved image points by 0.23 px");
+    }
+
+    #[test]
+    fn names_and_sizes_are_words() {
+        assert_eq!(named("gnss-lever-arm"), "GNSS lever arm");
+        assert_eq!(named("pp-time"), "Principal point time");
+        assert_eq!(short_size(2.8e-4, "1"), "2.80e-4");
+        assert_eq!([0.2, 0.0019709, 4e-5].map(short_mm), ["200", "2.0", "0.040"]);
+    }
+}

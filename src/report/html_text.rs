@@ -1,0 +1,31 @@
+//! Text in HTML.
+
+pub(super) use super::svg::escape as escaped;
+
+/// Escaped text in which no number is broken across lines: browsers break `1e-300` behind its hyphen.
+pub(super) fn unbroken(text: &str) -> String {
+    let words = text.split(' ').map(|word| match has_exponent(word) {
+        true => format!("<span class=\"n\">{}</span>", escaped(word)),
+        false => escaped(word),
+    });
+    // A bound stays with its sign.
+    words.collect::<Vec<_>>().join(" ").replace("&lt; <span class=\"n\">", "<span class=\"n\">&lt; ")
+}
+
+/// Has it a number like `4e-8`?
+fn has_exponent(word: &str) -> bool {
+    let is_digit = |at: Option<usize>| at.and_then(|at| word.as_bytes().get(at)).is_some_and(u8::is_ascii_digit);
+    word.match_indices("e-").any(|(at, _)| is_digit(at.checked_sub(1)) && is_digit(Some(at + 2)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_stay_whole() {
+        assert_eq!(unbroken("p < 1e-300."), "p <span class=\"n\">&lt; 1e-300.</span>");
+        assert_eq!(unbroken("± 9.3e-5 s & more"), "± <span class=\"n\">9.3e-5</span> s &amp; more");
+        assert_eq!(unbroken("a one-way re-entry"), "a one-way re-entry");
+    }
+}
