@@ -21,6 +21,7 @@ mod mend;
 mod mistakes;
 pub mod model_options;
 mod output;
+mod pdf;
 mod plugins;
 mod report;
 mod reproduce;

@@ -22,7 +22,7 @@ fn sentence(diagnosis: &Diagnosis, precision_m: f64, tolerance_m: Option<f64>) -
         };
         // A standard deviation means nothing in a system that a mistake may have moved.
         return if known && diagnosis.verdict != Verdict::Mistake {
-            format!("{nothing}. Points have a typical standard deviation of {} mm.", millimetres(precision_m))
+            format!("{nothing}. Typical point: ± {} mm (1 sigma, 3D).", millimetres(precision_m))
         } else {
             format!("{nothing}.")
         };

@@ -1,7 +1,7 @@
 //! What a block could not have shown: the size of each effect that it would have found with a power of 80 %, and what
 //! an effect of that size, undetected, does to the points.
 
-use super::headline::{named, short_mm, short_size};
+use super::headline::{in_words, named, short_mm, short_size};
 use super::html::Page;
 use super::numbers::or_dash;
 use super::tables::Table;
@@ -21,7 +21,7 @@ fn hidden(diagnosis: &Diagnosis) -> Vec<(&CandidateEntry, &DetectableEntry)> {
 }
 
 fn untested(diagnosis: &Diagnosis) -> Vec<String> {
-    diagnosis.candidates.iter().filter(|c| !c.tested).map(|c| named(&c.effect).to_lowercase()).collect()
+    diagnosis.candidates.iter().filter(|c| !c.tested).map(|c| in_words(&c.effect)).collect()
 }
 
 /// In a sentence; `None` where nothing is known.
@@ -31,7 +31,7 @@ pub(super) fn sentence(diagnosis: &Diagnosis, scaled: bool) -> Option<String> {
             .check_change_m
             .filter(|_| scaled)
             .map_or(String::new(), |m| format!(", which moves points by {} mm", short_mm(m)));
-        format!("{} of {}{moves}", named(&c.effect), short_size(d.size, &d.unit))
+        format!("{} of {}{moves}", in_words(&c.effect), short_size(d.size, &d.unit))
     };
     let all = hidden(diagnosis);
     let shown: Vec<String> = all.iter().take(NAMED).map(one).collect();

@@ -168,9 +168,11 @@ pub(super) fn structure(page: &mut Page, run: &RunFolder, diagnosis: &Diagnosis)
         return;
     }
     page.details("Mean residuals against what was recorded", |page| {
-        for (against, unit) in shown {
-            profiles(page, run, against, unit);
-        }
+        page.part("pair", |page| {
+            for (against, unit) in shown {
+                profiles(page, run, against, unit);
+            }
+        });
     });
 }
 

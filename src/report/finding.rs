@@ -1,8 +1,8 @@
 //! The first screen: what was wrong, what it cost, what to do; what remains, and what this block could not have shown.
 
 use super::diagnosis_tables::mistake_lines;
-use super::figures::{VectorField, residuals_plan_arrows, residuals_plan_signed, vector_field};
-use super::headline::{headline, named, short_mm};
+use super::figures::{VectorField, map_width, residuals_plan_arrows, residuals_plan_signed, vector_field};
+use super::headline::{headline, in_words, short_mm};
 use super::html::{Page, class};
 use super::pictures::{self, RunFolder};
 use super::run_tables::solvers_verdict;
@@ -46,8 +46,9 @@ pub(super) fn finding(page: &mut Page, run: &RunFolder) {
 /// What to do, in a sentence per effect.
 fn to_do(run: &RunFolder) -> Vec<String> {
     let Some(diagnosis) = &run.diagnosis else {
-        let next = "What to do: an adjustment alone does not say what is missing; `misclosure improve` looks for it.";
-        return if run.summary.mistakes.is_empty() { vec![next.into()] } else { Vec::new() };
+        let next = "What to do: an adjustment alone does not say what is missing; misclosure improve looks for it.";
+        let mistake = run.summary.mistakes.first().map(|mistake| mistake_lines(mistake)[1].clone());
+        return vec![mistake.unwrap_or_else(|| next.into())];
     };
     let mut sentences = Vec::new();
     if let Some(mistake) = diagnosis.mistakes.first() {
@@ -55,7 +56,7 @@ fn to_do(run: &RunFolder) -> Vec<String> {
     }
     let several = diagnosis.found.len() > 1;
     for found in &diagnosis.found {
-        let whose = if several { format!(" about {}", named(&found.effect).to_lowercase()) } else { String::new() };
+        let whose = if several { format!(" about {}", in_words(&found.effect)) } else { String::new() };
         sentences.extend(words::of_found(found).map(|words| format!("What to do{whose}: {}", words.remedy)));
     }
     if sentences.is_empty() {
@@ -76,9 +77,10 @@ fn unsound(page: &mut Page, run: &RunFolder) {
     }
 }
 
+/// Every mistake but the first, which is the headline.
 fn mistakes(page: &mut Page, run: &RunFolder) {
     let of_diagnosis = run.diagnosis.as_ref().map(|diagnosis| &diagnosis.mistakes);
-    for mistake in of_diagnosis.unwrap_or(&run.summary.mistakes) {
+    for mistake in of_diagnosis.unwrap_or(&run.summary.mistakes).iter().skip(1) {
         page.warning(&mistake_lines(mistake).join(" "));
     }
 }
@@ -124,18 +126,19 @@ fn points_before_and_after(page: &mut Page, run: &RunFolder, name: &str, before:
     let titles = [title("Before", before), title("After", after)];
     let in_plan = mean(before, |row| row.dx.hypot(row.dy)) >= mean(before, |row| row.dz);
     let frame = pictures::frame(run);
+    let width = map_width(before.iter().map(|row| [row.x, row.y]), SMALL);
     let [left, right] = if in_plan {
         let mut maps = [before, after].map(|rows| pictures::plan(name, frame, rows.iter()));
         let scale = maps.iter().filter_map(|map| map.natural_scale()).reduce(f64::min);
         maps.iter_mut().zip(titles).for_each(|(map, title)| {
-            (map.title, map.scale, map.width) = (title, scale, Some(SMALL));
+            (map.title, map.scale, map.width) = (title, scale, Some(width));
         });
         maps.map(|map| residuals_plan_arrows(&map))
     } else {
         let mut maps = [before, after].map(|rows| pictures::heights(name, frame, rows.iter()));
         let scale = maps.iter().filter_map(|map| map.natural_scale()).reduce(f64::min);
         maps.iter_mut().zip(titles).for_each(|(map, title)| {
-            (map.title, map.scale, map.width) = (title, scale, Some(SMALL));
+            (map.title, map.scale, map.width) = (title, scale, Some(width));
         });
         maps.map(|map| residuals_plan_signed(&map))
     };

@@ -62,9 +62,9 @@ fn moved(effects: &[&FoundEntry], scaled: bool) -> String {
     let clause = |found: &FoundEntry| {
         let size = size(found).map_or(String::new(), |size| format!(" ({size})"));
         match rms(found) {
-            Some(rms) => format!("{}{size} moved your points by {} mm", named(&found.effect), short_mm(rms)),
+            Some(rms) => format!("{}{size} moved your points by {} mm", in_words(&found.effect), short_mm(rms)),
             None => {
-                format!("{}{size} moved image points by {} px", named(&found.effect), significant(found.size_px, 2))
+                format!("{}{size} moved image points by {} px", in_words(&found.effect), significant(found.size_px, 2))
             }
         }
     };
@@ -72,7 +72,7 @@ fn moved(effects: &[&FoundEntry], scaled: bool) -> String {
     if order.len() > NAMED {
         clauses.push(format!("{} more effects stand below", order.len() - NAMED));
     }
-    clauses.join("; ")
+    capitalised(&clauses.join("; "))
 }
 
 /// An error before and after, as the last step of the ledger has it: of the check points, else of predicted image
@@ -129,16 +129,24 @@ pub(super) fn short_mm(metres: f64) -> String {
     }
 }
 
-/// An effect's id as words at the beginning of a sentence.
-pub(super) fn named(id: &str) -> String {
-    let id = id.strip_prefix("free:").map_or_else(|| id.to_string(), |group| format!("a held value of {group}"));
+/// An effect's id as words.
+pub(super) fn in_words(id: &str) -> String {
+    let id = id.strip_prefix("free:").map_or_else(|| id.to_string(), |group| format!("held value of {group}"));
     let word = |word: &str| match word {
         "gnss" => "GNSS".to_string(),
         "pp" => "principal point".to_string(),
         other => other.to_string(),
     };
-    let words = id.split(['-', ' ']).map(word).collect::<Vec<_>>().join(" ");
-    let mut letters = words.chars();
+    id.split(['-', ' ']).map(word).collect::<Vec<_>>().join(" ")
+}
+
+/// The same at the beginning of a sentence.
+pub(super) fn named(id: &str) -> String {
+    capitalised(&in_words(id))
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
@@ -159,7 +167,7 @@ mod tests {
         let small = found("focal-time", 5.98, "px", r#"{"rms_m": 0.004, "height_m": 0.003, "surveyed": true}"#);
         let large = found("rolling-shutter", 0.0199, "s", r#"{"rms_m": 0.0248, "height_m": 0.005, "surveyed": true}"#);
         let sentence =
-            "Rolling shutter (19.9 ms) moved your points by 24.8 mm; Focal time (5.98 px) moved your points by 4.0 mm";
+            "Rolling shutter (19.9 ms) moved your points by 24.8 mm; focal time (5.98 px) moved your points by 4.0 mm";
         assert_eq!(moved(&[&small, &large], true), sentence);
         assert_eq!(moved(&[&large], false), "Rolling shutter (19.9 ms) moved image points by 0.23 px");
     }
@@ -167,7 +175,7 @@ mod tests {
     #[test]
     fn names_and_sizes_are_words() {
         assert_eq!(named("gnss-lever-arm"), "GNSS lever arm");
-        assert_eq!(named("pp-time"), "Principal point time");
+        assert_eq!([named("pp-time"), in_words("gnss-shift")], ["Principal point time", "GNSS shift"]);
         assert_eq!(short_size(2.8e-4, "1"), "2.80e-4");
         assert_eq!([0.2, 0.0019709, 4e-5].map(short_mm), ["200", "2.0", "0.040"]);
     }

@@ -116,7 +116,8 @@ impl Page {
 
     /// Text as it would stand in a terminal or a file.
     pub fn code(&mut self, text: &str) -> &mut Self {
-        self.put("pre", text)
+        self.body += &format!("<pre>{}</pre>\n", escape(text));
+        self
     }
 
     /// The verdict: its meaning in words, then what was found.
@@ -174,11 +175,6 @@ impl Page {
 
     /// The whole page. Contents are listed where there are three sections or more.
     pub fn html(&self) -> String {
-        let title = escape(&self.title);
-        let subtitle = match self.subtitle.as_str() {
-            "" => String::new(),
-            text => format!("<p class=\"subtitle\">{}</p>\n", escape(text)),
-        };
         let mut contents = String::new();
         if self.sections.len() >= 3 {
             let item =
@@ -186,16 +182,36 @@ impl Page {
             let items: String = self.sections.iter().enumerate().map(item).collect();
             contents = format!("<nav aria-label=\"Contents\">\n<ol>\n{items}</ol>\n</nav>\n");
         }
-        let (lead, rest) = self.body.split_at(self.lead.unwrap_or(self.body.len()));
+        let (_, rest) = self.split();
+        self.document(&format!("{contents}<main>\n{rest}</main>\n"))
+    }
+
+    /// What stands before the first section, alone: one page for whoever pays for the survey.
+    pub fn client(&self) -> String {
+        self.document("")
+    }
+
+    /// What stands before the first section, and the rest.
+    fn split(&self) -> (&str, &str) {
+        self.body.split_at(self.lead.unwrap_or(self.body.len()))
+    }
+
+    fn document(&self, rest: &str) -> String {
+        let title = escape(&self.title);
+        let subtitle = match self.subtitle.as_str() {
+            "" => String::new(),
+            text => format!("<p class=\"subtitle\">{}</p>\n", escape(text)),
+        };
         let foot = match self.provenance.as_str() {
             "" => String::new(),
             text => format!("@page {{ @bottom-left {{ content: \"{}\"; }} }}\n", css_text(text)),
         };
+        let (lead, _) = self.split();
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <title>{title}</title>\n<style>\n{CSS}{foot}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n{subtitle}{lead}</header>\n{contents}\
-             <main>\n{rest}</main>\n</body>\n</html>\n"
+             <title>{title}</title>\n<style>\n{CSS}{foot}</style>\n</head>\n<body>\n\
+             <header>\n<h1>{title}</h1>\n{subtitle}{lead}</header>\n{rest}</body>\n</html>\n"
         )
     }
 

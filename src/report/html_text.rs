@@ -2,14 +2,27 @@
 
 pub(super) use super::svg::escape as escaped;
 
-/// Escaped text in which no number is broken across lines: browsers break `1e-300` behind its hyphen.
+/// Escaped text in which no number is broken across lines (browsers break `1e-300` behind its hyphen), but long words are: names
+/// of images and points may have any length, and a column of them is as wide as its longest word.
 pub(super) fn unbroken(text: &str) -> String {
     let words = text.split(' ').map(|word| match has_exponent(word) {
-        true => format!("<span class=\"n\">{}</span>", escaped(word)),
-        false => escaped(word),
+        true if word.len() <= LONG_WORD => format!("<span class=\"n\">{}</span>", escaped(word)),
+        _ => breakable(word),
     });
     // A bound stays with its sign.
     words.collect::<Vec<_>>().join(" ").replace("&lt; <span class=\"n\">", "<span class=\"n\">&lt; ")
+}
+
+/// Characters beyond which a word may be broken.
+const LONG_WORD: usize = 18;
+
+fn breakable(word: &str) -> String {
+    let characters: Vec<char> = word.chars().collect();
+    if characters.len() <= LONG_WORD {
+        return escaped(word);
+    }
+    let parts = characters.chunks(LONG_WORD / 2).map(|part| escaped(&part.iter().collect::<String>()));
+    parts.collect::<Vec<_>>().join("<wbr>")
 }
 
 /// Has it a number like `4e-8`?
@@ -27,5 +40,11 @@ mod tests {
         assert_eq!(unbroken("p < 1e-300."), "p <span class=\"n\">&lt; 1e-300.</span>");
         assert_eq!(unbroken("± 9.3e-5 s & more"), "± <span class=\"n\">9.3e-5</span> s &amp; more");
         assert_eq!(unbroken("a one-way re-entry"), "a one-way re-entry");
+    }
+
+    #[test]
+    fn long_words_may_be_broken() {
+        assert_eq!(unbroken("in DJI_20260131_0001_V&.JPG"), "in DJI_20260<wbr>131_0001_<wbr>V&amp;.JPG");
+        assert_eq!(unbroken("DJI_0001.JPG"), "DJI_0001.JPG");
     }
 }

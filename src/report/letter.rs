@@ -2,7 +2,7 @@
 //! be, what to do, and the pictures that show it: residuals before and after, and its own size.
 
 use super::figures::{Arrow, Axis, LineChart, LineStyle, Panel, Series, VectorField, line_chart, vector_field};
-use super::headline::named;
+use super::headline::in_words;
 use super::html::Page;
 use super::numbers::{fixed, mm, p_value, significant, unit_of, with_sigma};
 use super::pictures::RunFolder;
@@ -21,7 +21,7 @@ const MARKS_JOINED: usize = 60;
 /// One section per effect that was found.
 pub(super) fn letter(page: &mut Page, run: &RunFolder, diagnosis: &Diagnosis) {
     for found in &diagnosis.found {
-        page.section(&format!("Found: {}", named(&found.effect).to_lowercase()));
+        page.section(&format!("Found: {}", in_words(&found.effect)));
         for sentence in sentences(found, run.summary.has_scale()) {
             page.paragraph(&sentence);
         }
@@ -140,7 +140,7 @@ fn profiles(found: &FoundEntry, rows: &[&FoundRow]) -> LineChart {
         panels.push(panel(component, "The effect's own size", vec![series(component, WITHOUT, "the effect alone")]));
     }
     LineChart {
-        title: format!("What shows {}", named(&found.effect).to_lowercase()),
+        title: format!("What shows {}", in_words(&found.effect)),
         panels,
         columns: 1,
         note: if single { String::new() } else { "Bars: ± 2 sigma of the mean.".into() },

@@ -41,6 +41,7 @@ mod detectable;
 mod diagnosis;
 mod finding;
 mod frame;
+mod geojson;
 mod glossary;
 mod headline;
 mod html_text;

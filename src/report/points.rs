@@ -6,8 +6,10 @@ use super::pictures::RunFolder;
 use super::tables::Table;
 use crate::run::folder::CheckRow;
 
-/// Points that stand open on the page; the others are folded.
+/// Points of a table that is not folded.
 const OPEN: usize = 20;
+/// The worst of those that are more.
+const WORST: usize = 10;
 /// Rows of a folded table; the tables of the folder have all.
 const FOLDED: usize = 300;
 
@@ -64,7 +66,7 @@ pub(super) fn by_name(page: &mut Page, name: &str, rows: &[&CheckRow]) {
         return;
     }
     let worst = worst_first(rows);
-    page.table(&table(&format!("{name}: the {OPEN} with the largest differences of {}", rows.len()), &worst[..OPEN]));
+    page.table(&table(&format!("{name}: the {WORST} with the largest differences of {}", rows.len()), &worst[..WORST]));
     let shown = worst.len().min(FOLDED);
     let which = if shown < rows.len() { format!("the {shown} worst of {}", rows.len()) } else { "all".to_string() };
     page.data(&format!("{name} by name: {which} (checks.csv has every point)"), |page| {

@@ -13,7 +13,7 @@ use super::run_tables::{
 };
 use super::sensor_section::sensor_figures;
 use super::tables::Table;
-use super::{detectable, diagnosis, glossary, letter, pictures, points, provenance};
+use super::{detectable, diagnosis, geojson, glossary, letter, pictures, points, provenance};
 use crate::block::Block;
 use crate::diagnose::pictures::Shown;
 use crate::diagnose::verdict::Diagnosis;
@@ -27,14 +27,24 @@ use std::path::Path;
 /// A distribution of fewer values is no picture.
 const FEWEST_FOR_HISTOGRAM: usize = 50;
 
-/// Reads the folder of a run and writes its `report.html` and `figures/`.
+/// One page of a run, for whoever pays for the survey.
+pub const CLIENT: &str = "client.html";
+
+/// Reads the folder of a run and writes its `report.html` and `figures/`, and its places on the globe; `client`:
+/// [`CLIENT`], too.
 ///
 /// # Errors
 /// A file that is missing, cannot be read or cannot be written.
-pub fn write_page(dir: &Path) -> Result<()> {
+pub fn write_page(dir: &Path, client: bool) -> Result<()> {
     let run = RunFolder::read(dir)?;
     let ties = TieResiduals::read(dir, &run.images)?;
-    page(&run, ties).write(dir)
+    let page = page(&run, ties);
+    page.write(dir)?;
+    geojson::write(&run, dir)?;
+    if client {
+        folder::write_atomically(&dir.join(CLIENT), page.client().as_bytes())?;
+    }
+    Ok(())
 }
 
 /// As [`write_page`], where the residuals of the run are at hand.
@@ -42,7 +52,9 @@ pub fn write_page(dir: &Path) -> Result<()> {
 /// # Errors
 /// As [`write_page`].
 pub fn write_page_of(dir: &Path, ties: TieResiduals) -> Result<()> {
-    page(&RunFolder::read(dir)?, ties).write(dir)
+    let run = RunFolder::read(dir)?;
+    page(&run, ties).write(dir)?;
+    geojson::write(&run, dir)
 }
 
 /// The folder of a run that was diagnosed, to be written.
@@ -163,7 +175,7 @@ fn adjustment(page: &mut Page, run: &RunFolder) {
     for plugin in &summary.plugins {
         page.note(&format!("Plug-in {plugin}"));
     }
-    page.details("The model, as in model.toml", |page| {
+    page.data("The model, as in model.toml", |page| {
         page.code(&run.model);
     });
 }
@@ -244,16 +256,11 @@ fn checks_section(page: &mut Page, run: &RunFolder) {
     }
 }
 
-/// Width of a map that has another one beside it, px.
-const BESIDE: f64 = 520.0;
-
 /// Residuals in plan and in height on the same axes, side by side.
 fn maps(page: &mut Page, ids: &[String; 2], (plan, heights): (&PlanArrows, &PlanSigned), caption: &str) {
-    let plan = PlanArrows { width: Some(BESIDE), ..plan.clone() };
-    let heights = PlanSigned { width: Some(BESIDE), ..heights.clone() };
     page.pair(
-        (&ids[0], residuals_plan_arrows(&plan), caption),
-        (&ids[1], residuals_plan_signed(&heights), "The same in height."),
+        (&ids[0], residuals_plan_arrows(plan), caption),
+        (&ids[1], residuals_plan_signed(heights), "The same in height."),
     );
 }
 

@@ -107,9 +107,8 @@ fn figures_are_those_of_the_report_and_a_brush_stands_out() {
         ),
         ("histogram", "residual-histogram", &[" data-view=\"histogram\" data-component=\"x\"", " data-xkey=\"range\""]),
         ("images", "image-rms", &[" data-view=\"images\"", " data-xkey=\"range\""]),
-        ("gnss", "gnss-plan", &[" data-view=\"flights\"", " data-xkey=\"n\"", " data-ykey=\"e\""]),
-        // The dike is long in Y: its plan is turned.
-        ("plan", "check-plan", &[" data-view=\"plan\"", " data-xkey=\"n\"", " data-ykey=\"e\""]),
+        ("gnss", "gnss-plan", &[" data-view=\"flights\"", " data-xkey=\"e\"", " data-ykey=\"n\""]),
+        ("plan", "check-plan", &[" data-view=\"plan\"", " data-xkey=\"e\"", " data-ykey=\"n\""]),
     ] {
         let mut shown = lab.get(&format!("nodes/1/figures/{name}.svg")).text();
         for key in keys {

@@ -35,7 +35,7 @@ pub use histogram::{Histogram, Sample, histogram};
 pub use image_bars::{ImageBar, ImageBars, image_bars};
 pub use ledger::{Ledger, LedgerStep, ledger};
 pub use lines::{BinnedProfile, LineChart, LineStyle, Panel, Series, line_chart, profile};
-pub use plan::MapFrame;
+pub use plan::{MapFrame, map_width};
 pub use residuals::{PlanArrows, PlanSigned, SignedStyle, residuals_plan_arrows, residuals_plan_signed};
 pub use vector_field::{Arrow, ArrowSet, Cell, VectorField, vector_field};
 

@@ -36,6 +36,20 @@ impl MapFrame {
     }
 }
 
+/// Width of a picture in which a map of these places is as high as it may be, at most `widest`: a block that runs north
+/// needs no wide one.
+pub fn map_width(places: impl Iterator<Item = [f64; 2]> + Clone, widest: f64) -> f64 {
+    let span = |k: usize| extent(places.clone().map(|p| p[k])).map_or(0.0, |[low, high]| high - low);
+    let most = if widest < SMALL_PAGE { MAX_HEIGHT_OF_SMALL } else { MAX_HEIGHT };
+    let width = LABELS + most * span(0) / span(1).max(1e-6);
+    if width.is_finite() { width.clamp(LEAST_WIDTH.min(widest), widest) } else { widest }
+}
+
+/// Room for the labels of a map and the arrows at its edges, pixels.
+const LABELS: f64 = 200.0;
+/// Width that a title and a legend need, pixels.
+const LEAST_WIDTH: f64 = 260.0;
+
 /// A map from X, Y in metres to the page: X (east) to the right, Y (north) up, one scale.
 pub(super) struct Plan {
     /// The plotting area.

@@ -5,12 +5,14 @@ use super::super::numbers::significant;
 use super::super::sheet::{Key, Sheet};
 use super::super::style::{BLUE, GREY, VERMILLION};
 use super::super::svg::{Stroke, arrow};
-use super::plan::{MapFrame, Plan, WIDTH};
+use super::plan::{MapFrame, Plan, WIDTH, map_width};
 use super::vector_field::Arrow;
 use super::{scale_entry, width_or};
 
 /// Arrows more than this are thinned out, with a note: they would hide each other.
 const MOST_ARROWS: usize = 900;
+/// Width of a picture for which none is asked, at most: plan and height stand side by side.
+const WIDEST: f64 = 620.0;
 /// Length of the longest arrow where no scale is given, pixels.
 const LONGEST: f64 = 42.0;
 
@@ -31,7 +33,7 @@ pub struct PlanArrows {
     pub scale: Option<f64>,
     /// Per arrow, whether it stands out, the others dimmed; empty where none does.
     pub standing_out: Vec<bool>,
-    /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
+    /// Width of the picture, pixels; `None` is what the map needs. Text keeps its size.
     pub width: Option<f64>,
 }
 
@@ -65,7 +67,7 @@ pub struct PlanSigned {
     pub scale: Option<f64>,
     /// Per value, whether it stands out, the others dimmed (strokes alone); empty where none does.
     pub standing_out: Vec<bool>,
-    /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
+    /// Width of the picture, pixels; `None` is what the map needs. Text keeps its size.
     pub width: Option<f64>,
 }
 
@@ -107,7 +109,7 @@ fn chosen(given: Option<f64>, natural: Option<f64>) -> Option<f64> {
 
 /// Draws horizontal residuals as arrows in plan.
 pub fn residuals_plan_arrows(plan: &PlanArrows) -> String {
-    let width = width_or(plan.width, WIDTH);
+    let width = width_or(plan.width, map_width(plan.arrows.iter().map(|(place, _)| *place), WIDEST));
     let mut sheet = Sheet::new(&plan.title, width);
     let whole = |(p, d): &Arrow| p.iter().chain(d).all(|v| drawable(*v));
     let kept: Vec<usize> = (0..plan.arrows.len()).filter(|k| whole(&plan.arrows[*k])).collect();
@@ -137,7 +139,7 @@ pub fn residuals_plan_arrows(plan: &PlanArrows) -> String {
 
 /// Draws signed values in plan: red and up for positive, blue and down for negative.
 pub fn residuals_plan_signed(plan: &PlanSigned) -> String {
-    let width = width_or(plan.width, WIDTH);
+    let width = width_or(plan.width, map_width(plan.values.iter().map(|(place, _)| *place), WIDEST));
     let mut sheet = Sheet::new(&plan.title, width);
     let whole = |(p, v): &([f64; 2], f64)| p.iter().all(|v| drawable(*v)) && drawable(*v);
     let kept: Vec<usize> = (0..plan.values.len()).filter(|k| whole(&plan.values[*k])).collect();

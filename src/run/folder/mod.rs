@@ -25,7 +25,7 @@ pub use source::{
 pub use write::{Pictures, checks_by_model, gnss_rows, write, write_diagnosis, write_outliers, write_residuals};
 
 /// Every file that a run may have, its last apart.
-pub const FILES: [&str; 15] = [
+pub const FILES: [&str; 17] = [
     MODEL,
     SOURCE,
     OutlierRow::FILE,
@@ -41,7 +41,14 @@ pub const FILES: [&str; 15] = [
     FoundRow::FILE,
     ModelCheckRow::FILE,
     MENDED,
+    CAMERAS_GEOJSON,
+    POINTS_GEOJSON,
 ];
+
+/// The images of a run on the globe.
+pub const CAMERAS_GEOJSON: &str = "cameras.geojson";
+/// Control and check points of a run on the globe, with their errors.
+pub const POINTS_GEOJSON: &str = "points.geojson";
 
 /// Which block was adjusted.
 const SOURCE: &str = "source.json";
