@@ -1,5 +1,5 @@
-//! A page printed as PDF, by an installed Chromium: what it shows on a screen it prints as well, and no library that draws
-//! HTML comes near it.
+//! A page printed as PDF, by an installed Chromium: what it shows on a screen it prints as well, and no library that
+//! draws HTML comes near it.
 
 use anyhow::{Context, Result, bail};
 use std::ffi::OsString;

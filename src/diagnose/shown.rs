@@ -1,6 +1,6 @@
-//! The picture that shows an effect: the residuals of the base model, in which cameras and poses absorb most of what the
-//! model lacks, those of the final model, and the effect's own size: what the measurements leave when everything is as
-//! in the final model but the effect is switched off.
+//! The picture that shows an effect: the residuals of the base model, in which cameras and poses absorb most of what
+//! the model lacks, those of the final model, and the effect's own size: what the measurements leave when everything is
+//! as in the final model but the effect is switched off.
 
 use crate::effects::{By, ImageContext, Picture};
 use crate::measure::{MeasureError, Predictor};

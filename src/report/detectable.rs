@@ -10,7 +10,8 @@ use crate::diagnose::verdict::{CandidateEntry, DetectableEntry, Diagnosis};
 /// Effects of the sentence; the table has all.
 const NAMED: usize = 3;
 
-/// Effects that were tested and not found, with what this block would have shown of them; the worst for the points first.
+/// Effects that were tested and not found, with what this block would have shown of them; the worst for the points
+/// first.
 fn hidden(diagnosis: &Diagnosis) -> Vec<(&CandidateEntry, &DetectableEntry)> {
     let is_found = |id: &str| diagnosis.found.iter().any(|found| found.effect == id);
     let tested = diagnosis.candidates.iter().filter(|c| c.tested && c.kind == "physical" && !is_found(&c.effect));

@@ -2,8 +2,8 @@
 
 pub(super) use super::svg::escape as escaped;
 
-/// Escaped text in which no number is broken across lines (browsers break `1e-300` behind its hyphen), but long words are: names
-/// of images and points may have any length, and a column of them is as wide as its longest word.
+/// Escaped text in which no number is broken across lines (browsers break `1e-300` behind its hyphen), but long words
+/// are: names of images and points may have any length, and a column of them is as wide as its longest word.
 pub(super) fn unbroken(text: &str) -> String {
     let words = text.split(' ').map(|word| match has_exponent(word) {
         true if word.len() <= LONG_WORD => format!("<span class=\"n\">{}</span>", escaped(word)),

@@ -158,7 +158,7 @@ impl Table {
 }
 
 /// Columns that a phone shows side by side.
-const WIDEST_OF_A_PHONE: usize = 4;
+const WIDEST_OF_A_PHONE: usize = 3;
 /// The next number.
 const WIDE: usize = WIDEST_OF_A_PHONE + 1;
 /// Columns from which on a table is printed in small type.
