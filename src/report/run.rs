@@ -144,12 +144,9 @@ fn adjustment(page: &mut Page, run: &RunFolder) {
     let summary = &run.summary;
     page.section("Adjustment");
     page.table(&overview(summary)).table(&solvers_table(summary));
-    match solvers_verdict(summary) {
-        Some(Conclusion { sound: true, text }) => {
-            page.paragraph(&format!("{text}."));
-        }
-        // The first screen says it.
-        Some(Conclusion { sound: false, .. }) | None => {}
+    // Solvers that do not agree stand on the first screen.
+    if let Some(Conclusion { sound: true, text }) = solvers_verdict(summary) {
+        page.paragraph(&format!("{text}."));
     }
     match &summary.agreement {
         Some(agreement) => {
