@@ -3,7 +3,7 @@
 use super::axes::Axis;
 use super::scale::{Scale, TICK_SIZE};
 use super::style::{FAINT, GREY, INK};
-use super::svg::{Font, Stroke, Svg, text_width};
+use super::svg::{Font, Stroke, Svg, arrow_within, text_width};
 
 /// Size of axis labels, pixels.
 const LABEL_SIZE: f64 = 13.0;
@@ -51,6 +51,12 @@ impl PlotFrame {
     /// Pixel of a data point.
     pub fn px(&self, p: [f64; 2]) -> [f64; 2] {
         [self.x.px(p[0]), self.y.px(p[1])]
+    }
+
+    /// Path data of an arrow between two pixels; what lies beyond the axes is cut off.
+    pub fn arrow(&self, from: [f64; 2], to: [f64; 2]) -> String {
+        let ([left, right], [top, bottom]) = (self.x.ends(), self.y.ends());
+        arrow_within(from, to, [[left, top], [right, bottom]])
     }
 
     /// Draws grid, frame, ticks and labels.

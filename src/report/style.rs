@@ -15,6 +15,8 @@ pub const ORANGE: &str = "#E69F00";
 pub const SKY: &str = "#56B4E9";
 /// Reddish purple.
 pub const PURPLE: &str = "#CC79A7";
+/// Magenta: what somebody chose on the page of the laboratory, and nothing else.
+pub const CHOSEN: &str = "#C2007A";
 /// Text and axes.
 pub const INK: &str = "#222222";
 /// Secondary text and what is not significant.

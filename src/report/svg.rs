@@ -338,6 +338,22 @@ pub(super) fn arrow(from: [f64; 2], to: [f64; 2]) -> String {
     format!("M{}L{}M{}L{}L{}", pair(from), pair(to), barb(1.0), pair(to), barb(-1.0))
 }
 
+/// Path data of an arrow that ends at the edge of the area between two corners. One that is cut off has no head: its tip is
+/// elsewhere.
+pub(super) fn arrow_within(from: [f64; 2], to: [f64; 2], [low, high]: [[f64; 2]; 2]) -> String {
+    let is_inside = |p: [f64; 2]| (0..2).all(|k| p[k] >= low[k] && p[k] <= high[k]);
+    if !is_inside(from) {
+        return String::new();
+    }
+    if is_inside(to) {
+        return arrow(from, to);
+    }
+    let d = [to[0] - from[0], to[1] - from[1]];
+    let edge = |k: usize| if d[k] > 0.0 { high[k] } else { low[k] };
+    let part = (0..2).filter(|k| d[*k] != 0.0).map(|k| (edge(k) - from[k]) / d[k]).fold(1.0, f64::min);
+    format!("M{}L{}", pair(from), pair([from[0] + part * d[0], from[1] + part * d[1]]))
+}
+
 fn pair(p: [f64; 2]) -> String {
     format!("{} {}", coordinate(p[0]), coordinate(p[1]))
 }
@@ -402,6 +418,15 @@ pub(super) mod tests {
     fn an_arrow_ends_at_its_tip_and_a_null_arrow_is_a_dot() {
         assert_eq!(arrow([0.0, 0.0], [10.0, 0.0]), "M0 0L10 0M6 2L10 0L6 -2");
         assert_eq!(arrow([1.0, 1.0], [1.0, 1.0]), "M1 1h0");
+    }
+
+    #[test]
+    fn an_arrow_beyond_the_axes_ends_at_them_without_a_head() {
+        let area = [[0.0, 0.0], [20.0, 10.0]];
+        assert_eq!(arrow_within([0.0, 0.0], [10.0, 0.0], area), arrow([0.0, 0.0], [10.0, 0.0]));
+        assert_eq!(arrow_within([10.0, 5.0], [50.0, 25.0], area), "M10 5L20 10");
+        assert_eq!(arrow_within([10.0, 5.0], [10.0, -5.0], area), "M10 5L10 0");
+        assert_eq!(arrow_within([30.0, 5.0], [10.0, 5.0], area), "");
     }
 
     #[test]

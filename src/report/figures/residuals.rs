@@ -3,8 +3,8 @@
 use super::super::axes::drawable;
 use super::super::numbers::significant;
 use super::super::sheet::{Key, Sheet};
-use super::super::style::{BLUE, GREY, VERMILLION};
-use super::super::svg::{Stroke, arrow};
+use super::super::style::{BLUE, CHOSEN, GREY, VERMILLION};
+use super::super::svg::Stroke;
 use super::plan::{MapFrame, Plan, WIDTH, map_width};
 use super::vector_field::Arrow;
 use super::{scale_entry, width_or};
@@ -125,11 +125,11 @@ pub fn residuals_plan_arrows(plan: &PlanArrows) -> String {
     let places: Vec<[f64; 2]> = good.iter().map(|a| a.0).collect();
     let drawn = map.thinned(&places, most_arrows(width));
     let out = |k: usize| plan.standing_out.get(kept[k]).copied();
-    for (wanted, colour, width) in [(Some(false), GREY, 0.8), (None, BLUE, 1.2), (Some(true), VERMILLION, 1.6)] {
+    for (wanted, colour, width) in [(Some(false), GREY, 0.8), (None, BLUE, 1.2), (Some(true), CHOSEN, 1.6)] {
         let arrows = drawn.iter().filter(|k| out(**k) == wanted).map(|k| {
             let (at, by) = good[*k];
             let (from, by) = (map.px(*at), map.direction(*by, scale.unwrap_or(0.0)));
-            (arrow(from, [from[0] + by[0], from[1] + by[1]]), name_of(&plan.names, kept[*k]))
+            (map.frame.arrow(from, [from[0] + by[0], from[1] + by[1]]), name_of(&plan.names, kept[*k]))
         });
         sheet.svg.named_paths(arrows, Stroke::new(colour, width));
     }
@@ -165,7 +165,7 @@ pub fn residuals_plan_signed(plan: &PlanSigned) -> String {
                 let arrows = drawn.iter().filter(|k| wanted(**k)).map(|k| {
                     let (at, v) = good[*k];
                     let from = map.px(*at);
-                    (arrow(from, [from[0], from[1] - s * v]), name_of(&plan.names, kept[*k]))
+                    (map.frame.arrow(from, [from[0], from[1] - s * v]), name_of(&plan.names, kept[*k]))
                 });
                 sheet.svg.named_paths(arrows, Stroke::new(colour, width));
             };

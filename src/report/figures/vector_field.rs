@@ -4,8 +4,8 @@ use super::super::axes::{Axis, drawable};
 use super::super::frame::PlotFrame;
 use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet};
-use super::super::style::{BLUE, GREY, INK, VERMILLION, series_colour, series_marker};
-use super::super::svg::{Stroke, arrow};
+use super::super::style::{BLUE, CHOSEN, GREY, INK, VERMILLION, series_colour, series_marker};
+use super::super::svg::Stroke;
 use super::{scale_entry, width_or};
 
 /// Place and displacement, `([x, y], [dx, dy])`. Over the sensor x points right and y down, place in px.
@@ -156,7 +156,7 @@ pub fn vector_field(field: &VectorField) -> String {
                 if (*set.significant.get(k).unwrap_or(&true) && !set.dimmed) == wanted {
                     let from = frame.px(*at);
                     let s = scale.unwrap_or(0.0);
-                    d += &arrow(from, [from[0] + s * by[0], from[1] + s * by[1]]);
+                    d += &frame.arrow(from, [from[0] + s * by[0], from[1] + s * by[1]]);
                 }
             }
             let (colour, dashed) = match (wanted, set.dimmed) {
@@ -215,7 +215,7 @@ fn style(field: &VectorField, i: usize) -> (&'static str, bool) {
     match (drawn_out(field), i) {
         _ if field.sets[i].dimmed => (PALE, false),
         // What stands out from something dimmed.
-        (1, 1..) => (VERMILLION, false),
+        (1, 1..) => (CHOSEN, false),
         (1, _) => (BLUE, false),
         (_, 0) => (VERMILLION, false),
         (_, 1) => (BLUE, true),
