@@ -48,6 +48,13 @@ export const json = async (path, options) => (await request(path, options)).json
 export const text = async (path, options) => (await request(path, options)).text();
 export const binary = async (path, options) => (await request(path, options)).arrayBuffer();
 
+/** The tree, and with it the longest arrows of all its steps, which locked scales have to fit. */
+export async function readTree() {
+  const [tree, longest] = await Promise.all([json("tree"), text("longest")]);
+  set({ tree, longest });
+  return tree;
+}
+
 export function post(path, body = {}) {
   return json(path, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) });
 }

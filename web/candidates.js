@@ -2,6 +2,7 @@
 // that the null model predicts with it; a click adds it.
 
 import { json } from "./api.js";
+import { done } from "./done.js";
 import { button, fill, h, later } from "./dom.js";
 import { mistakes } from "./mistakes.js";
 import { probability, significant, unitText, withSigma } from "./numbers.js";
@@ -58,14 +59,19 @@ function draw(body) {
       section("Causes", list(strong.filter(physical)), "No physical effect of the catalogue is significant at this step.", "mm: how far it moves the points, RMS. Hover over one to see the figures with it, click it for what it is."),
       strong.some((c) => !physical(c)) && section("Shapes", list(strong.filter((c) => !physical(c))), "", "Empirical fields: they show what shape is left, and name no cause.")),
     folded("Not significant", tested.filter((c) => !c.significant), (c) => card(c, most)),
+    unseen(tested.filter((c) => !c.significant && c.detectable)),
     folded("Cannot be tested on this block", all.filter((c) => !c.tested), untested),
     left());
 }
 
-/** What to do first: the list is ordered by harm, but what shows most makes the tests of the others clearer. */
+/**
+ * What to do first: the list is ordered by harm, but what shows most makes the tests of the others clearer. Where nothing is missing any more:
+ * what came of the steps.
+ */
 function next() {
-  const effect = answer.recommended[0];
-  return effect && h("div.next", {}, button(`Add ${effect}`, () => add(effect), { title: "A step with it in the model; then look at what is left", kind: answer.mistakes?.length ? undefined : "main" }),
+  const { next: effect, mistakes } = answer;
+  if (!effect) return mistakes?.length ? null : done(chosen(), answer.verdict);
+  return h("div.next", {}, button(`Add ${effect}`, () => add(effect), { title: "A step with it in the model; then look at what is left", kind: mistakes?.length ? undefined : "main" }),
     h("span.quiet", {}, "first, then look at what is left. Do all, above, goes on so to the end."));
 }
 
@@ -75,6 +81,16 @@ function section(title, cards, none, remark) {
 
 function folded(title, candidates, item) {
   return candidates.length > 0 && h("details", {}, h("summary", {}, title, h("small", {}, ` ${candidates.length}`)), candidates.map(item));
+}
+
+/** What this block could not have shown: below that size an effect stays hidden, and moves the check points by so much all the same. */
+function unseen(candidates) {
+  const check = (c) => c.detectable.check_change_m;
+  const hidden = [...candidates].sort((a, b) => Math.abs(check(b) ?? 0) - Math.abs(check(a) ?? 0));
+  const row = (c) => h("tr", {}, h("th", { scope: "row" }, c.effect), h("td.number", {}, `${significant(Math.abs(c.detectable.size), 2)} ${unitText(c.detectable.unit)}`), h("td.number", {}, Number.isFinite(check(c)) ? `${significant(1000 * Math.abs(check(c)), 2)} mm` : "–"));
+  return hidden.length > 0 && h("details.unseen", {}, h("summary", {}, "What this block could not have shown", h("small", {}, ` ${hidden.length}`)),
+    h("p.quiet", {}, "An effect smaller than this stays hidden here. In the last column: how much one of that size changes the error at check points."),
+    h("table.values", {}, h("thead", {}, h("tr", {}, ["", "hidden below", "check points"].map((name) => h("th", { scope: "col" }, name)))), h("tbody", {}, hidden.map(row))));
 }
 
 function untested(c) {
@@ -133,7 +149,7 @@ function card(c, most) {
     h("div.scale", { title: impactTitle(c) }, bar),
     c.sentences?.length > 0 && h("div.what", { title: c.sentences[0] }, c.sentences[0]),
     h("div.size", {}, sizes(c.estimate)),
-    h("div.sure", {}, ...sure(c), c.effect === answer.recommended[0] && h("span.flag.first", { title: "The diagnosis would add this one next; the list is ordered by what it does to the points" }, "shows most"), c.plausible === false && h("span.flag", { title: "The estimate is beyond what physics allows of this effect: a shape that looks like it" }, "beyond what is possible")),
+    h("div.sure", {}, ...sure(c), c.effect === answer.next && h("span.flag.first", { title: "The diagnosis would add this one next; the list is ordered by what it does to the points" }, "shows most"), c.plausible === false && h("span.flag", { title: "The estimate is beyond what physics allows of this effect: a shape that looks like it" }, "beyond what is possible")),
     c.inseparable_from?.length > 0 && h("div.partners", { title: "This block cannot tell them apart" }, "or ", c.inseparable_from.map((name) => h("span.chip", {}, name))),
     details);
   return box;

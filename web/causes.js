@@ -1,13 +1,14 @@
-// A simulated block: causes with sliders, measured anew by a click, and the truth beside the estimate.
+// A simulated block: causes with their parameters, measured anew by a click, and the truth beside the estimate.
 
-import { json, post } from "./api.js";
+import { json, post, readTree } from "./api.js";
 import { button, fill, h } from "./dom.js";
+import { field } from "./fields.js";
 import { significant, unitText, withSigma } from "./numbers.js";
 import { chosen, set, state } from "./state.js";
 import { say } from "./progress.js";
 
 let causes = null;
-const chosenCauses = new Map(); // id -> {parameter: value}
+const chosenCauses = new Map(); // id -> {parameter: value}; what is not in it has its default
 let seed = 1;
 
 export async function drawCauses(body) {
@@ -27,7 +28,7 @@ export async function drawCauses(body) {
 /** `rolling-shutter:readout=0.02,...` as id and values. */
 function read(text) {
   const [id, rest = ""] = text.split(/:(.*)/s);
-  return [id, Object.fromEntries(rest.split(",").filter(Boolean).map((pair) => pair.split("=")).map(([name, value]) => [name, Number.isNaN(Number(value)) ? value : Number(value)]))];
+  return [id, Object.fromEntries(rest.split(",").filter(Boolean).map((pair) => pair.split("=")))];
 }
 
 const write = ([id, values]) => {
@@ -38,7 +39,8 @@ const write = ([id, values]) => {
 async function measure() {
   try {
     const { id } = await post("simulate", { errors: [...chosenCauses].map(write), seed });
-    set({ tree: await json("tree"), node: id });
+    await readTree();
+    set({ node: id });
   } catch (error) {
     say("error", error.message);
   }
@@ -47,7 +49,7 @@ async function measure() {
 function draw(body) {
   const seedInput = h("input", { type: "number", min: "0", step: "1", value: String(seed), "aria-label": "Seed", onchange: () => { seed = Number(seedInput.value); } });
   const truth = h("section.part");
-  fill(body, h("p.quiet", {}, `The block ${causes.preset} is measured anew with the causes that are ticked.`), 
+  fill(body, h("p.quiet", {}, `The block ${causes.preset} is measured anew with the causes that are ticked.`),
     h("div.row", {}, h("label", {}, "Seed ", seedInput), h("span.space"), button("Measure anew", measure, { kind: "main", title: "A new block as a new first step" })), truth,
     [true, false].map((ticked) => causes.causes.filter((one) => chosenCauses.has(one.id) === ticked).map(cause)).flat());
   if (chosen()?.state === "done") compare(truth);
@@ -55,26 +57,24 @@ function draw(body) {
 
 function cause(one) {
   const on = chosenCauses.has(one.id);
-  const sliders = h("div.sliders", { hidden: !on }, one.parameters.map((p) => slider(one.id, p)));
   const about = h("p.quiet", { hidden: !on }, one.about);
-  const box = h("input", { type: "checkbox", checked: on, onchange: () => {
-    if (box.checked) chosenCauses.set(one.id, Object.fromEntries(one.parameters.filter((p) => Number.isFinite(p.default)).map((p) => [p.name, p.default])));
+  const fields = h("div.fields", { hidden: !on });
+  const show = () => {
+    const values = chosenCauses.get(one.id) ?? {};
+    const changed = (name) => (value) => {
+      if (value === null) delete values[name];
+      else values[name] = value;
+    };
+    fill(fields, one.parameters.map((p) => field(`${one.id} ${p.name}`, p, values[p.name] ?? null, changed(p.name))));
+  };
+  const box = h("input", { type: "checkbox", checked: on, "aria-label": one.id, onchange: () => {
+    if (box.checked) chosenCauses.set(one.id, {});
     else chosenCauses.delete(one.id);
-    about.hidden = sliders.hidden = !box.checked;
-    fill(sliders, one.parameters.map((p) => slider(one.id, p)));
+    about.hidden = fields.hidden = !box.checked;
+    show();
   } });
-  return h("div.cause", {}, h("label.row", { title: one.about }, box, h("b", {}, one.id)), about, sliders);
-}
-
-function slider(id, p) {
-  const value = chosenCauses.get(id)?.[p.name] ?? p.default;
-  const span = (p.max ?? 1) - (p.min ?? 0);
-  const shown = h("output", {}, `${significant(Number(value))} ${unitText(p.unit)}`);
-  const input = h("input", { type: "range", min: String(p.min ?? 0), max: String(p.max ?? 1), step: String(span / 200), value: String(value), "aria-label": `${id} ${p.name}`, title: p.about, oninput: () => {
-    chosenCauses.set(id, { ...chosenCauses.get(id), [p.name]: Number(input.value) });
-    shown.textContent = `${significant(Number(input.value))} ${unitText(p.unit)}`;
-  } });
-  return h("label.slider", {}, h("span", {}, p.name), input, shown);
+  if (on) show();
+  return h("div.cause", {}, h("label.row", { title: one.about }, box, h("b", {}, one.id)), about, fields);
 }
 
 async function compare(box) {
@@ -82,6 +82,16 @@ async function compare(box) {
   if (truth.error) return fill(box, h("h3", {}, "Truth"), h("p.quiet", {}, truth.error));
   fill(box, h("h3", {}, "Truth beside the estimate"), h("p.quiet", {}, truth.errors.join("; ")),
     truth.point_rms_mm !== null && h("p", {}, h("b", {}, significant(truth.point_rms_mm)), " mm RMS of the points against the truth"),
-    h("table.values", {}, h("thead", {}, h("tr", {}, ["", "truth", "estimate"].map((name) => h("th", {}, name)))),
-      h("tbody", {}, truth.rows.map((row) => h("tr", {}, h("th", { scope: "row" }, row.what), h("td.number", {}, significant(row.truth, 6)), h("td.number", {}, withSigma(row.estimate, row.sigma)), h("td.unit", {}, unitText(row.unit)))))));
+    h("table.values.truth", {}, h("thead", {}, h("tr", {}, ["", "truth", "estimate", ""].map((name) => h("th", {}, name)))),
+      h("tbody", {}, truth.rows.map(beside).flat())));
 }
+
+/** A row of the table; where nothing can be true of a parameter, the line below says why. */
+function beside(row) {
+  const known = Number.isFinite(row.truth);
+  const line = h("tr", {}, h("th", { scope: "row" }, row.what), h("td.number", {}, known ? exact(row.truth) : "–"), h("td.number", {}, withSigma(row.estimate, row.sigma)), h("td.unit", {}, unitText(row.unit)));
+  return known ? line : [line, h("tr", {}, h("td.reason", { colspan: "4" }, row.reason))];
+}
+
+/** As many digits as it takes, six at most. */
+const exact = (value) => (value === 0 ? "0" : significant(Number(value.toPrecision(6)), 6).replace(/(\.\d*?)0+(?=e|$)/, "$1").replace(/\.(?=e|$)/, ""));

@@ -1,8 +1,10 @@
 // What the chosen step did, in figures: before and after, and the words for it.
 
 import { button, fill, h } from "./dom.js";
+import { judged, verdictOf } from "./judge.js";
 import { count, fixed, mm, px, significant } from "./numbers.js";
 import { before, chosen, nodeOf, on, set, state } from "./state.js";
+import { canDismiss, dismiss } from "./steps.js";
 
 const FIGURES = [
   ["check points", "mm", (f) => f.check_rms_m, mm, "3D RMS of the check points, which no adjustment uses"],
@@ -13,9 +15,6 @@ const FIGURES = [
   ["sigma0", "", (f) => f.sigma0, (v) => fixed(v, 3), "A-posteriori standard deviation of unit weight: one where the stated precisions fit"],
   ["set aside", "", (f) => f.outliers, count, "Measurements set aside as outliers"],
 ];
-
-/** A change of less than this part is neither better nor worse. */
-const NOTABLE = 0.01;
 
 const VERDICTS = {
   missing: ["something is missing", "A candidate on the right is significant"],
@@ -35,7 +34,8 @@ function draw() {
   if (!node.figures) {
     const parent = nodeOf(node.parent);
     return fill(box, h("h2", {}, node.words), h("p", { class: node.error ? "error" : "quiet" }, node.error ?? "Not computed yet: it has no figures."),
-      parent && h("p", {}, button(`Back to “${parent.words}”`, () => set({ node: parent.id }))));
+      h("div.row", {}, parent && button(`Back to “${parent.words}”`, () => set({ node: parent.id })),
+        canDismiss(node) && button("Dismiss", () => dismiss(node.id), { title: "Take this step out of the list", key: "Del" })));
   }
   const peeked = state.peek ? before() : null;
   const earlier = peeked ? null : before();
@@ -50,7 +50,7 @@ function draw() {
       node.agree && h("span.agree", { title: node.one_derivation ?? "Both solvers give the same result" }, node.one_derivation ? "solvers agree; one derivation" : "solvers agree"),
       node.agree === false && h("span.disagree", { title: "The two solvers give different results: see the report" }, "solvers disagree")),
     node.mistake && h("p.wrong", { title: node.mistake }, node.mistake),
-    predictionLine() ?? h("p.delta", { title: node.delta_words }, (!picked && node.delta_words) || size(node.figures)),
+    predictionLine() ?? h(`p.delta.${verdictOf(earlier?.figures, node.figures)}`, { title: node.delta_words }, (!picked && node.delta_words) || size(node.figures)),
     h("dl.numbers", {}, FIGURES.filter(([, , of]) => known(of(figures))).map(([name, unit, of, write, title]) => figure(name, unit, write, title, earlier?.figures ? of(earlier.figures) : null, of(figures)))));
 }
 
@@ -66,9 +66,8 @@ function predictionLine() {
 
 function figure(name, unit, write, title, was, is) {
   const same = was === null || was === undefined || write(was) === write(is);
-  const judged = !same && name !== "set aside" && name !== "sigma0" && Math.abs(is - was) > NOTABLE * was;
-  const better = judged ? (is < was ? "better" : "worse") : "";
+  const better = same || ["set aside", "sigma0"].includes(name) ? "same" : judged(was, is);
   return h("div", { title },
     h("dt", {}, name),
-    h("dd", {}, !same && h("span.was", {}, write(was), h("span.arrow", {}, " → ")), h(`b.${better || "same"}`, {}, write(is)), unit && h("span.unit", {}, ` ${unit}`)));
+    h("dd", {}, !same && h("span.was", {}, write(was), h("span.arrow", {}, " → ")), h(`b.${better}`, {}, write(is)), unit && h("span.unit", {}, ` ${unit}`)));
 }

@@ -3,6 +3,7 @@
 import { before, chosen, set, state } from "./state.js";
 import { clearBrush } from "./brush.js";
 import { help } from "./help.js";
+import { canDismiss, dismiss } from "./steps.js";
 import { show } from "./bar.js";
 import { stepThroughTree } from "./tree.js";
 import { toggleRows } from "./selection.js";
@@ -31,6 +32,7 @@ const KEYS = {
   ".": () => image(1),
   arrowup: () => stepThroughTree(-1),
   arrowdown: () => stepThroughTree(1),
+  delete: () => canDismiss(chosen()) && dismiss(state.node),
   escape,
 };
 
@@ -60,7 +62,7 @@ function image(by) {
 /** Focus goes to the mistake or candidate `by` further on: focus shows the predicted picture of a candidate. */
 function candidate(by) {
   if (chosen()?.state !== "done") return;
-  const cards = [...document.querySelectorAll(".mistake, .candidate")].filter((card) => card.checkVisibility());
+  const cards = [...document.querySelectorAll("article.mistake, article.candidate")].filter((card) => card.checkVisibility());
   if (!cards.length) return;
   const at = cards.indexOf(document.activeElement);
   cards[at < 0 ? (by > 0 ? 0 : cards.length - 1) : (at + by + cards.length) % cards.length].focus();

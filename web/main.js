@@ -1,6 +1,6 @@
 // Start of the page: the block and the tree are asked for, the parts are put in their places, events are listened to.
 
-import { json, listen, RequestError } from "./api.js";
+import { json, listen, readTree, RequestError } from "./api.js";
 import { fill, h } from "./dom.js";
 import { nodeOf, on, set, state } from "./state.js";
 import { startBar } from "./bar.js";
@@ -15,8 +15,7 @@ import { startKeyboard } from "./keyboard.js";
 
 /** Takes the tree over; chooses the step that the address names, else the newest one that is done. */
 async function takeTree() {
-  const tree = await json("tree");
-  set({ tree });
+  const tree = await readTree();
   if (nodeOf(state.node)) return;
   const named = Number(/^#step-(\d+)$/.exec(location.hash)?.[1]);
   const done = tree.nodes.filter((node) => node.state === "done");

@@ -2,11 +2,18 @@
 
 import { button, choice, fill, h } from "./dom.js";
 import { before, chosen, set, state } from "./state.js";
-import { brushable, mark } from "./brush.js";
+import { brushable, clearBrush, mark } from "./brush.js";
 import { enlarge } from "./panels.js";
 import { figureQuery, holdScale } from "./scales.js";
 import { Figure } from "./figure.js";
+import { plotsOf } from "./plots.js";
 import { savePicture } from "./export.js";
+import { drawWorst } from "./worst.js";
+import { named, nearest } from "./names.js";
+import { showMarks } from "./marks.js";
+import { hasPhoto } from "./photos.js";
+import { layPhoto } from "./underlay.js";
+import { showPhoto } from "./viewer.js";
 import { showImage, VIEWS } from "./views.js";
 
 const COMPONENTS = [["x,y", "x and y"], ["radial,tangential", "radial and tangential"], ["along,across", "along and across the motion"]];
@@ -22,14 +29,16 @@ export class Panel {
     this.earlier = this.make(); // the step before, side by side
     this.caption = [h("span.caption"), h("span.caption")];
     this.controls = h("div.controls");
+    this.worst = ["plan", "height"].includes(view) && h("div.worst", { "aria-label": "Points with the largest errors" });
     this.pair = h("div.pair", {}, h("div.side", {}, this.caption[0], this.earlier.element), h("div.side", {}, this.caption[1], this.figure.element));
-    this.element = h("section.panel", { data: { view }, "aria-label": this.about.title }, h("header", { ondblclick: (event) => event.target.closest("button, select") || enlarge(view) }, h("h3", {}, this.about.short), this.controls), this.pair);
+    this.element = h("section.panel", { data: { view }, "aria-label": this.about.title }, h("header", { ondblclick: (event) => event.target.closest("button, select") || enlarge(view) }, h("h3", {}, this.about.short), this.controls), this.pair, this.worst);
     this.drawControls();
   }
 
   make() {
     const figure = new Figure(this.view, (drawing) => {
       mark(figure);
+      if (this.view === "image") layPhoto(drawing, figure.asked.options.image);
       if (figure.path !== figure.wanted) return;
       const { node, options } = figure.asked;
       const longer = holdScale(this.view, options, drawing);
@@ -37,15 +46,23 @@ export class Panel {
       if (longer) this.refresh();
     });
     brushable(figure, (event) => this.clicked(event, figure));
+    named(figure);
     return figure;
   }
 
-  /** A click on the bar of an image shows that image. */
+  /** A click on what has a name: on an image shows it, on a surveyed point its marks; in an image it comes closer. */
   clicked(event, figure) {
-    const [x, y] = [event.clientX, event.clientY];
-    const bar = document.elementsFromPoint(x, y).find((one) => one.dataset?.image !== undefined && figure.drawing.contains(one) && !one.classList.contains("plot"));
-    if (!bar) return false;
-    showImage(Number(bar.dataset.image));
+    if (this.view === "image" && hasPhoto(state.image)) {
+      const plot = plotsOf(figure.drawing)[0];
+      const [x, y] = figure.place(event);
+      showPhoto(figure.asked.node, state.image, [plot.x.value(x), plot.y.value(y)]);
+      return true;
+    }
+    nearest(figure, event).then((found) => {
+      if (found?.point) showMarks(found.point);
+      else if (found?.image !== undefined) showImage(found.image);
+      else if (!found) clearBrush();
+    });
     return true;
   }
 
@@ -68,7 +85,8 @@ export class Panel {
     if (this.view === "image") {
       const go = (by) => set({ image: (state.image + by + block.images.length) % block.images.length });
       this.imageChoice = choice("Image", block.images.map((image, i) => [i, image.name]), state.image, (value) => set({ image: Number(value) }));
-      parts.push(button("‹", () => go(-1), { title: "Image before", key: "," }), this.imageChoice, button("›", () => go(1), { title: "Next image", key: "." }));
+      parts.push(button("‹", () => go(-1), { title: "Image before", key: "," }), this.imageChoice, button("›", () => go(1), { title: "Next image", key: "." }),
+        block.images.some((image) => image.photo) && button("Zoom", () => hasPhoto(state.image) && showPhoto(state.node, state.image), { title: "The image close up, with its residuals; a click into the figure opens it there" }));
     }
     fill(this.controls, parts, h("span.space"),
       button("SVG", () => savePicture(this, "svg"), { title: "Save this figure as SVG", kind: "plain" }),
@@ -104,6 +122,7 @@ export class Panel {
     const predicted = peek ? null : state.predicted;
     this.ask(this.figure, peek ? earlier.id : node.id, { ...options, predicted, earlier: peek }, { fade: this.node !== null && this.node !== node.id });
     this.node = node.id;
+    if (this.worst) drawWorst(this.worst, this.view, node.id);
     this.pair.classList.toggle("two", beside);
     this.element.classList.toggle("predicted", Boolean(predicted));
     this.element.classList.toggle("peek", peek);

@@ -20,7 +20,7 @@ export function startPanels() {
   on(["locked"], () => {
     if (!state.locked) fitScales();
   });
-  on(["node", "tree", "against", "peek", "beside", "predicted", "brush", "image", "against_quantity", "views", "large", "locked"], refresh);
+  on(["node", "tree", "against", "peek", "beside", "predicted", "brush", "image", "against_quantity", "views", "large", "locked", "longest"], refresh);
   new ResizeObserver(refresh).observe(document.getElementById("panels"));
   arrange();
 }

@@ -1,12 +1,14 @@
 // What is being computed: both solvers with iteration and cost, and a word when it is done, failed or was refused.
 
-import { json } from "./api.js";
+import { readTree } from "./api.js";
 import { button, fill, h, svg } from "./dom.js";
+import { verdictOf } from "./judge.js";
 import { significant } from "./numbers.js";
 import { nodeOf, on, set, state } from "./state.js";
 import { cancel } from "./steps.js";
+import { expected, timeWords } from "./timing.js";
 
-/** Good news goes by itself after this, ms; errors stay. */
+/** News goes by itself after this, ms; errors stay. */
 const READ = 12_000;
 let message = null;
 
@@ -15,10 +17,14 @@ export function say(kind, text) {
   const own = text && { kind, text };
   message = own;
   draw();
-  if (kind === "done") setTimeout(() => message === own && say(null, null), READ);
+  if (kind !== "error") setTimeout(() => message === own && say(null, null), READ);
 }
 
+/** When a step began, by its id, in the time of this page. */
+const began = new Map();
+
 export function startProgress() {
+  setInterval(tick, 1000);
   on(["running", "tree"], draw);
 }
 
@@ -39,13 +45,18 @@ export const progressEvents = {
     finish(event.node);
     say("error", `${nodeOf(event.node)?.words ?? "The step"}: ${event.error}`);
   },
+  nothing(event) {
+    finish(event.node);
+    say("note", event.text);
+  },
   async done(event) {
     finish(event.node);
-    set({ tree: await json("tree") });
+    await readTree();
   },
 };
 
 function finish(id) {
+  began.delete(id);
   const { [id]: over, ...others } = state.running;
   set({ running: others });
 }
@@ -61,9 +72,26 @@ function draw() {
 function run(node, progress) {
   const waits = node.state === "waiting";
   return h("div.run", { data: { node: node.id } },
-    h("div.what", {}, !waits && h("span.pulse", {}), h("b", {}, node.words), " ", node.delta_words && h("b.result", {}, `${node.delta_words} `), h("span.quiet", {}, waits ? "waits for its turn" : progress?.text ?? "starts")),
+    h("div.what", {}, !waits && h("span.pulse", {}), h("b", {}, node.words), " ", node.delta_words && h(`b.result.${verdictOf(nodeOf(node.parent)?.figures, node.figures)}`, {}, `${node.delta_words} `), h("span.quiet", {}, waits ? "waits for its turn" : progress?.text ?? "starts")),
     ["native", "ceres"].map((name) => solver(name, progress?.solvers[name])),
+    !waits && h("span.time", { data: { node: node.id }, title: "Time so far, and what steps like it took in this laboratory" }, timeOf(node)),
     button("Cancel", () => cancel(node.id), { title: "Stop this step at the next iteration" }));
+}
+
+const timeOf = (node) => timeWords(elapsed(node), expected(node, state.tree.nodes));
+
+/** Seconds since a step began: what the server said, and since then. */
+function elapsed(node) {
+  if (began.get(node.id) === undefined) began.set(node.id, performance.now() - 1000 * (node.seconds ?? 0));
+  return (performance.now() - began.get(node.id)) / 1000;
+}
+
+/** Every second, without drawing anything else anew. */
+function tick() {
+  for (const box of document.querySelectorAll("#progress .time")) {
+    const node = nodeOf(Number(box.dataset.node));
+    if (node) box.textContent = timeOf(node);
+  }
 }
 
 function solver(name, at) {

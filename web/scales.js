@@ -11,6 +11,18 @@ const CHARTS = ["profile", "images", "histogram", "gnss"];
 const keyOf = (view, { camera, against, component, show, brush } = {}) => [view, camera, against, component, show, brush ? "brush" : ""].join("|");
 const heldFor = (view, options) => held.get(keyOf(view, options)) ?? held.get(keyOf(view, { ...options, brush: null }));
 
+/** Length of the longest arrow of all steps in such a figure; null where the server does not know it. */
+function longestOf(view, { camera, show } = {}) {
+  const all = JSON.parse(state.longest);
+  const length = { sensor: all.sensor?.[camera ?? 0], plan: all.plan, height: all.height, gnss: all[`gnss_${show}`] }[view];
+  return length > 0 ? length : null;
+}
+
+// A step with longer arrows than any before: the scales that are held do not fit it.
+on(["longest"], () => {
+  for (const [key, scale] of held) if (scale.arrows) held.delete(key);
+});
+
 on(["brush"], () => {
   if (!state.brush) for (const key of held.keys()) if (key.endsWith("|brush")) held.delete(key);
 });
@@ -26,7 +38,8 @@ export function figureQuery(node, view, options = {}) {
   const { predicted, earlier, ...parameters } = options;
   const path = predicted ? `nodes/${node}/predicted/${encodeURIComponent(predicted)}/figures/${view}.svg` : `nodes/${node}/figures/${view}.svg`;
   const scale = bound(options) ? heldFor(view, options) : null;
-  return query(path, { ...parameters, scale: scale?.arrows, y: scale?.range?.join(",") });
+  const longest = scale?.arrows || !state.locked ? null : longestOf(view, options);
+  return query(path, { ...parameters, scale: scale?.arrows, longest, y: scale?.range?.join(",") });
 }
 
 /** Range of the vertical axes of a chart; null of what has arrows. */

@@ -4,13 +4,17 @@ import { BufferGeometry, CanvasTexture, Color, ConeGeometry, CylinderGeometry, F
 import { Orbit } from "./orbit.js";
 import { extent, quantile, roundBelow } from "./space_data.js";
 
-/** Okabe and Ito's colours, as in the figures; flights repeat after six. */
-const FLIGHTS = ["#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#8A8A8A"];
-const FLIGHTS_DARK = ["#4AA8E0", "#2FC194", "#E69F00", "#CC79A7", "#9CD3F2", "#A8A8A8"];
-const CHECK = "#D55E00";
-const CONTROL = "#0072B2";
+/** Colours of the flights as in the figures (src/report/style.rs); they repeat. */
+const FLIGHTS = ["#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"];
+const FLIGHTS_DARK = ["#4AA8E0", "#F58044", "#2FC194", "#E69F00", "#CC79A7", "#9CD3F2"];
+const CHECK = { light: "#222222", dark: "#E4E8EC" };
+const CONTROL = "#8A8A8A";
+/** What is brushed, as everywhere on the page. */
+const BRUSHED = { light: "#C2007A", dark: "#FF6CC0" };
 /** Light to dark on a light ground, dark to light on a dark one: what is large stands out. */
 const RAMPS = { light: ["#C6DBEF", "#6BAED6", "#2171B5", "#08306B"], dark: ["#15385C", "#2171B5", "#6BAED6", "#F0F8FF"] };
+
+const shade = (look) => (look.dark ? "dark" : "light");
 
 export class Space {
   constructor(canvas) {
@@ -58,7 +62,7 @@ export class Space {
     box[2][0] = ends[2][0];
     this.renderer.setClearColor(look.dark ? "#14181c" : "#ffffff");
     this.parts = [this.grid(box, spacing, look), ...this.axes(box, spacing, look), this.ties(data.ties, end, look), this.stations(data.stations, radius, look),
-      ...this.surveyed(data.checks, factor, CHECK, look), ...this.surveyed(data.control, factor, look.dark ? "#56B4E9" : CONTROL, look)].filter(Boolean);
+      ...this.surveyed(data.checks, factor, CHECK[shade(look)], look), ...this.surveyed(data.control, factor, CONTROL, look)].filter(Boolean);
     this.scene.add(...this.parts);
     this.render();
     return { factor, end, spacing };
@@ -85,8 +89,8 @@ export class Space {
   ties(ties, end, look) {
     const rms = ties.of("rms_px");
     const brushed = ties.of("brushed");
-    const ramp = RAMPS[look.dark ? "dark" : "light"].map((hex) => new Color(hex));
-    const mark = new Color(CHECK);
+    const ramp = RAMPS[shade(look)].map((hex) => new Color(hex));
+    const mark = new Color(BRUSHED[shade(look)]);
     const colour = new Color();
     const [places, colours] = [[], []];
     for (let row = 0; row < ties.rows; row++) {
@@ -116,7 +120,7 @@ export class Space {
       const [p, q, r, s] = [corner(-1, 1), corner(1, 1), corner(1, -1), corner(-1, -1)];
       const tip = c.clone().addScaledVector(a, size).addScaledVector(u, 0.8 * size);
       const chosen = !look.brushed || look.brushed.has(row);
-      const colour = new Color(!chosen ? (look.dark ? "#3a424a" : "#cfd3d7") : look.brushed ? CHECK : flights[(flight?.(row) ?? 0) % flights.length]);
+      const colour = new Color(!chosen ? (look.dark ? "#3a424a" : "#cfd3d7") : look.brushed ? BRUSHED[shade(look)] : flights[(flight?.(row) ?? 0) % flights.length]);
       for (const [from, to] of [[c, p], [c, q], [c, r], [c, s], [p, q], [q, r], [r, s], [s, p], [p, tip], [tip, q]]) {
         places.push(from.x, from.y, from.z, to.x, to.y, to.z);
         for (let k = 0; k < 2; k++) colours.push(colour.r, colour.g, colour.b);
@@ -130,7 +134,7 @@ export class Space {
     const brushed = look.brushed && points.of("brushed");
     if (!brushed) return this.vectors(points, factor, colour);
     const dim = look.dark ? "#3a424a" : "#cfd3d7";
-    return [[false, dim], [true, colour]].flatMap(([wanted, own]) => this.vectors(points, factor, own, (row) => brushed(row) > 0 === wanted));
+    return [[false, dim], [true, BRUSHED[shade(look)]]].flatMap(([wanted, own]) => this.vectors(points, factor, own, (row) => brushed(row) > 0 === wanted));
   }
 
   /** A shaft and a head for each error, so that the direction is seen from every side. */

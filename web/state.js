@@ -6,6 +6,7 @@ const saved = JSON.parse(localStorage.getItem(SAVED) ?? "{}");
 export const state = {
   block: null, // answer of GET block
   tree: null, // answer of GET tree
+  longest: "{}", // answer of GET longest, as text: it changes only where it says something else
   node: null, // id of the step that is looked at
   against: null, // id of the step that it is compared with; null: its parent
   peek: false, // the step before is shown in its place, as long as a key is held

@@ -1,14 +1,15 @@
-// The tree of steps, with the figures of each. A first child goes on in its parent's lane; what branches off gets a lane of its own.
+// The tree of steps, with the figures of each. A first child goes on in its parent's lane; what branches off stands below it in a lane of its own.
 
-import { fill, h, svg } from "./dom.js";
+import { button, fill, h, svg } from "./dom.js";
 import { rows } from "./lanes.js";
 import { fixed, mm, px } from "./numbers.js";
 import { chosen, on, set, state } from "./state.js";
 import { Figure } from "./figure.js";
 import { figureQuery } from "./scales.js";
+import { canDismiss, dismiss } from "./steps.js";
 
 const ROW = 46;
-const LANE = 14;
+const LANE = 12;
 
 const COLUMNS = [
   ["check", "mm", (f) => mm(f.check_rms_m), "3D RMS of the check points, which no adjustment uses"],
@@ -58,10 +59,12 @@ function item({ node, lane }, lanes) {
       node.id === state.against && h("span.flag", {}, "compared")),
     figures && !["failed", "cancelled"].includes(node.state)
       ? h("div.figures", {}, columns().map(([, , write], i) => h(i === 0 ? "b" : "span", {}, write(figures))))
-      : h("div.figures.state", {}, states[node.state] ?? node.state));
+      : h("div.figures.state", {}, states[node.state] ?? node.state, canDismiss(node) && dismissing(node)));
   row.style.paddingLeft = `${lanes * LANE + 10}px`;
   return row;
 }
+
+const dismissing = (node) => button("×", (event) => { event.stopPropagation(); dismiss(node.id); }, { title: "Dismiss this step", key: "Del", kind: "plain", "aria-label": `Dismiss ${node.words}` });
 
 /** The lines between the steps and a mark for each: full where nothing is missing any more, crossed where it failed. */
 function graph(lines, lanes) {
@@ -70,7 +73,8 @@ function graph(lines, lanes) {
   lines.forEach(({ above }, i) => {
     if (above === null) return;
     const [[x0, y0], [x, y]] = [at(above), at(i)];
-    drawing.append(svg("path", { d: x === x0 ? `M${x0} ${y0}V${y}` : `M${x0} ${y0}V${y - 8}Q${x0} ${y} ${x} ${y}`, class: "branch" }));
+    // A branch leaves its parent at once and runs down in its own lane, beside the rows between.
+    drawing.append(svg("path", { d: x === x0 ? `M${x0} ${y0}V${y}` : `M${x0} ${y0}H${x - 8}Q${x} ${y0} ${x} ${y0 + 8}V${y}`, class: "branch" }));
   });
   lines.forEach(({ node }, i) => {
     const [x, y] = at(i);

@@ -7,6 +7,7 @@ use crate::adjust::Options;
 use crate::block::Block;
 use crate::inject;
 use crate::io::block::{fingerprint, read_block};
+use crate::lab::photos::Photos;
 use crate::lab::server::Server;
 use crate::lab::setup::Setup;
 use crate::lab::simulated::Simulated;
@@ -34,7 +35,8 @@ const FIRST_ERRORS: [&str; 1] = ["noise:px=0.3"];
   misclosure lab block                       opens a page in the browser; every step is kept in block.lab
   misclosure lab block --datum control       begins with another model
   misclosure lab block --no-open --port 8000 prints the address alone
-  misclosure lab --simulate dike             a simulated block whose errors are chosen with sliders
+  misclosure lab block --images flight       shows the images in that folder behind the residuals
+  misclosure lab --simulate dike             a simulated block whose errors are chosen on the page
 
 The page is for this machine alone: the address carries a token that every request needs. Each step is the complete
 folder of a run, which `misclosure report` reads. Ending the program loses nothing.")]
@@ -51,6 +53,9 @@ pub struct Arguments {
     /// Print the address, open no browser
     #[arg(long)]
     no_open: bool,
+    /// Folder with the block's images (JPEG, PNG or WebP, called as in the block): shown behind residuals and marks
+    #[arg(long, value_name = "FOLDER", conflicts_with = "simulate")]
+    images: Option<PathBuf>,
     /// A simulated block: dike, corridor, mapping or closerange
     #[arg(long, value_name = "PRESET", conflicts_with = "block")]
     simulate: Option<String>,
@@ -104,6 +109,12 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize, as_json: bo
     let options = Options { threads, ..Options::default() };
     arguments.model.judge_start(&left, &model, console)?;
     let (block, model) = arguments.model.started(read, model, &options, &|what| console.message(what))?;
+    let names: Vec<&str> = block.images.iter().map(|image| image.name.as_str()).collect();
+    let photos = arguments.images.as_deref().map(|folder| Photos::find(folder, &names));
+    let photos = photos.transpose().map_err(|refused| Usage(format!("--images {refused:#}")))?;
+    if let Some(photos) = &photos {
+        console.message(&format!("lab: {} of {} images found", photos.count(), block.images.len()));
+    }
     let setup = Setup {
         source,
         block,
@@ -116,6 +127,7 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize, as_json: bo
         threads,
         folder,
         simulated,
+        photos,
     };
     let page = setup.folder.path().join(OPENING);
     console.message(&format!("lab: every step is kept in {}; end with Ctrl-C", setup.folder.path().display()));

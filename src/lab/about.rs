@@ -21,7 +21,7 @@ pub fn tree(lab: &Lab) -> Value {
         let base = json!({
             "id": id, "parent": node.parent, "state": state(&node.state), "change": node.change, "words": node.change.words(),
             "figures": null, "delta_words": null, "verdict": null, "agree": null, "one_derivation": null, "mistake": null,
-            "error": null,
+            "error": null, "seconds": null,
         });
         let Value::Object(mut all) = base else { return base };
         if let Some(figures) = &node.figures {
@@ -35,7 +35,9 @@ pub fn tree(lab: &Lab) -> Value {
                 all.insert("agree".into(), json!(saved.agree));
                 all.insert("one_derivation".into(), json!(saved.one_derivation));
                 all.insert("mistake".into(), json!(saved.mistake));
+                all.insert("seconds".into(), json!(saved.seconds));
             }
+            State::Running(since) => drop(all.insert("seconds".into(), json!(since.elapsed().as_secs_f64()))),
             State::Failed(error) => drop(all.insert("error".into(), json!(error))),
             _ => {}
         }
@@ -52,7 +54,7 @@ pub fn tree(lab: &Lab) -> Value {
 fn state(state: &State) -> &'static str {
     match state {
         State::Waiting => "waiting",
-        State::Running => "running",
+        State::Running(_) => "running",
         State::Done(_) => "done",
         State::Failed(_) => "failed",
         State::Cancelled => "cancelled",
@@ -70,9 +72,9 @@ pub fn block(lab: &Lab) -> Value {
         json!({ "id": camera.id, "width_px": camera.width_px, "height_px": camera.height_px, "images": images })
     });
     let origin = block.origin;
-    let images = block.images.iter().zip(&columns.images).map(|(image, own)| {
+    let images = block.images.iter().zip(&columns.images).enumerate().map(|(number, (image, own))| {
         json!({
-            "name": image.name, "camera": own.camera, "flight": own.flight, "time_s": known(own.time),
+            "name": image.name, "photo": lab.setup.photos.as_ref().is_some_and(|photos| photos.has(number)), "camera": own.camera, "flight": own.flight, "time_s": known(own.time),
             "temperature_c": known(own.temperature), "e": own.centre[0] + origin.x, "n": own.centre[1] + origin.y,
             "h": own.centre[2] + origin.z,
         })

@@ -19,16 +19,23 @@
 //!     "figures": { "tie_rms_px": 0.241, "heldout_px": 0.331, "check_rms_m": 0.00438, "check_height_rms_m": 0.0033,
 //!                  "gnss_rms_m": 0.051, "sigma0": 0.888, "unknowns": 1234, "observations": 4567, "outliers": 38 },
 //!     "delta_words": "check points 17.1 → 4.4 mm, tie points 0.274 → 0.241 px",
-//!     "verdict": "missing", "agree": true, "one_derivation": null, "mistake": null, "error": null } ] }
+//!     "verdict": "missing", "agree": true, "one_derivation": null, "mistake": null, "error": null,
+//!     "seconds": 4.2 } ] }
 //! ```
 //!
-//! `state` is `waiting`, `running`, `done`, `failed` (with `error`) or `cancelled`; of any but `done` the keys from
+//! `seconds` is what a step took, or, of one that runs, what it has taken so far. `state` is `waiting`, `running`, `done`, `failed` (with `error`) or `cancelled`; of any but `done` the keys from
 //! `figures` to `mistake` are null, except that a `running` one has `figures` and `delta_words` as soon as both solvers
 //! are done: what is left is tested after that. What failed or was cancelled is in the tree until the server ends,
 //! without a folder. `verdict` is `mistake` where something is recorded wrongly (`mistake` says what, in a sentence),
 //! `missing` where a candidate is significant, `unexplained` where structure is left and no candidate is, else
 //! `adequate`. `agree` says whether the two solvers do (null where one ran), `one_derivation` what has to be said with
 //! it where the model has a plug-in.
+//!
+//! # `GET /api/longest`
+//!
+//! `{ "sensor": [0.31], "plan": 41.0, "height": 22.5, "gnss_plan": 0.08, "gnss_height": 0.13 }`: the longest arrows of all
+//! steps that are done, by camera in px, of points in mm, of GNSS positions in m. Figures that are drawn with
+//! `longest=` of it have one scale that fits every step: that is how scales are locked.
 //!
 //! # `GET /api/block`
 //!
@@ -37,7 +44,7 @@
 //!   "cameras": [ { "id": "cam", "width_px": 5120, "height_px": 3840, "images": 113 } ],
 //!   "parameters": [ { "name": "f", "unit": "px" } ], "groups": [ { "name": "pp", "parameters": ["ppx", "ppy"] } ],
 //!   "flights": ["nadir50"],
-//!   "images": [ { "name": "a.jpg", "camera": 0, "flight": 0, "time_s": 12.5, "temperature_c": null, "e": 1.0,
+//!   "images": [ { "name": "a.jpg", "photo": false, "camera": 0, "flight": 0, "time_s": 12.5, "temperature_c": null, "e": 1.0,
 //!                 "n": 2.0, "h": 50.0 } ],
 //!   "surveyed": [ { "name": "G1", "role": "control", "e": 1.0, "n": 2.0, "h": 3.0 } ],
 //!   "quantities": [ { "id": "time", "label": "time", "unit": "s" } ],
@@ -48,6 +55,7 @@
 //!   "effects": [ { "id": "rolling-shutter", "about": "The sensor is read out row by row.", "kind": "physical" } ] }
 //! ```
 //!
+//! `photo` says whether `GET /api/photos/NAME` has the image itself (opened with `--images FOLDER`; 404 otherwise).
 //! Image and flight are indices from 0 everywhere (`images[k]`). Coordinates are about `origin`; add it for those of
 //! the survey.
 //!
@@ -70,8 +78,8 @@
 //! Components are `x`, `y`, `radial`, `tangential`, `along` and `across` (default `x,y`). `views` of a block lacks
 //! `gnss` where the block has no GNSS positions.
 //!
-//! All take `brush=JSON`, `scale=NUMBER` (arrows: figure pixels per unit; as in the `data-scale` of another figure:
-//! that is how scales are locked), `y=LOW,HIGH` (charts: the range of the vertical axis at least) and `width=PX` (of
+//! All take `brush=JSON`, `scale=NUMBER` (arrows: figure pixels per unit; as in the `data-scale` of another figure),
+//! `longest=NUMBER` (in place of a scale: an arrow of that length, in the unit of the figure, has to fit, too), `y=LOW,HIGH` (charts: the range of the vertical axis at least) and `width=PX` (of
 //! the drawing; text keeps its size). `plan`, `height` and `checks` take `role=check|control` (default: check points
 //! where there are any). The root element has `data-scale` where arrows are drawn. Each plotting area is a transparent
 //! element behind nothing, drawn last:
@@ -154,10 +162,21 @@
 //! and whether a mark of the surveyed point is. At most 50 000 tie points are sent, always the same ones, and of the
 //! others some that are brushed; `ties` of the header counts all of them. `a` is the viewing direction, `u` points up in the image; `d` is computed minus surveyed (m), NaN where it is not compared.
 //!
+//! # `GET /api/nodes/ID/points`
+//!
+//! ```json
+//! { "points": [ { "point": "G1", "role": "control", "e": 1.0, "n": 2.0, "h": 3.0, "dx_mm": 4.1, "dy_mm": -2.0, "dz_mm": 9.5,
+//!     "size_mm": 10.5, "marks": [ { "image": 3, "x": 1201.5, "y": 877.2, "rx": 0.12, "ry": -0.4, "set_aside": false } ] } ] }
+//! ```
+//!
+//! Surveyed points, the largest error first, coordinates as in the figures; of each its marks (px, residuals observed
+//! minus computed, null where there are none).
+//!
 //! # `GET /api/nodes/ID/candidates`
 //!
 //! ```json
 //! { "verdict": "missing", "sentence": "...", "left": ["..."], "recommended": ["rolling-shutter"],
+//!   "next": "rolling-shutter",
 //!   "mistakes": [ { "kind": "scale", "subject": "control", "names": [], "value": 3.28084, "sigma": null, "unit": "1",
 //!       "drop": 5123.4, "ln_p": -2550.1, "sentence": "...", "remedy": "...",
 //!       "mend": [ { "file": "control.csv", "...": "..." } ] } ],
@@ -173,7 +192,8 @@
 //!   "structure": [ { "against": "row", "p_value": 1e-9, "family_p_value": 1e-8, "description": "..." } ] }
 //! ```
 //!
-//! Candidates come strongest impact first among the significant, then the others by rank, then those that cannot be
+//! `next` is the effect that the objective adds next, null where nothing is missing any more (`recommended` then names
+//! what the steps added). Candidates come strongest impact first among the significant, then the others by rank, then those that cannot be
 //! tested, with what they need. `mistakes` has the keys that `diagnosis.json` has; `mend` is absent where a person has to
 //! look.
 //!
@@ -205,7 +225,8 @@
 //! that step, and of all steps beneath it, is the edited one, and its adjustment begins anew with the model of its
 //! parent. No file is changed. `improve` makes one node per step of the loop, each the child of the one before; its
 //! `id` is the first. `POST /api/steps/ID/cancel` with `{}` stops a step at its next iteration, or takes it out of the
-//! queue.
+//! queue; `POST /api/steps/ID/dismiss` with `{}` takes one that failed or was cancelled out of the tree. An `improve` that
+//! finds nothing to do is no step: it is taken out of the tree, with the event `nothing`.
 //!
 //! # `GET /api/events` (server-sent events)
 //!
@@ -215,6 +236,7 @@
 //! event: tree       data: {}
 //! event: failed     data: { "node": 2, "error": "..." }
 //! event: done       data: { "node": 2 }
+//! event: nothing    data: { "node": 2, "text": "..." }
 //! ```
 //!
 //! `solver`, `iteration` and `cost` are null in a progress that only says what is done. After `tree` the page asks for
@@ -229,9 +251,15 @@
 //! # With `--simulate`
 //!
 //! `GET /api/causes` gives `{ "preset": "dike", "errors": ["noise:px=0.3"], "mistakes": [], "seed": 1, "causes": [ { "id":
-//! "rolling-shutter", "about": "...", "parameters": [ { "name": "readout", "unit": "s", "default": 0.03, "min": 0,
-//! "max": 0.1, "about": "..." } ] } ] }` (404 without `--simulate`); `POST /api/simulate` with `{ "errors":
-//! ["rolling-shutter:readout=0.02"], "seed": 1 }` measures the block anew as a new root node and gives its `id`; `GET
-//! /api/truth/ID` compares a node with the truth: `{ "rows": [ { "what": "f (cam)", "truth": 5500.0, "estimate":
-//! 5501.2, "sigma": 0.8, "unit": "px" } ], "errors": ["rolling-shutter:readout=0.02"], "mistakes": [], "point_rms_mm":
-//! 3.1 }`. `mistakes` are those of `--mistake`; every measurement has them.
+//! "rolling-shutter", "about": "...", "parameters": [ { "name": "readout", "unit": "s", "kind": "number", "default": 0.03,
+//! "without": null, "min": 0, "max": 0.1, "choices": null, "about": "..." } ] } ] }` (404 without `--simulate`). `kind` is
+//! `number`, `flag` (0 or 1), `choice` (of `choices`), or, where it may be left out and `without` says what then holds,
+//! `optional` (a number), `name` (of `choices`) or `list` (numbers separated by `/`).
+//!
+//! `POST /api/simulate` with `{ "errors": ["rolling-shutter:readout=0.02"], "seed": 1 }` measures the block anew as a new
+//! root node and gives its `id`; parameters that do not go together are refused at once.
+//!
+//! `GET /api/truth/ID` compares a node with the truth: `{ "rows": [ { "what": "f (cam)", "truth": 5500.0, "reason": null,
+//! "estimate": 5501.2, "sigma": 0.8, "unit": "px" } ], "errors": ["rolling-shutter:readout=0.02"], "mistakes": [],
+//! "point_rms_mm": 3.1 }`. `reason` says why a row has no `truth`. `mistakes` are those of `--mistake`; every measurement
+//! has them.

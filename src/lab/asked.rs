@@ -29,6 +29,8 @@ pub struct Asked {
     pub brush: Option<Brush>,
     /// Figure pixels per unit of the arrows.
     pub scale: Option<f64>,
+    /// The longest arrow that the scale has to fit, in the unit of the figure, where no `scale` is asked for.
+    pub longest: Option<f64>,
     /// Range of the vertical axis at least.
     pub y: Option<[f64; 2]>,
     /// Position of the camera.
@@ -67,6 +69,7 @@ impl Asked {
         Ok(Self {
             brush: query.get("brush").map(Brush::parse).transpose()?,
             scale: query.above_zero("scale")?,
+            longest: query.above_zero("longest")?,
             width: query.above_zero("width")?,
             y,
             camera: query.whole("camera")?,

@@ -37,12 +37,19 @@ pub fn candidates(lab: &Lab, id: u32) -> Result<Value> {
     });
     Ok(json!({
         "verdict": diagnosis.verdict, "sentence": sentence(diagnosis), "left": diagnosis.left,
-        "recommended": diagnosis.recommended, "mistakes": diagnosis.mistakes,
+        "recommended": diagnosis.recommended, "next": next(diagnosis), "mistakes": diagnosis.mistakes,
         "candidates": all.into_iter().map(|one| candidate(lab, one)).collect::<Vec<_>>(),
         "found": diagnosis.found.iter().map(found).collect::<Vec<_>>(),
         "structure": structure.collect::<Vec<_>>(),
         "weight": diagnosis.weight.as_ref().map(|weight| weight.sentence.clone()),
     }))
+}
+
+/// The effect that the objective adds next. A diagnosis to which nothing is missing recommends what its model has
+/// already.
+fn next(diagnosis: &Diagnosis) -> Option<&str> {
+    let is_in = |id: &String| diagnosis.found.iter().any(|found| found.effect == *id);
+    diagnosis.recommended.iter().find(|id| !is_in(id)).map(String::as_str)
 }
 
 /// The verdict on the model as it stands.
@@ -58,10 +65,10 @@ fn sentence(diagnosis: &Diagnosis) -> String {
 /// The verdict where something is recorded wrongly: the mistake, and what shows beside it.
 fn mistaken(diagnosis: &Diagnosis) -> String {
     let mistake = in_words(&diagnosis.mistakes).unwrap_or_default();
-    let beside = match diagnosis.recommended.as_slice() {
-        [] if diagnosis.left.is_empty() => String::new(),
-        [] => " Beside it something is left that no effect of the catalogue explains.".into(),
-        some => format!(" Beside it something is missing; what shows most is {}.", some.join(", ")),
+    let beside = match next(diagnosis) {
+        None if diagnosis.left.is_empty() => String::new(),
+        None => " Beside it something is left that no effect of the catalogue explains.".into(),
+        Some(effect) => format!(" Beside it something is missing; what shows most is {effect}."),
     };
     format!("Something is recorded wrongly. {mistake}{beside}")
 }

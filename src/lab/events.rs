@@ -28,6 +28,13 @@ pub enum Event {
         /// The step.
         node: u32,
     },
+    /// A step turned out to be none: there was nothing to do.
+    Nothing {
+        /// The step, which is not in the tree any more.
+        node: u32,
+        /// Why there was nothing to do.
+        text: String,
+    },
     /// A step failed or was cancelled.
     Failed {
         /// The step.
@@ -44,6 +51,7 @@ impl Event {
             Event::Progress { .. } => "progress",
             Event::Tree {} => "tree",
             Event::Done { .. } => "done",
+            Event::Nothing { .. } => "nothing",
             Event::Failed { .. } => "failed",
         }
     }

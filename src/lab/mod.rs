@@ -10,6 +10,7 @@
 //! - [`columns`], [`quantity`] and [`brush`]: every measurement of a node with what was recorded of it,
 //!   and which of them are chosen.
 //! - [`figures`] as [`asked`], [`candidates`], [`predict`], [`space`]: what is shown of a node.
+//! - [`photos`]: the images themselves, where their folder is known.
 //! - [`simulated`]: a block whose errors one chooses.
 //! - [`server`]: HTTP; [`guard`] says who is answered.
 
@@ -25,6 +26,7 @@ pub mod guard;
 pub mod live;
 pub mod measurements;
 pub mod node;
+pub mod photos;
 pub mod predict;
 pub mod predicted;
 pub mod quantity;
@@ -44,7 +46,10 @@ mod commands;
 mod events;
 mod job;
 mod kept;
+mod known;
+mod longest;
 mod mending;
+mod points;
 mod restore;
 mod routes;
 mod screened;

@@ -3,14 +3,15 @@
 use super::change::Change;
 use super::tree::{Figures, Saved};
 use crate::adjust::Stop;
+use std::time::Instant;
 
 /// How far a node is.
 #[derive(Debug, Clone, PartialEq)]
 pub enum State {
     /// In the queue.
     Waiting,
-    /// Being computed.
-    Running,
+    /// Being computed, since then.
+    Running(Instant),
     /// In its folder.
     Done(Box<Saved>),
     /// Why it failed.

@@ -10,7 +10,7 @@ use super::measurements::{Page, measurements};
 use super::node::Absent;
 use super::shared::Shared;
 use super::state::Lab;
-use super::{candidates, commands, predict, simulated, space, truth};
+use super::{candidates, commands, points, predict, simulated, space, truth};
 use axum::extract::{Path, Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
 use axum::http::{StatusCode, Uri};
@@ -40,14 +40,17 @@ const ALIVE: Duration = Duration::from_secs(10);
 pub fn all() -> Router<Arc<Shared>> {
     Router::new()
         .route("/api/tree", get(tree))
+        .route("/api/longest", get(longest))
         .route("/api/block", get(block))
         .route("/api/events", get(events))
         .route("/api/steps", post(add))
         .route("/api/steps/{id}/cancel", post(cancel))
+        .route("/api/steps/{id}/dismiss", post(dismiss))
         .route("/api/nodes/{id}/figures/{name}", get(figure))
         .route("/api/nodes/{id}/predicted/{effect}", get(prediction))
         .route("/api/nodes/{id}/predicted/{effect}/figures/{name}", get(predicted_figure))
         .route("/api/nodes/{id}/{what}", get(node))
+        .route("/api/photos/{name}", get(photo))
         .route("/api/causes", get(causes))
         .route("/api/simulate", post(simulate))
         .route("/api/truth/{id}", get(truth))
@@ -110,6 +113,10 @@ async fn tree(State(shared): App) -> Answer {
     Ok(Json(about::tree(&shared.lab)).into_response())
 }
 
+async fn longest(State(shared): App) -> Answer {
+    blocking(shared, |lab| Ok(Json(super::longest::longest(lab)?).into_response())).await
+}
+
 async fn block(State(shared): App) -> Answer {
     blocking(shared, |lab| Ok(Json(about::block(lab)).into_response())).await
 }
@@ -149,6 +156,11 @@ async fn add(State(shared): App, text: String) -> Answer {
 
 async fn cancel(State(shared): App, Path(id): Path<String>) -> Answer {
     shared.lab.cancel(number(&id)?)?;
+    Ok(Json(json!({})).into_response())
+}
+
+async fn dismiss(State(shared): App, Path(id): Path<String>) -> Answer {
+    shared.lab.dismiss(number(&id)?)?;
     Ok(Json(json!({})).into_response())
 }
 
@@ -211,6 +223,7 @@ async fn node(State(shared): App, Path((id, what)): Path<(String, String)>, Quer
             "measurements" => json(measurements(lab, id, &page)?),
             "model" => json(about::model(lab, id)?),
             "candidates" => json(candidates::candidates(lab, id)?),
+            "points" => json(points::points(lab, id)?),
             "commands" => json(commands::commands(lab, id)?),
             "space" => {
                 let bytes = space::space(lab, id, page.brush.as_ref())?;
@@ -249,6 +262,20 @@ fn of_folder(lab: &Lab, id: u32, name: &str) -> Answer {
     })
 }
 
+/// The file of an image, which is named as in the block.
+async fn photo(State(shared): App, Path(name): Path<String>) -> Answer {
+    blocking(shared, move |lab| {
+        let photos = lab.setup.photos.as_ref();
+        let photos = photos.ok_or_else(|| unknown("the laboratory was not opened with --images"))?;
+        let image = lab.setup.block.images.iter().position(|image| image.name == name);
+        let image = image.ok_or_else(|| unknown(format!("the block has no image {name:?}")))?;
+        let (content_type, bytes) =
+            photos.read(image)?.ok_or_else(|| unknown(format!("the folder of images has no file of {name:?}")))?;
+        Ok(([(CONTENT_TYPE, content_type)], bytes).into_response())
+    })
+    .await
+}
+
 async fn causes(State(shared): App) -> Answer {
     let simulated = shared.lab.setup.simulated.as_ref();
     let simulated = simulated.ok_or_else(|| unknown("the laboratory was not opened with --simulate"))?;
@@ -270,14 +297,14 @@ fn first_seed() -> u64 {
 
 async fn simulate(State(shared): App, text: String) -> Answer {
     let Measure { errors, seed } = body(&text)?;
-    if shared.lab.setup.simulated.is_none() {
-        return Err(unknown("the laboratory was not opened with --simulate"));
-    }
-    for error in &errors {
-        crate::inject::parse(error).map_err(|refused| bad(format!("{error}: {refused:#}")))?;
-    }
-    let id = shared.lab.post(None, Change::Simulate { errors, seed })?;
-    Ok((StatusCode::ACCEPTED, Json(json!({ "id": id }))).into_response())
+    blocking(shared, move |lab| {
+        let simulated = lab.setup.simulated.as_ref();
+        let simulated = simulated.ok_or_else(|| unknown("the laboratory was not opened with --simulate"))?;
+        simulated.check(&errors, seed).map_err(|refused| bad(format!("{refused:#}")))?;
+        let id = lab.post(None, Change::Simulate { errors, seed })?;
+        Ok((StatusCode::ACCEPTED, Json(json!({ "id": id }))).into_response())
+    })
+    .await
 }
 
 async fn truth(State(shared): App, Path(id): Path<String>) -> Answer {

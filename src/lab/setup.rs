@@ -1,5 +1,6 @@
 //! What a laboratory is opened with.
 
+use super::photos::Photos;
 use super::simulated::Simulated;
 use super::tree::Folder;
 use crate::adjust::Solver;
@@ -34,6 +35,8 @@ pub struct Setup {
     pub folder: Folder,
     /// Of a block whose errors one chooses.
     pub simulated: Option<Simulated>,
+    /// The images themselves.
+    pub photos: Option<Photos>,
 }
 
 /// The block of a root, or of a step that mends, with all that stands beneath it.

@@ -1,9 +1,9 @@
 //! A block whose errors one chooses: it is measured anew under them, and the truth stands beside every estimate.
 
 use super::change::Change;
-use crate::block::Block;
+use crate::block::{Block, Role};
 use crate::inject::mistakes::{self, Mistake};
-use crate::inject::{self, Cause, DefaultValue, Injected, ParameterSpec};
+use crate::inject::{self, Cause, DefaultValue, Injected, ParameterSpec, Random, Setting, World};
 use crate::io::block::write_block;
 use crate::scenario::{SurveyNoise, add_survey_noise};
 use anyhow::{Context, Result};
@@ -52,6 +52,21 @@ impl Simulated {
         Ok(())
     }
 
+    /// Can the block be measured under `errors`?
+    ///
+    /// # Errors
+    /// An error that there is not, one that the block cannot have, or parameters that do not go together.
+    pub fn check(&self, errors: &[String], seed: u64) -> Result<()> {
+        let world = World::new(&self.truth, &self.truth)?;
+        for text in errors {
+            let own = inject::parse(text)?;
+            let random = Random::new(seed, own.cause.id(), 0);
+            let mut setting = Setting { values: &own.values, world: &world, random };
+            own.cause.prepare(&mut setting).with_context(|| text.clone())?;
+        }
+        Ok(())
+    }
+
     /// Measures the block under `errors` and writes it to `folder`, whole or not at all. Survey and receiver err as
     /// stated; mistakes come last.
     ///
@@ -77,7 +92,7 @@ impl Simulated {
 /// The causes that a block can be given, with their sliders.
 pub fn causes(simulated: &Simulated) -> Value {
     let cause = |cause: &&Cause| {
-        let parameters: Vec<Value> = cause.parameters().iter().map(parameter).collect();
+        let parameters: Vec<Value> = cause.parameters().iter().map(|spec| parameter(&simulated.truth, spec)).collect();
         json!({ "id": cause.id(), "about": cause.summary(), "parameters": parameters })
     };
     let causes: Vec<Value> = inject::registry().iter().map(cause).collect();
@@ -87,27 +102,45 @@ pub fn causes(simulated: &Simulated) -> Value {
     })
 }
 
-fn parameter(spec: &ParameterSpec) -> Value {
-    let base = json!({ "name": spec.name, "unit": spec.unit, "about": spec.help, "default": null, "min": null, "max": null, "choices": null });
-    let Value::Object(mut all) = base else { return base };
+/// A parameter as the page sets it: by a number, a tick, one of some words, or a text; or as it is without a value.
+fn parameter(truth: &Block, spec: &ParameterSpec) -> Value {
+    let mut all = json!({
+        "name": spec.name, "unit": spec.unit, "about": spec.help, "kind": "number", "default": null, "without": null, "min": null,
+        "max": null, "choices": null,
+    });
     match spec.default {
         DefaultValue::Number(number) => {
             let reach = REACH * number.abs().max(f64::MIN_POSITIVE);
-            all.insert("default".into(), json!(number));
+            all["default"] = json!(number);
             if number != 0.0 {
-                all.insert("min".into(), json!(if number < 0.0 { -reach } else { 0.0 }));
-                all.insert("max".into(), json!(if number < 0.0 { 0.0 } else { reach }));
+                all["min"] = json!(if number < 0.0 { -reach } else { 0.0 });
+                all["max"] = json!(if number < 0.0 { 0.0 } else { reach });
             }
         }
         DefaultValue::Flag(flag) => {
-            all.insert("default".into(), json!(u8::from(flag)));
-            all.insert("choices".into(), json!(["0", "1"]));
+            (all["kind"], all["default"], all["choices"]) = (json!("flag"), json!(u8::from(flag)), json!(["0", "1"]));
         }
         DefaultValue::Choice(word, choices) => {
-            all.insert("default".into(), json!(word));
-            all.insert("choices".into(), json!(choices));
+            (all["kind"], all["default"], all["choices"]) = (json!("choice"), json!(word), json!(choices));
         }
-        DefaultValue::Optional(_) | DefaultValue::Name(_) | DefaultValue::List(_) => {}
+        DefaultValue::Optional(without) => (all["kind"], all["without"]) = (json!("optional"), json!(without)),
+        DefaultValue::Name(without) => {
+            (all["kind"], all["without"]) = (json!("name"), json!(without));
+            all["choices"] = json!(names(truth, spec.name));
+        }
+        DefaultValue::List(without) => (all["kind"], all["without"]) = (json!("list"), json!(without)),
     }
-    Value::Object(all)
+    all
+}
+
+/// The names of a block that a parameter may have.
+fn names<'a>(truth: &'a Block, parameter: &str) -> Vec<&'a str> {
+    match parameter {
+        "flight" => truth.flights.iter().map(String::as_str).collect(),
+        "image" => truth.images.iter().map(|image| image.name.as_str()).collect(),
+        _ => {
+            let control = truth.surveyed.iter().filter(|point| point.role == Role::Control);
+            control.map(|point| point.name.as_str()).collect()
+        }
+    }
 }

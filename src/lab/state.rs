@@ -5,6 +5,7 @@ use super::events::Event;
 use super::job::Job;
 use super::kept::Kept;
 use super::live::Live;
+use super::longest::Longest;
 use super::node::{Absent, Node, State};
 use super::setup::{Setup, Source};
 use super::tree::{Figures, Saved};
@@ -33,6 +34,7 @@ pub struct Lab {
     pub(super) nodes: Mutex<BTreeMap<u32, Node>>,
     pub(super) sources: Mutex<HashMap<u32, Arc<Source>>>,
     views: Mutex<Kept<View>>,
+    pub(super) longest: Mutex<HashMap<u32, Longest>>,
     reading: Mutex<()>,
     lives: Mutex<Kept<Live>>,
     jobs: Mutex<Sender<Job>>,
@@ -63,6 +65,7 @@ impl Lab {
             nodes: Mutex::new(nodes),
             sources: Mutex::default(),
             views: Mutex::new(Kept::new(VIEWS)),
+            longest: Mutex::default(),
             reading: Mutex::default(),
             lives: Mutex::new(Kept::new(LIVES)),
             jobs: Mutex::new(jobs),
@@ -103,6 +106,23 @@ impl Lab {
         }
         drop(nodes);
         self.tell(Event::Tree {});
+    }
+
+    /// Takes a step that failed or was cancelled out of the tree.
+    ///
+    /// # Errors
+    /// A node that is not there, or one that did not fail.
+    pub fn dismiss(&self, id: u32) -> Result<()> {
+        match locked(&self.nodes).get(&id).map(|node| &node.state) {
+            Some(State::Failed(_) | State::Cancelled) => {}
+            Some(_) => bail!("step {id} neither failed nor was it cancelled: it cannot be dismissed"),
+            None => return Err(Absent::NoNode(id).into()),
+        }
+        if locked(&self.nodes).len() == 1 {
+            bail!("step {id} is the only one: it cannot be dismissed");
+        }
+        self.forget(id);
+        Ok(())
     }
 
     /// Says what the solvers found before what is left was tested.

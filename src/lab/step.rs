@@ -23,6 +23,7 @@ use crate::run::{self, gnss_residuals, gnss_rms_m};
 use anyhow::{Result, bail};
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::time::Instant;
 
 /// Levels of the ledger's rows that are no effect in or out.
 const NO_TEST: f64 = 1.0;
@@ -48,6 +49,7 @@ impl Step<'_> {
     /// Why it cannot be, in words; nothing is left of it then.
     pub fn run(&self) -> Result<(Saved, Live)> {
         let Self { lab, id, parent, stop, .. } = *self;
+        let began = Instant::now();
         let tell = |what: &str| lab.tell(Event::told(id, "diagnosing", what));
         let settings = lab.settings(stop, lab.setup.snoop, &tell);
         let (changed, mut ledger) = match parent {
@@ -76,7 +78,8 @@ impl Step<'_> {
         source.judge(&mut look.diagnosis, lost);
         look.diagnosis.complete(&mut handed_on.run, None);
         lab.tell(Event::told(id, "writing", "writing the folder of the run"));
-        let saved = self.saved(figures, &source, &changed, &look.diagnosis, &handed_on);
+        let seconds = began.elapsed().as_secs_f64();
+        let saved = self.saved(seconds, figures, &source, &changed, &look.diagnosis, &handed_on);
         lab.setup.folder.add(id, &saved, |dir| self.write(dir, &source, &changed, &look, &handed_on))?;
         Ok((saved, Live::new(changed, look, ledger)))
     }
@@ -121,6 +124,7 @@ impl Step<'_> {
 
     fn saved(
         &self,
+        seconds: f64,
         figures: Figures,
         source: &Source,
         changed: &Changed,
@@ -137,6 +141,7 @@ impl Step<'_> {
             words: self.change.words(),
             figures,
             verdict: super::change::name(&diagnosis.verdict),
+            seconds: Some(seconds),
             agree: handed_on.run.agreement.as_ref().map(|agreement| agreement.agree),
             one_derivation: handed_on.run.agreement.as_ref().and_then(Agreement::not_independent),
             own: parts.own,

@@ -63,6 +63,9 @@ pub struct Saved {
     pub figures: Figures,
     /// `missing`, `unexplained`, `adequate` or `mistake`.
     pub verdict: String,
+    /// Time that it took, s; none of a step of an earlier version.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seconds: Option<f64>,
     /// Do the solvers agree?
     pub agree: Option<bool>,
     /// What has to be said with it: that effects have one derivation, and which.
@@ -226,6 +229,7 @@ mod tests {
             words: "base model".into(),
             figures: Figures::default(),
             verdict: "missing".into(),
+            seconds: None,
             agree: Some(true),
             one_derivation: None,
             own: 0,

@@ -1,6 +1,7 @@
-//! A node of a simulated block beside the truth.
+//! A node of a simulated block beside the truth: every estimate with its true value, or the reason why there is none.
 
 use super::change::Change;
+use super::known::{Causes, Wanted};
 use super::state::Lab;
 use crate::block::Role;
 use crate::camera::{PARAMETERS, UNITS};
@@ -17,9 +18,9 @@ pub fn truth(lab: &Lab, id: u32) -> Result<Value> {
     };
     let view = lab.view(id)?;
     let root = lab.saved(lab.root(id)?)?;
-    let errors = match &root.change {
-        Change::Simulate { errors, .. } => errors.clone(),
-        _ => Vec::new(),
+    let (errors, seed) = match &root.change {
+        Change::Simulate { errors, seed } => (errors.clone(), *seed),
+        _ => (Vec::new(), simulated.seed),
     };
     let mut rows = Vec::new();
     for (camera, parameters) in &view.run.summary.cameras.0 {
@@ -27,17 +28,22 @@ pub fn truth(lab: &Lab, id: u32) -> Result<Value> {
         for (k, name) in PARAMETERS.iter().enumerate() {
             let Some((_, found)) = parameters.0.iter().find(|(other, _)| other == name) else { continue };
             rows.push(json!({
-                "what": format!("{name} ({camera})"), "truth": truth.interior[k], "estimate": found.value, "sigma": found.sigma,
-                "unit": UNITS[k],
+                "what": format!("{name} ({camera})"), "truth": truth.interior[k], "reason": null, "estimate": found.value,
+                "sigma": found.sigma, "unit": UNITS[k],
             }));
         }
     }
-    let effects = view.run.summary.effects.0.iter().flat_map(|(id, parameters)| {
-        parameters.0.iter().map(move |(name, found)| {
-            json!({ "what": format!("{id} {name}"), "truth": null, "estimate": found.value, "sigma": found.sigma, "unit": found.unit })
-        })
-    });
-    rows.extend(effects);
+    let causes = Causes::new(&simulated.truth, &errors, seed)?;
+    for (effect, parameters) in &view.run.summary.effects.0 {
+        let model = |name: &str| parameters.0.iter().find(|(own, _)| own == name).map(|(_, found)| found.value);
+        for (parameter, found) in &parameters.0 {
+            let known = causes.value(&Wanted { effect, parameter, model: &model });
+            rows.push(json!({
+                "what": format!("{effect} {parameter}"), "truth": known.as_ref().ok(), "reason": known.as_ref().err(),
+                "estimate": found.value, "sigma": found.sigma, "unit": found.unit,
+            }));
+        }
+    }
     let checks = view.run.checks.iter().filter(|row| row.role == "check");
     let squares: Vec<f64> = checks.map(|row| row.dx * row.dx + row.dy * row.dy + row.dz * row.dz).collect();
     let rms = (!squares.is_empty()).then(|| 1e3 * (squares.iter().sum::<f64>() / squares.len() as f64).sqrt());

@@ -13,9 +13,12 @@ use anyhow::{Result, bail};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
+use std::time::Instant;
 
 /// Steps that "do all" makes at most: far more than any block asked for.
 const MOST_STEPS: usize = 20;
+/// What "do all" says where it has nothing to do.
+const NOTHING_TO_DO: &str = "Nothing to do: no other set of hypotheses has a lower objective.";
 
 /// Works until the queue ends.
 pub fn work(lab: &Lab, jobs: &Receiver<Job>) {
@@ -36,7 +39,7 @@ fn carry_out(lab: &Lab, job: &Job) -> bool {
         lab.set(*id, State::Cancelled);
         return false;
     }
-    lab.set(*id, State::Running);
+    lab.set(*id, State::Running(Instant::now()));
     let step = Step { lab, id: *id, parent: *parent, change, stop };
     let outcome = catch_unwind(AssertUnwindSafe(|| step.run())).unwrap_or_else(|_| {
         Err(anyhow::anyhow!("internal error, described where the program runs: please report it with this step"))
@@ -88,15 +91,15 @@ fn improve(lab: &Lab, job: &Job) {
                 return;
             }
             Ok(_) => {
-                let nothing = anyhow::anyhow!(
-                    "no other set of hypotheses has a lower objective: nothing to add, nothing to remove"
-                );
-                end(lab, job.id, &job.stop, Err(nothing));
+                // Nothing to do is no failure, and no step.
+                lab.forget(job.id);
+                lab.tell(Event::Nothing { node: job.id, text: NOTHING_TO_DO.into() });
                 return;
             }
             Err(error) => {
-                let id = waiting
-                    .unwrap_or_else(|| lab.insert(Some(parent), Change::Improve, State::Running, job.stop.clone()));
+                let id = waiting.unwrap_or_else(|| {
+                    lab.insert(Some(parent), Change::Improve, State::Running(Instant::now()), job.stop.clone())
+                });
                 end(lab, id, &job.stop, Err(error));
                 return;
             }

@@ -3,6 +3,7 @@
 
 mod alone;
 mod commands;
+mod ends;
 mod mistakes;
 mod program;
 mod security;

@@ -30,6 +30,21 @@ fn a_block_is_measured_anew_and_the_truth_stands_beside() {
     let (known, found) = (focal["truth"].as_f64().expect("a number"), focal["estimate"].as_f64().expect("a number"));
     assert!((known - found).abs() < 0.01 * known, "{focal}");
     assert_eq!(lab.post("simulate", &json!({ "errors": ["nothing"] })).status, 400);
+    // What does not go together is refused before anything is measured.
+    let refused = lab.post("simulate", &json!({ "errors": ["homothety:centre=xy"] }));
+    assert_eq!((refused.status, refused.text().contains("needs `cx` and `cy`")), (400, true), "{}", refused.text());
+    let kinds = cause("outliers").expect("outliers")["parameters"].as_array().expect("parameters").clone();
+    let kind = |name: &str| kinds.iter().find(|own| own["name"] == name).cloned().expect("a parameter");
+    assert_eq!(kind("spread")["choices"], json!(["block", "image"]));
+    assert_eq!((&kind("image")["kind"], &kind("image")["without"]), (&json!("name"), &json!("drawn at random")));
+    assert!(kind("image")["choices"].as_array().is_some_and(|names| names.len() > 5));
+    // Beside an effect stands what its cause has, or why nothing does.
+    let added = lab.done(lab.step(id, json!({ "kind": "add", "effect": "unflatness" })));
+    let rows = lab.get(&format!("truth/{}", added["id"])).json()["rows"].as_array().expect("rows").clone();
+    let row = |name: &str| rows.iter().find(|row| row["what"] == name).cloned().expect("a row");
+    assert_eq!(row("unflatness c_11")["truth"], 3.0);
+    assert_eq!(row("unflatness c_20")["truth"], 2.0);
+    assert!(rows.iter().all(|row| row["truth"].is_f64() != row["reason"].is_string()), "{rows:?}");
 
     // A step on it goes on from the block that was measured, also after a restart.
     drop(lab);

@@ -23,14 +23,14 @@ test("control points in feet: named, mended by a key, and taken back", { timeout
   const lab = await startLab(t, inFeet(at), "-o", join(at, "lab"));
   const page = await openPage(t, lab.url);
   await page.locator(".item.chosen.done").waitFor({ timeout: STEP });
-  const card = page.locator(".mistake").first();
+  const card = page.locator("article.mistake").first();
   await card.waitFor({ timeout: STEP });
   await drawn(page, "sensor", "plan");
   assert.match(await card.textContent(), /feet/);
   assert.match(await card.textContent(), /Mend: control\.csv: x × 0\.3048/);
   assert.match(await page.locator("#headline .wrong").textContent(), /feet/);
   assert.equal(await page.locator("#headline .verdict.mistake").count(), 1);
-  const first = await page.locator(".mistake, .candidate").first().getAttribute("class");
+  const first = await page.locator("article.mistake, article.candidate").first().getAttribute("class");
   assert.match(first, /mistake/, "mistakes stand above the candidates");
   const before = await headline(page);
   await page.picture("mistake-1-card");
@@ -45,7 +45,7 @@ test("control points in feet: named, mended by a key, and taken back", { timeout
   assert.ok(before["check points"] > 10_000 && after["check points"] < 25, `${before["check points"]} and ${after["check points"]} mm`);
   assert.equal(await page.locator("#headline .wrong").count(), 0);
   await page.locator(".candidate").first().waitFor({ timeout: STEP });
-  assert.equal(await page.locator(".mistake").count(), 0);
+  assert.equal(await page.locator("article.mistake").count(), 0);
   await page.picture("mistake-2-mended");
 
   await page.locator(".item").first().click();

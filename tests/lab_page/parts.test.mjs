@@ -3,6 +3,8 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { brushBetween, isOf, plotOf, rectangleOf } from "../../web/plots.js";
+import { judged, verdictOf } from "../../web/judge.js";
+import { expected, timeWords } from "../../web/timing.js";
 import { editsInWords } from "../../web/edits.js";
 import { mm, probability, significant, unitText, withSigma } from "../../web/numbers.js";
 import { extent, quantile, readSpace, rectangle, roundBelow } from "../../web/space_data.js";
@@ -50,9 +52,9 @@ test("what Mend does is told by file", () => {
   assert.equal(editsInWords([exchange, { file: "ties.csv", remove: null }]), "images.csv: gnss_x and gnss_y exchanged; ties.csv: rows left out");
 });
 
-test("a first child goes on in its parent's lane, the others branch off before it", () => {
-  const nodes = [[1, null], [2, 1], [3, 1], [4, 2], [5, 3]].map(([id, parent]) => ({ id, parent }));
-  assert.deepEqual(rows(nodes).map(({ node, lane, above }) => [node.id, lane, above]), [[1, 0, null], [3, 1, 0], [5, 1, 1], [2, 0, 0], [4, 0, 3]]);
+test("a first child goes on in its parent's lane, and branches stand below it, the newest last", () => {
+  const nodes = [[1, null], [2, 1], [3, 1], [4, 2], [5, 3], [6, 1]].map(([id, parent]) => ({ id, parent }));
+  assert.deepEqual(rows(nodes).map(({ node, lane, above }) => [node.id, lane, above]), [[1, 0, null], [2, 0, 0], [4, 0, 1], [3, 1, 0], [5, 1, 3], [6, 2, 0]]);
 });
 
 test("the block in space is read as it was written", () => {
@@ -81,4 +83,26 @@ test("round numbers and quantiles", () => {
   assert.deepEqual([0.0234, 7, 1999, 0.5].map(roundBelow), [0.02, 5, 1000, 0.5]);
   assert.equal(quantile([3, 1, NaN, 2], 0.5), 2);
   assert.ok(Number.isNaN(quantile([], 0.5)));
+});
+
+test("a step is judged by its check points, whatever fits better", () => {
+  assert.equal(judged(17.1, 3.4), "better");
+  assert.equal(judged(17.1, 17.15), "same");
+  assert.equal(judged(3.4, 17.1), "worse");
+  const before = { check_rms_m: 0.0034, heldout_px: 0.33, gnss_rms_m: 0.05 };
+  assert.equal(verdictOf(before, { check_rms_m: 0.0171, heldout_px: 0.2, gnss_rms_m: 0.01 }), "worse");
+  assert.equal(verdictOf({ ...before, check_rms_m: null }, { check_rms_m: null, heldout_px: 0.2, gnss_rms_m: 0.5 }), "better");
+  assert.equal(verdictOf(null, before), "same");
+});
+
+test("the end of a step is estimated from those of its kind, else from those like it", () => {
+  const node = (kind, seconds, state = "done") => ({ state, seconds, change: { kind } });
+  const nodes = [node("base", 40), node("add", 10), node("add", 14), node("add", 12), node("add", 99, "failed")];
+  assert.equal(expected(node("add", 3, "running"), nodes), 12);
+  assert.equal(expected(node("datum", 3, "running"), nodes), 12);
+  assert.equal(expected(node("mend", 3, "running"), nodes), 40);
+  assert.equal(expected(node("base", 3, "running"), nodes.slice(1)), null);
+  assert.equal(timeWords(4, 12), "4 s, about 8 s left");
+  assert.equal(timeWords(15, 12), "15 s, expected 12 s");
+  assert.match(timeWords(200, null), /^3 min; no step/);
 });

@@ -4,6 +4,7 @@
 use super::points::in_plan;
 use super::{Scene, brushed};
 use crate::lab::asked::GnssShown;
+use crate::lab::longest::{largest, longest_arrow};
 use crate::lab::state::Lab;
 use crate::report::figures::{line_chart, residuals_plan_arrows, residuals_plan_signed};
 use crate::report::pictures::{GnssAgainst, frame, gnss_heights, gnss_plan, gnss_series};
@@ -17,14 +18,16 @@ impl Scene<'_> {
             GnssShown::Plan => {
                 let mut plan = gnss_plan(frame(&self.view.run), self.gnss);
                 plan.title = self.title(&plan.title);
-                (plan.scale, plan.width) = (self.asked.scale, self.asked.width);
+                plan.scale = self.scale(plan.natural_scale(), longest_arrow(&plan.arrows));
+                plan.width = self.asked.width;
                 plan.standing_out = chosen.unwrap_or_default();
                 Ok(in_plan(residuals_plan_arrows(&plan), "flights"))
             }
             GnssShown::Height => {
                 let mut heights = gnss_heights(frame(&self.view.run), self.gnss);
                 heights.title = self.title(&heights.title);
-                (heights.scale, heights.width) = (self.asked.scale, self.asked.width);
+                heights.scale = self.scale(heights.natural_scale(), largest(&heights.values));
+                heights.width = self.asked.width;
                 heights.standing_out = chosen.unwrap_or_default();
                 Ok(in_plan(residuals_plan_signed(&heights), "flights"))
             }

@@ -8,6 +8,7 @@ mod sensor;
 
 use super::asked::Asked;
 use super::columns::Columns;
+use super::longest::fitting;
 use super::state::Lab;
 use super::view::View;
 use crate::run::folder::{CheckRow, GnssRow};
@@ -81,6 +82,11 @@ impl Scene<'_> {
         let mut held = vec![false; self.columns.images.len()];
         (0..chosen.len()).filter(|k| chosen[*k]).for_each(|k| held[self.columns.image[k] as usize] = true);
         Some(held)
+    }
+
+    /// The scale of a figure: the one asked for, else the one that fits its longest arrow `own` and the one asked for.
+    fn scale(&self, natural: Option<f64>, own: f64) -> Option<f64> {
+        self.asked.scale.or_else(|| fitting(natural, own, self.asked.longest))
     }
 
     fn title(&self, title: &str) -> String {

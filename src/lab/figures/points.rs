@@ -1,6 +1,7 @@
 //! What lies in the survey's system: cameras, control and check points and their errors.
 
 use super::{Scene, brushed};
+use crate::lab::longest::{largest, longest_arrow};
 use crate::lab::state::Lab;
 use crate::report::figures::{Sample, flights_plan_profile, histogram, residuals_plan_arrows, residuals_plan_signed};
 use crate::report::pictures;
@@ -34,7 +35,8 @@ impl Scene<'_> {
         let (name, rows) = self.points();
         let mut plan = pictures::plan(name, pictures::frame(&self.view.run), rows.iter().copied());
         plan.title = self.title(&plan.title);
-        (plan.scale, plan.width) = (self.asked.scale, self.asked.width);
+        plan.scale = self.scale(plan.natural_scale(), longest_arrow(&plan.arrows));
+        plan.width = self.asked.width;
         plan.standing_out = self.chosen_points(lab, id, &rows)?.unwrap_or_default();
         Ok(in_plan(residuals_plan_arrows(&plan), "plan"))
     }
@@ -43,7 +45,8 @@ impl Scene<'_> {
         let (name, rows) = self.points();
         let mut heights = pictures::heights(name, pictures::frame(&self.view.run), rows.iter().copied());
         heights.title = self.title(&heights.title);
-        (heights.scale, heights.width) = (self.asked.scale, self.asked.width);
+        heights.scale = self.scale(heights.natural_scale(), largest(&heights.values));
+        heights.width = self.asked.width;
         heights.standing_out = self.chosen_points(lab, id, &rows)?.unwrap_or_default();
         Ok(in_plan(residuals_plan_signed(&heights), "plan"))
     }

@@ -2,11 +2,12 @@
 
 use super::{Scene, brushed};
 use crate::block::{Block, Role};
+use crate::lab::longest::longest_arrow;
 use crate::lab::measurements::set_aside_in;
 use crate::lab::state::Lab;
 use crate::report::figures::{Arrow, ArrowSet, Cell, VectorField, vector_field};
 use crate::report::pictures;
-use crate::report::style::{BLUE, GREEN, GREY, VERMILLION};
+use crate::report::style::{BLUE, CHOSEN, GREEN, GREY};
 use crate::run::CELLS;
 use crate::run::folder::FINAL;
 use anyhow::{Result, bail};
@@ -32,8 +33,9 @@ impl Scene<'_> {
         field.width = self.asked.width;
         // What is brushed or predicted has the scale of what is there.
         let there = of_report.map(|of_report| VectorField { width: field.width, ..of_report });
-        let natural = there.as_ref().unwrap_or(&field).natural_scale();
-        field.scale = self.asked.scale.or(natural);
+        let shown = there.as_ref().unwrap_or(&field);
+        let own = shown.sets.iter().map(|set| longest_arrow(&set.arrows)).fold(0.0, f64::max);
+        field.scale = self.scale(shown.natural_scale(), own);
         let attributes = format!("data-view=\"sensor\" data-camera=\"{}\"", self.asked.camera);
         Ok(brushed(vector_field(&field), &attributes, &[("x", "x", "x"), ("y", "y", "y")]))
     }
@@ -131,7 +133,7 @@ impl Scene<'_> {
             field.sets.push(ArrowSet { dimmed: true, colour: None, ..rest });
         }
         // What is brushed has the colour that it has everywhere.
-        let [ties, marks] = if plain { [BLUE, GREEN] } else { [VERMILLION; 2] };
+        let [ties, marks] = if plain { [BLUE, GREEN] } else { [CHOSEN; 2] };
         field.sets.push(set("tie points", ties, &|k| self.columns.tie[k] && self.is_chosen(k)));
         field.sets.push(set("marks", marks, &|k| !self.columns.tie[k] && self.is_chosen(k)));
         field.sets.retain(|set| !set.arrows.is_empty());
