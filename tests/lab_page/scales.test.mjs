@@ -90,6 +90,10 @@ test("scales fit the largest of all steps, whichever is looked at first", { time
     await page.waitForFunction(() => document.querySelector(".panel[data-view=sensor] .side:last-child .paper svg [stroke='#C2007A']"));
     const colour = (selector, property) => page.locator(selector).first().evaluate((element, name) => getComputedStyle(element)[name], property);
     assert.equal(await colour(".panel[data-view=sensor] .side:last-child .paper svg [stroke='#C2007A']", "stroke"), await colour("#selection .mark", "color"));
+    // What is not brushed is pale, whatever else is called so.
+    const pale = await colour(".panel[data-view=sensor] .side:last-child .paper svg [stroke='#B5B5B5']", "stroke");
+    const [red, green, blue] = pale.match(/\d+/g).map(Number);
+    assert.ok(Math.max(red, green, blue) - Math.min(red, green, blue) < 20, `${pale} is a grey`);
     await page.picture("scales-3-brushed");
     await page.keyboard.press("Escape");
   });
