@@ -89,7 +89,7 @@ async function compare(box) {
 /** A row of the table; where nothing can be true of a parameter, the line below says why. */
 function beside(row) {
   const known = Number.isFinite(row.truth);
-  const line = h("tr", {}, h("th", { scope: "row" }, row.what), h("td.number", {}, known ? exact(row.truth) : "–"), h("td.number", {}, withSigma(row.estimate, row.sigma)), h("td.unit", {}, unitText(row.unit)));
+  const line = h("tr", {}, h("th", { scope: "row" }, row.what), h("td.number", {}, known ? exact(row.truth) : "–"), h("td.number", {}, row.sigma === 0 ? h("span.quiet", { title: "Not estimated: given, or this block cannot tell it from the others" }, `held at ${significant(row.estimate)}`) : withSigma(row.estimate, row.sigma)), h("td.unit", {}, unitText(row.unit)));
   return known ? line : [line, h("tr", {}, h("td.reason", { colspan: "4" }, row.reason))];
 }
 

@@ -101,7 +101,7 @@ test("the truth stands beside each estimate, or the reason why there is none", {
   const lab = await startLab(t, "--simulate", "dike", ...errors, "-o", `${folder(t)}/lab`);
   const page = await openPage(t, lab.url);
   await page.locator(".item.chosen.done").waitFor({ timeout: STEP });
-  for (const effect of ["rolling-shutter", "unflatness", "focal-time", "image-grid"]) {
+  for (const effect of ["rolling-shutter", "unflatness", "focal-time"]) {
     await page.keyboard.press("m");
     await page.getByLabel("Effect to add").selectOption(effect);
     await page.locator(".part", { hasText: "Effects" }).getByRole("button", { name: "Add" }).click();
