@@ -34,12 +34,13 @@ impl Longest {
         let of_role = |role: &str| run.checks.iter().filter(|row| row.role == role).collect::<Vec<&CheckRow>>();
         let check = of_role("check");
         let points = if check.is_empty() { of_role("control") } else { check };
+        let frame = pictures::frame(run);
         Self {
             sensor: cameras.iter().map(of_camera).collect(),
-            plan: longest_arrow(&pictures::plan("", points.iter().copied()).arrows),
-            height: largest(&pictures::heights("", points.iter().copied()).values),
-            gnss_plan: longest_arrow(&pictures::gnss_plan(&run.gnss).arrows),
-            gnss_height: largest(&pictures::gnss_heights(&run.gnss).values),
+            plan: longest_arrow(&pictures::plan("", frame, points.iter().copied()).arrows),
+            height: largest(&pictures::heights("", frame, points.iter().copied()).values),
+            gnss_plan: longest_arrow(&pictures::gnss_plan(frame, &run.gnss).arrows),
+            gnss_height: largest(&pictures::gnss_heights(frame, &run.gnss).values),
         }
     }
 

@@ -130,16 +130,17 @@ fn judge_pictures(diagnosed: &Diagnosed) -> Vec<String> {
     let fit = &diagnosed.improvement.fit;
     let is_effect = |id: &&String| fit.model.effects.iter().any(|term| term.effect.descriptor().id == id.as_str());
     let failure = |id: &String| {
-        let marks = match marks(fit, id) {
+        let marks = match marks(None, fit, id) {
             Ok(marks) => marks,
             Err(error) => return Some(format!("the picture of {id}: {error}")),
         };
-        let left = |with: bool| -> f64 {
-            let own = marks.iter().filter(|mark| mark.with == with);
+        let left = |stage: &str| -> f64 {
+            let own = marks.iter().filter(|mark| mark.stage == stage);
             own.map(|mark| mark.n as f64 * mark.mean.powi(2)).sum()
         };
-        (left(true) >= left(false))
-            .then(|| format!("the picture of {id} shows {} with it, {} without", left(true), left(false)))
+        (left(folder::WITH) >= left(folder::WITHOUT)).then(|| {
+            format!("the picture of {id} shows {} with it, {} without", left(folder::WITH), left(folder::WITHOUT))
+        })
     };
     diagnosed.diagnosis.recommended.iter().filter(is_effect).filter_map(failure).collect()
 }

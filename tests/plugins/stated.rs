@@ -130,7 +130,7 @@ fn a_diagnosis_uses_range_and_words() {
         if plausible {
             let entry = found.found.iter().find(|one| one.effect == id).expect("it is found");
             let words = entry.words.as_ref().expect("its words are handed on");
-            let told = letter::sentences(entry);
+            let told = letter::sentences(entry, true);
             assert_eq!(told.first(), Some(&words.what.to_string()));
             assert_eq!(told.last(), Some(&format!("What to do: {}", words.remedy)));
             assert!(entry.plausible);
