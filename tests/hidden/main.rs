@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod derived_velocities;
 mod judge;
 mod models;
 mod recipes;
