@@ -33,8 +33,12 @@ impl Photos {
         let cannot = || format!("{}: cannot read the folder of images", folder.display());
         let folder_found = folder.canonicalize().with_context(cannot)?;
         let (mut exact, mut alike): (HashMap<String, PathBuf>, HashMap<String, PathBuf>) = Default::default();
-        for entry in fs::read_dir(&folder_found).with_context(cannot)? {
-            let path = entry.with_context(cannot)?.path();
+        let entries: std::io::Result<Vec<PathBuf>> =
+            fs::read_dir(&folder_found).with_context(cannot)?.map(|entry| Ok(entry?.path())).collect();
+        let mut paths = entries.with_context(cannot)?;
+        // The first of two that are alike is the same wherever the folder lies.
+        paths.sort();
+        for path in paths {
             // A link that leads out of the folder is no file of it.
             let inside = path.canonicalize().is_ok_and(|real| real.parent() == Some(folder_found.as_path()));
             if content_type(&path).is_none() || !inside {
