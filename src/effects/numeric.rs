@@ -248,15 +248,15 @@ mod tests {
             ImageContext { width_px: 5120.0, height_px: 3840.0, velocity, angular_velocity, ..ImageContext::default() };
         let block = BlockContext::default();
         let context = Context { block: &block, image: &image, column_px: 100.0, row_px: 3000.0, surveyed: None };
-        let theta = [0.02];
+        let theta = [0.02, 0.1, -0.2, 0.05];
         for heading in 0..12 {
             let (sin, cos) = (0.5 * f64::from(heading)).sin_cos();
             for short in [0.0, 1e-6, 1e-3, 0.1] {
                 let angle = PI - short;
                 let input = [angle * cos, angle * sin, 0.0, 10.0, 20.0, 60.0];
-                let (mut out, mut d_input, mut d_theta) = ([0.0; 6], [0.0; 36], [0.0; 6]);
+                let (mut out, mut d_input, mut d_theta) = ([0.0; 6], [0.0; 36], [0.0; 24]);
                 effect.eval(&context, &input, &theta, &mut out, Some(&mut d_input), Some(&mut d_theta)).unwrap();
-                let (mut by_input_found, mut by_theta_found) = ([0.0; 36], [0.0; 6]);
+                let (mut by_input_found, mut by_theta_found) = ([0.0; 36], [0.0; 24]);
                 let descriptor = effect.descriptor();
                 let values = |x: &[f64], at: &mut [f64]| effect.eval(&context, x, &theta, at, None, None);
                 by_input(descriptor, &context, &values, &input, &out, &mut by_input_found).unwrap();

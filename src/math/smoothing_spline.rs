@@ -228,8 +228,9 @@ mod tests {
         // Of 200: within four standard deviations of chi-square.
         assert!((squares - 200.0).abs() < 4.0 * 400f64.sqrt(), "{squares}");
         assert_relative_eq!(found[0].noise, 0.5, max_relative = 0.1);
-        // Lines: the errors at all times are one and the same.
-        assert_relative_eq!(found[0].mean_sigma, found[0].sigmas[0], max_relative = 0.1);
+        // That of the slope of a straight line through n values, a step apart: s sqrt(12 / (n (n^2 - 1))) / step.
+        let of_line = 0.5 * (12.0f64 / (12.0 * 143.0)).sqrt() / 3.0;
+        assert_relative_eq!(found[0].mean_sigma, of_line, max_relative = 0.1);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::super::frame::PlotFrame;
 use super::super::numbers::significant;
 use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet};
-use super::super::style::{VERMILLION, series_colour};
+use super::super::style::{CHOSEN, series_colour};
 use super::super::svg::Stroke;
 use super::{height_at, width_or};
 
@@ -112,7 +112,7 @@ pub fn histogram(histogram: &Histogram) -> String {
 fn colour(histogram: &Histogram, i: usize) -> &'static str {
     match histogram.samples[i].dimmed {
         true => PALE,
-        false if histogram.samples.iter().any(|sample| sample.dimmed) => VERMILLION,
+        false if histogram.samples.iter().any(|sample| sample.dimmed) => CHOSEN,
         false => series_colour(i),
     }
 }

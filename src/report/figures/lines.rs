@@ -4,7 +4,7 @@ use super::super::axes::{Axis, extent};
 use super::super::frame::{Margin, PlotFrame};
 use super::super::scale::Scale;
 use super::super::sheet::{Key, Sheet, no_data, whisker};
-use super::super::style::{GREY, Marker, VERMILLION, series_colour, series_marker};
+use super::super::style::{CHOSEN, GREY, Marker, series_colour, series_marker};
 use super::super::svg::{Font, Stroke};
 use super::{height_at, width_or};
 
@@ -210,7 +210,7 @@ fn look(chart: &LineChart, labels: &[&str], series: &Series) -> Look {
     let i = before.filter(|label| dimmed(label) == series.dimmed).count();
     let colour = match (series.dimmed, any) {
         (true, _) => PALE,
-        (false, true) => VERMILLION,
+        (false, true) => CHOSEN,
         (false, false) => series_colour(i),
     };
     Look { colour, marker: series_marker(i), dashed: series.style == LineStyle::Dashed || (any && i % 2 == 1) }

@@ -1,5 +1,6 @@
 //! What holds for every figure: well formed, the same bytes twice, no panic on odd data, and honest about it.
 
+use super::super::style::CHOSEN;
 use super::super::svg::tests::assert_well_formed;
 use super::*;
 
@@ -319,7 +320,7 @@ fn what_stands_out_stands_before_what_is_dimmed() {
     let mut field = VectorField::single("t", [100.0, 100.0], Vec::new(), "px");
     field.sets = vec![set("all", true), set("brushed", false)];
     let svg = vector_field(&field);
-    let places: Vec<usize> = ["#B5B5B5", "#D55E00"].iter().map(|colour| svg.rfind(colour).expect("a colour")).collect();
+    let places: Vec<usize> = ["#B5B5B5", CHOSEN].iter().map(|colour| svg.rfind(colour).expect("a colour")).collect();
     assert!(places[0] < places[1] && !svg.contains("#0072B2"), "{svg}");
 }
 
@@ -343,8 +344,8 @@ fn what_is_brushed_has_one_colour_in_every_figure() {
     ];
     let bins = histogram(&Histogram { samples, ..Histogram::default() });
     for svg in [lines, bins] {
-        assert!(svg.contains("#D55E00") && svg.contains("#B5B5B5"), "{svg}");
-        for other in ["#0072B2", "#009E73", "#E69F00"] {
+        assert!(svg.contains(CHOSEN) && svg.contains("#B5B5B5"), "{svg}");
+        for other in ["#0072B2", "#D55E00", "#009E73", "#E69F00"] {
             assert!(!svg.contains(other), "{other}: {svg}");
         }
         // Of two the second is dashed.

@@ -74,7 +74,7 @@ fn jacobian_by_differences_where_the_row_follows() {
         image.angular_velocity = Vector3::new(0.2, -0.1, 0.1 * i as f64);
     }
     // Ten times as slow as any: from row to row the point moves by a tenth of a row.
-    add_effect(&mut problem, builtin("rolling-shutter"), &[0.3]);
+    add_effect(&mut problem, builtin("rolling-shutter"), &[0.3, 0.1, -0.2, 0.05]);
     check_jacobian(&problem);
 }
 
