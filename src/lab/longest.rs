@@ -1,11 +1,8 @@
 //! The longest arrows of all steps: a scale that fits them fits every step.
 
-use super::node::State;
-use super::state::{Lab, locked};
 use crate::report::figures::Arrow;
 use crate::report::pictures::{self, RunFolder};
 use crate::run::folder::{CheckRow, FINAL};
-use anyhow::Result;
 use serde::Serialize;
 
 /// The longest arrows of a figure, in its unit; zero where there are none.
@@ -25,7 +22,7 @@ pub struct Longest {
 
 impl Longest {
     /// Of the run of a step; `cameras`: ids, in the order of the block.
-    fn of_run(run: &RunFolder, cameras: &[&str]) -> Self {
+    pub(super) fn of_run(run: &RunFolder, cameras: &[&str]) -> Self {
         let of_camera = |id: &&str| {
             let field = pictures::sensor(run, id, FINAL, "");
             field.map_or(0.0, |field| field.sets.iter().map(|set| longest_arrow(&set.arrows)).fold(0.0, f64::max))
@@ -44,7 +41,7 @@ impl Longest {
         }
     }
 
-    fn or_longer(self, other: &Self) -> Self {
+    pub(super) fn or_longer(self, other: &Self) -> Self {
         let sensor = self.sensor.iter().enumerate();
         Self {
             sensor: sensor.map(|(k, own)| own.max(other.sensor.get(k).copied().unwrap_or(0.0))).collect(),
@@ -54,28 +51,6 @@ impl Longest {
             gnss_height: self.gnss_height.max(other.gnss_height),
         }
     }
-}
-
-/// Of all steps that are done. Each is read once: a step never changes.
-///
-/// # Errors
-/// A folder that cannot be read.
-pub fn longest(lab: &Lab) -> Result<Longest> {
-    let cameras: Vec<&str> = lab.setup.block.cameras.iter().map(|camera| camera.id.as_str()).collect();
-    let mut all = Longest { sensor: vec![0.0; cameras.len()], ..Longest::default() };
-    for (id, _) in lab.nodes().iter().filter(|(_, node)| matches!(node.state, State::Done(_))) {
-        let known = locked(&lab.longest).get(id).cloned();
-        let own = match known {
-            Some(own) => own,
-            None => {
-                let own = Longest::of_run(&RunFolder::read(&lab.setup.folder.step(*id))?, &cameras);
-                locked(&lab.longest).insert(*id, own.clone());
-                own
-            }
-        };
-        all = all.or_longer(&own);
-    }
-    Ok(all)
 }
 
 /// Length of the longest arrow.

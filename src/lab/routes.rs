@@ -114,7 +114,7 @@ async fn tree(State(shared): App) -> Answer {
 }
 
 async fn longest(State(shared): App) -> Answer {
-    blocking(shared, |lab| Ok(Json(super::longest::longest(lab)?).into_response())).await
+    blocking(shared, |lab| Ok(Json(lab.longest_of_steps()?).into_response())).await
 }
 
 async fn block(State(shared): App) -> Answer {

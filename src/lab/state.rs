@@ -14,6 +14,7 @@ use crate::adjust::{Options, Stop};
 use crate::diagnose::settings::Settings;
 use crate::effects;
 use crate::model::EffectRef;
+use crate::report::pictures::RunFolder;
 use anyhow::{Result, bail};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::mpsc::Sender;
@@ -227,6 +228,28 @@ impl Lab {
     /// What is kept in memory of a node with its fit.
     pub(super) fn kept(&self, id: u32) -> Option<Arc<Live>> {
         locked(&self.lives).get(id)
+    }
+
+    /// The longest arrows of all steps that are done. Each is read once: a step never changes.
+    ///
+    /// # Errors
+    /// A folder that cannot be read.
+    pub fn longest_of_steps(&self) -> Result<Longest> {
+        let cameras: Vec<&str> = self.setup.block.cameras.iter().map(|camera| camera.id.as_str()).collect();
+        let mut all = Longest { sensor: vec![0.0; cameras.len()], ..Longest::default() };
+        for (id, _) in self.nodes().iter().filter(|(_, node)| matches!(node.state, State::Done(_))) {
+            let known = locked(&self.longest).get(id).cloned();
+            let own = match known {
+                Some(own) => own,
+                None => {
+                    let own = Longest::of_run(&RunFolder::read(&self.setup.folder.step(*id))?, &cameras);
+                    locked(&self.longest).insert(*id, own.clone());
+                    own
+                }
+            };
+            all = all.or_longer(&own);
+        }
+        Ok(all)
     }
 
     /// Keeps what a step computed.

@@ -1,10 +1,10 @@
 //! A quick fit: by the native solver alone, as exact as decisions need.
 
-use super::velocities::fit_without_motion;
 use super::{RunError, pinned};
 use crate::adjust::native::Native;
 use crate::adjust::{AdjustError, CovarianceOf, Options, Solution, Solver};
 use crate::block::Block;
+use crate::effects::Need;
 use crate::model::Model;
 use crate::null_model::SharedBase;
 use crate::problem::{Problem, State};
@@ -71,6 +71,29 @@ pub fn fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) 
     };
     let problem = Problem::near(block, model, near.or(without_motion.as_ref()).map(Fit::solved))?;
     Ok(solve(model, problem, options)?)
+}
+
+/// A fit of `block` without the effects of `model` that need velocities. Where a block lacks them they come from its
+/// adjusted projection centres: positions of a file are off by up to half a metre, and their velocities by per cents.
+/// `None` where velocities are measured, where no effect needs them, or where there is no such fit: then the positions of
+/// the block give them.
+///
+/// # Errors
+/// A wish to stop.
+pub fn fit_without_motion(block: &Block, model: &Model, options: &Options) -> Result<Option<Fit>, RunError> {
+    if block.images.iter().all(|image| image.velocity.is_some()) {
+        return Ok(None);
+    }
+    let mut without = model.clone();
+    without.effects.retain(|term| !term.effect.descriptor().needs.contains(&Need::Velocity));
+    if without.effects.len() == model.effects.len() {
+        return Ok(None);
+    }
+    match fit(block, &without, None, options) {
+        Ok(fit) => Ok(Some(fit)),
+        Err(error) if options.stop.is_raised() => Err(error),
+        Err(_) => Ok(None),
+    }
 }
 
 /// Fits a problem from its start values.

@@ -18,7 +18,6 @@ pub mod start_values;
 pub mod summary;
 mod tie_residuals;
 mod variance_components;
-mod velocities;
 
 pub use fitted::FittedModel;
 pub use gnss::{GnssResidual, gnss_residuals, gnss_rms_m, heading_deg};
@@ -154,7 +153,7 @@ pub fn adjust_from(
 ) -> Result<Run, RunError> {
     let without_motion = match near {
         Some(_) => None,
-        None => velocities::fit_without_motion(block, model, options)?,
+        None => fit::fit_without_motion(block, model, options)?,
     };
     let near = near.or(without_motion.as_ref().map(Fit::solved));
     let mut problem = Problem::near(block, model, near)?;

@@ -7,7 +7,7 @@ import { arrivedAt, block, drag, drawing, drawn, folder, openPage, panel, startL
 /** How far drawn lines reach beyond the first plotting area of a figure, px. */
 const beyond = (page, view) => drawing(page, view).evaluate((figure) => {
   const area = figure.querySelector("rect.plot").getBoundingClientRect();
-  const over = [...figure.querySelectorAll("path")].filter((path) => path.getAttribute("stroke-width") !== "1" && path.getAttribute("d").split("M").length > 20).map((path) => {
+  const over = [...figure.querySelectorAll("path")].filter((path) => path.querySelector("title") || path.getAttribute("stroke-width") !== "1" && path.getAttribute("d").split("M").length > 20).map((path) => {
     const box = path.getBoundingClientRect();
     return Math.max(area.left - box.left, box.right - area.right, area.top - box.top, box.bottom - area.bottom);
   });
