@@ -349,7 +349,7 @@ fn what_is_brushed_has_one_colour_in_every_figure() {
             assert!(!svg.contains(other), "{other}: {svg}");
         }
         // Of two the second is dashed.
-        assert!(svg.lines().any(|line| line.contains("#D55E00") && line.contains("stroke-dasharray")), "{svg}");
+        assert!(svg.lines().any(|line| line.contains(CHOSEN) && line.contains("stroke-dasharray")), "{svg}");
     }
 }
 
