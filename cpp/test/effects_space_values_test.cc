@@ -22,13 +22,15 @@ void Motion() {
 
   // The last row is half of t late, the first half of t early.
   c.row_px = 3000;
-  ExpectOut<RollingShutter>(c, {0.1, 0.2, 0.3, 10, 20, 30}, {0.04}, {0.1, 0.2, 0.3, 10.1, 19.96, 30.02});
+  ExpectOut<RollingShutter>(c, {0.1, 0.2, 0.3, 10, 20, 30}, {0.04, 0, 0, 0}, {0.1, 0.2, 0.3, 10.1, 19.96, 30.02});
+  // A derived velocity is off by (0.5, -0.5, 1).
+  ExpectOut<RollingShutter>(c, {0.1, 0.2, 0.3, 10, 20, 30}, {0.04, 0.5, -0.5, 1}, {0.1, 0.2, 0.3, 10.11, 19.95, 30.04});
   c.row_px = 0;
-  ExpectOut<RollingShutter>(c, {0.1, 0.2, 0.3, 10, 20, 30}, {0.04}, {0.1, 0.2, 0.3, 9.9, 20.04, 29.98});
+  ExpectOut<RollingShutter>(c, {0.1, 0.2, 0.3, 10, 20, 30}, {0.04, 0, 0, 0}, {0.1, 0.2, 0.3, 9.9, 20.04, 29.98});
   // A camera that turns by 0.5 rad/s about its axis, x to y, for 0.02 s: what stands still turns back by 0.01 rad.
   c.row_px = 3000;
   c.angular_velocity[2] = 0.5;
-  ExpectOut<RollingShutter>(c, {0, 0, 0, 0, 0, 0}, {0.04}, {0, 0, -0.01});
+  ExpectOut<RollingShutter>(c, {0, 0, 0, 0, 0, 0}, {0.04, 0, 0, 0}, {0, 0, -0.01});
 
   // Turning about all axes, from several rotations, straight down among them: R' = -[omega]x R by the midpoint rule in 2000 steps,
   // whose error is below (omega dt / 2000)^2.
@@ -37,7 +39,7 @@ void Motion() {
   for (const Values& r : {Values{0, 0, 0}, Values{0.3, -0.2, 0.5}, Values{kPi, 0, 0}, Values{2.2, -2.2, 0.3}, Values{0, 0, -3.1}}) {
     const Values in = {r[0], r[1], r[2], 0, 0, 0};
     for (const double t : {-0.4, 1e-7, 0.4}) {
-      const Result result = At<RollingShutter>(c, in, {t});
+      const Result result = At<RollingShutter>(c, in, {t, 0, 0, 0});
       Expect(result.ok, "rolling-shutter: outside the domain");
       for (int axis = 0; axis < 3; ++axis) {
         const double world[3] = {axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0, axis == 2 ? 1.0 : 0.0};
