@@ -29,7 +29,7 @@ pub struct Asked {
     pub brush: Option<Brush>,
     /// Figure pixels per unit of the arrows.
     pub scale: Option<f64>,
-    /// The longest arrow that the scale has to fit, in the unit of the figure, where no `scale` is asked for.
+    /// Length of the longest arrow, in the unit of the figure; it sets the scale if `scale` is not given.
     pub longest: Option<f64>,
     /// Range of the vertical axis at least.
     pub y: Option<[f64; 2]>,

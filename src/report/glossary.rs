@@ -1,4 +1,4 @@
-//! The terms of a report, for whoever reads it without the documentation.
+//! Glossary of a report, for a reader who does not have the documentation.
 
 use super::html::Page;
 

@@ -186,7 +186,7 @@ impl Page {
         self.document(&format!("{contents}<main>\n{rest}</main>\n"))
     }
 
-    /// What stands before the first section, alone: one page for whoever pays for the survey.
+    /// The part before the first section alone: one page for the client.
     pub fn client(&self) -> String {
         self.document("")
     }

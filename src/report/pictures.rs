@@ -45,7 +45,7 @@ pub fn as_check(row: &ModelCheckRow) -> CheckRow {
     }
 }
 
-/// A name with its differences (m), for whoever points at it.
+/// Tooltip of a point: its name and its differences (m).
 fn differing(name: &str, d: [f64; 3]) -> String {
     let [x, y, z] = d.map(|value| fixed(1e3 * value, 1));
     format!("{name}: dX {x}, dY {y}, dZ {z} mm")

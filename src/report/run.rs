@@ -27,7 +27,7 @@ use std::path::Path;
 /// A distribution of fewer values is no picture.
 const FEWEST_FOR_HISTOGRAM: usize = 50;
 
-/// One page of a run, for whoever pays for the survey.
+/// One page of a run, for the client.
 pub const CLIENT: &str = "client.html";
 
 /// Reads the folder of a run and writes its `report.html` and `figures/`, and its places on the globe; `client`:

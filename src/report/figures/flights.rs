@@ -18,7 +18,7 @@ pub struct Station {
     pub flight: usize,
     /// What others stand out from: pale.
     pub dimmed: bool,
-    /// Name, for whoever points at it; may be empty.
+    /// Name, shown as a tooltip; may be empty.
     pub name: String,
 }
 

@@ -11,7 +11,7 @@ use super::{scale_entry, width_or};
 
 /// Arrows more than this are thinned out, with a note: they would hide each other.
 const MOST_ARROWS: usize = 900;
-/// Width of a picture for which none is asked, at most: plan and height stand side by side.
+/// Largest default width of a picture: plan and height stand side by side.
 const WIDEST: f64 = 620.0;
 /// Length of the longest arrow where no scale is given, pixels.
 const LONGEST: f64 = 42.0;
@@ -23,7 +23,7 @@ pub struct PlanArrows {
     pub title: String,
     /// Place X, Y in metres, and residual in `unit`.
     pub arrows: Vec<Arrow>,
-    /// Name of each, with its figures, for whoever points at it; empty where they have none.
+    /// Tooltip of each point: its name and its values; empty if points have no names.
     pub names: Vec<String>,
     /// What the coordinates are.
     pub frame: MapFrame,
@@ -54,7 +54,7 @@ pub struct PlanSigned {
     pub title: String,
     /// Place X, Y in metres, and value in `unit`.
     pub values: Vec<([f64; 2], f64)>,
-    /// Name of each, with its figures, for whoever points at it; empty where they have none.
+    /// Tooltip of each point: its name and its values; empty if points have no names.
     pub names: Vec<String>,
     /// What the coordinates are.
     pub frame: MapFrame,
