@@ -35,23 +35,23 @@ test-sanitize: setup ## the C++ tests under AddressSanitizer, UBSan and the stan
 	ctest --test-dir target/cpp-sanitize --output-on-failure
 
 test-hidden: setup ## judge every block with a hidden effect (make test: a part of them)
-	MISCLOSURE_HIDDEN=all cargo test --release --test hidden
+	MISCLOSURE_HIDDEN=all cargo test --release --test diagnosis hidden::
 
 test-cases: setup ## judge the labelled blocks of ../shared/cases (make test: six of them)
-	MISCLOSURE_CASES=all cargo test --release --test cases -- --nocapture
+	MISCLOSURE_CASES=all cargo test --release --test diagnosis cases:: -- --nocapture
 
 test-fresh: setup ## judge blocks drawn at random: SEEDS=1..40 (make test: four of them)
-	MISCLOSURE_FRESH=$(SEEDS) cargo test --release --test fresh -- --nocapture
+	MISCLOSURE_FRESH=$(SEEDS) cargo test --release --test diagnosis fresh:: -- --nocapture
 
 test-null: setup ## p-values over many blocks without any cause: BLOCKS=200 (make test: a few)
-	MISCLOSURE_NULL_BLOCKS=$(or $(BLOCKS),200) cargo test --release --test check_points --test structure -- --nocapture
+	MISCLOSURE_NULL_BLOCKS=$(or $(BLOCKS),200) cargo test --release --test diagnosis -- check_points:: residuals:: --nocapture
 
 hit-rates: setup ## how often the diagnosis is right, by kind of block and size of effect, on seeds that nobody looked at: SEEDS=1001..1040; and how many mistakes of people are named
-	MISCLOSURE_FRESH=$(or $(SEEDS),1001..1040) cargo test --release --test fresh improve_finds_what_nobody_chose -- --nocapture
+	MISCLOSURE_FRESH=$(or $(SEEDS),1001..1040) cargo test --release --test diagnosis improve_finds_what_nobody_chose -- --nocapture
 	cargo run --release --example mistake_rates -- $(or $(MISTAKE_SEEDS),1..3)
 
 test-blunders: setup ## blunders of every size at the worst places, on every preset (make test: a handful)
-	MISCLOSURE_BLUNDERS=all cargo test --release --test blunders -- --nocapture
+	MISCLOSURE_BLUNDERS=all cargo test --release --test diagnosis blunders:: -- --nocapture
 
 test-lab: build ## the laboratory's page in a Chromium, which it installs
 	scripts/setup-lab.sh
@@ -59,7 +59,7 @@ test-lab: build ## the laboratory's page in a Chromium, which it installs
 
 fuzz: setup ## libFuzzer on every reader and on simulate -> adjust, SECONDS=60 each (make test: some seconds of the same)
 	command -v cargo-fuzz >/dev/null || cargo install --locked cargo-fuzz
-	MISCLOSURE_FUZZ_CORPUS=fuzz/corpus cargo test --release --test fuzz
+	MISCLOSURE_FUZZ_CORPUS=fuzz/corpus cargo test --release --test files fuzz::
 	for target in $$(cargo fuzz list); do \
 		cargo fuzz run --sanitizer none $$target -- -max_total_time=$(or $(SECONDS),60) -timeout=60 -rss_limit_mb=4096 || exit 1; \
 	done

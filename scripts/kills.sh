@@ -5,7 +5,7 @@
 #
 # A quarter of the kills strike at any moment of the run. A quarter waits for the first file of the results, half for
 # the figures, the last results but the report; these strike between then and the end. Two blocks take turns, so that a
-# mixture of two runs shows as different tables. The test suite does 30 such kills (tests/hostile/kills.rs).
+# mixture of two runs shows as different tables. The test suite does 30 such kills (tests/program/hostile/kills.rs).
 set -euo pipefail
 program=$(realpath "${1:-$(dirname "$0")/../target/release/misclosure}")
 kills=${2:-1000}

@@ -1,5 +1,5 @@
 //! Fuzz targets: whatever the bytes, each comes back with a value or with an error that says something. libFuzzer drives them
-//! (`make fuzz`), and for some seconds `tests/fuzz`.
+//! (`make fuzz`), and for some seconds `tests/files/fuzz`.
 
 pub mod adjust;
 pub mod block;

@@ -1,0 +1,6 @@
+//! Blocks with a hidden effect: the recipes make what they state, and the program finds what they hide.
+
+mod derived_velocities;
+mod judge;
+mod models;
+mod recipes;

@@ -1,0 +1,14 @@
+//! Adjustment: with known truth, of every kind of block and model, in both solvers.
+
+mod agreement;
+mod building;
+mod covariance;
+mod dike;
+mod found_again;
+mod moved;
+mod noisy;
+mod null_model;
+mod place;
+mod reduced;
+mod singular;
+mod threads;

@@ -1,0 +1,17 @@
+//! What both solvers give: adjustments, the effects and the injectors that they are tried on, the study, real data.
+
+#[path = "../common/beside.rs"]
+mod beside;
+#[path = "../common/mod.rs"]
+mod common;
+
+mod adjust;
+mod effects_derivations;
+mod effects_laws;
+mod effects_vectors;
+mod inject;
+mod real_data;
+mod scenario;
+mod start_values;
+mod study;
+mod validate;
