@@ -1,4 +1,5 @@
-//! The candidates of a fit, each in the variants that are tested: values of a lag, kinds of coordinates that are of a map.
+//! The candidates of a fit, each in the variants that are tested: values of a lag, the option that a drift follows
+//! (time or order), kinds of coordinates that are of a map.
 
 use super::added::Added;
 use super::candidate::{Addition, Candidate, candidates as all};
@@ -11,6 +12,8 @@ use crate::run::fit::Fit;
 
 /// Values that are tried besides the default: the domain's end and its halves, since a lag acts by its ratio to the length of a flight.
 const HALVINGS: i32 = 6;
+/// Share of a block's span by which times of an even sequence may be off by rounding.
+const EVEN: f64 = 1e-9;
 
 /// The `wanted` candidates that are not in the model: those that the block can test, in each variant, and those that it cannot, with what they need.
 pub fn candidates(
@@ -43,13 +46,9 @@ fn variants(problem: &Problem, candidate: Candidate) -> Vec<(Candidate, Searched
     if candidate.scanned() {
         return vec![(candidate, Searched::None)];
     }
-    let lags = lags(problem, &candidate);
-    let frames = frames(problem, &candidate);
-    match (lags.is_empty(), frames.is_empty()) {
-        (false, _) => lags,
-        (_, false) => frames,
-        _ => vec![(candidate, Searched::None)],
-    }
+    let found = [lags, orders, frames].map(|variants| variants(problem, &candidate));
+    let found = found.into_iter().find(|variants| !variants.is_empty());
+    found.unwrap_or_else(|| vec![(candidate, Searched::None)])
 }
 
 /// The candidate at each value of a range that one of its parameters is searched over, held there.
@@ -67,6 +66,20 @@ fn lags(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Searched)> 
     }
     let at = |value: f64| (with(candidate, &name, value, true), Searched::Range(value));
     values.into_iter().map(at).collect()
+}
+
+/// The candidate that follows the images' times, and their order: where the platform pauses, a drift in the camera's own
+/// steps is not one in time. The two columns are the ends of a range, so that the choice costs what their difference gives.
+fn orders(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Searched)> {
+    let Some(term) = candidate.term() else { return Vec::new() };
+    let Some(parameter) = term.effect.descriptor().parameters.iter().find(|p| p.name == "against") else {
+        return Vec::new();
+    };
+    let Role::Given(values) = &parameter.role else { return Vec::new() };
+    if problem.image_contexts.iter().all(|context| (context.tau - context.tau_order).abs() < EVEN) {
+        return Vec::new();
+    }
+    values.iter().map(|(_, value)| (with(candidate, "against", *value, false), Searched::Range(*value))).collect()
 }
 
 /// The candidate for each kind of coordinates that it may act on, where the block has both.

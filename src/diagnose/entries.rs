@@ -9,7 +9,7 @@ use super::select::Judged;
 use super::settings::Settings;
 use super::verdict::{CandidateEntry, ConfirmedEntry, DetectableEntry, EstimateEntry, FoundEntry, LeftEntry};
 use crate::block::Block;
-use crate::effects::{Need, Role, Words};
+use crate::effects::{Need, Parameter, Role, Scope, Words};
 use crate::problem::Problem;
 use crate::problem::velocities::derived;
 use crate::score::power::noncentrality;
@@ -51,6 +51,7 @@ pub(super) fn found(
             impact,
             inseparable_from,
             plausible: !judged.implausible,
+            options: options(&improvement.fit.problem, &id),
             inputs: inputs(block, &improvement.fit.problem, &id),
             words: words(&improvement.fit.problem, &id),
             effect: id,
@@ -58,6 +59,20 @@ pub(super) fn found(
     };
     let physical = |id: &String| last.sets.iter().any(|set| set.id == *id && set.physical);
     impacts.into_iter().filter(|(id, _)| physical(id)).filter_map(entry).collect()
+}
+
+/// Options of an effect in the model that are not the default, by name.
+fn options(problem: &Problem, id: &str) -> BTreeMap<String, String> {
+    let Some(instance) = problem.effects.iter().find(|instance| instance.effect.descriptor().id == id) else {
+        return BTreeMap::new();
+    };
+    let named = |(parameter, (_, place)): (&Parameter, &(Scope, u32))| {
+        let Role::Given(values) = &parameter.role else { return None };
+        let value = problem.start.theta[*place as usize];
+        let (name, _) = values.iter().find(|(_, number)| *number == value && value != parameter.nominal)?;
+        Some((parameter.name.to_string(), name.to_string()))
+    };
+    instance.effect.descriptor().parameters.iter().zip(&instance.slots).filter_map(named).collect()
 }
 
 /// Where the velocities come from that an effect needs.

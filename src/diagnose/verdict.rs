@@ -201,6 +201,9 @@ pub struct FoundEntry {
     pub inseparable_from: Vec<String>,
     /// Is the estimate within what physics allows?
     pub plausible: bool,
+    /// Options of the effect that are not the default, as `--add` takes them: `against` is `order`.
+    #[serde(default)]
+    pub options: BTreeMap<String, String>,
     /// Where the velocities come from that it multiplies, in words; `None`: it needs none.
     #[serde(default)]
     pub inputs: Option<String>,

@@ -41,6 +41,9 @@ pub fn sentences(found: &FoundEntry, scaled: bool) -> Vec<String> {
     let words = words::of_found(found);
     sentences.extend(words.map(|words| words.what.to_string()));
     let mut size = format!("Size: {}.", sizes(&found.estimate));
+    for (option, value) in &found.options {
+        size.push_str(&format!(" Option: {option}={value}."));
+    }
     if let Some(inputs) = &found.inputs {
         size.push_str(&format!(" With {inputs}."));
     }
