@@ -9,5 +9,7 @@ mod injected;
 mod installed;
 mod library;
 mod place;
-mod readme;
 mod templates;
+#[path = "../common/transcript.rs"]
+mod transcript;
+mod worked_through;
