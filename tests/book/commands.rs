@@ -29,7 +29,7 @@ impl Help {
 fn words(line: &str) -> Vec<&str> {
     let line = line.trim_start().trim_start_matches("$ ");
     let end = ["  ", " #", " > ", " | ", "; ", "\t"].iter().filter_map(|mark| line.find(mark)).min();
-    line[..end.unwrap_or(line.len())].split(' ').map(|word| word.trim_matches(['[', ']'])).collect()
+    line[..end.unwrap_or(line.len())].split_whitespace().map(|word| word.trim_matches(['[', ']'])).collect()
 }
 
 /// What is wrong with a command of the program.
@@ -56,9 +56,10 @@ fn every_command_in_a_page_is_there() {
         let (prose, code) = prose_and_code(&text);
         for line in code.lines().chain(spans(&prose)) {
             let words = words(line);
+            let Some(first) = words.first().copied() else { continue };
             let next = words.get(1).copied().unwrap_or("");
             let after = |flag: &str| words.iter().skip_while(|word| **word != flag).nth(1);
-            let found = match words[0] {
+            let found = match first {
                 "misclosure" => wrong(&words, &mut help),
                 "make" if next.starts_with(|c: char| c.is_ascii_lowercase()) => {
                     let there = makefile.lines().any(|line| line.starts_with(&format!("{next}:")));

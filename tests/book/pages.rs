@@ -54,14 +54,14 @@ pub fn prose_and_code(text: &str) -> (String, String) {
     parts
 }
 
-/// Code spans of prose: what stands between two backticks in a line.
+/// Code spans of prose: what stands between two backticks of a paragraph.
 pub fn spans(prose: &str) -> Vec<&str> {
-    prose.lines().flat_map(|line| line.split('`').skip(1).step_by(2)).collect()
+    prose.split("\n\n").flat_map(|paragraph| paragraph.split('`').skip(1).step_by(2)).collect()
 }
 
 #[test]
 fn prose_code_and_spans_are_told_apart() {
-    let (prose, code) = prose_and_code("See `a/b` and `c d`.\n```text\n`x`\n```\nend\n");
-    assert_eq!((prose.as_str(), code.as_str()), ("See `a/b` and `c d`.\nend\n", "`x`\n"));
-    assert_eq!(spans(&prose), ["a/b", "c d"]);
+    let (prose, code) = prose_and_code("See `a/b` and `c\nd`.\n```text\n`x`\n```\nend\n");
+    assert_eq!((prose.as_str(), code.as_str()), ("See `a/b` and `c\nd`.\nend\n", "`x`\n"));
+    assert_eq!(spans(&prose), ["a/b", "c\nd"]);
 }
