@@ -2,7 +2,7 @@
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
 
-.PHONY: help setup build install demo test test-sanitize test-hidden test-cases test-fresh test-null hit-rates test-blunders test-lab fuzz bench clean
+.PHONY: help setup build install demo check docs pictures test test-sanitize test-hidden test-cases test-fresh test-null hit-rates test-blunders test-lab fuzz bench clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -19,6 +19,22 @@ install: build ## program, header, CMake package and pkg-config file: PREFIX=/us
 
 demo: build ## what is missing in a block of the repository, in half a minute
 	scripts/demo.sh
+
+check: setup ## what to run before every commit: format, lints, unit tests
+	cargo fmt --check
+	cargo clippy --release --all-targets -- -D warnings
+	cargo test --release --lib
+
+docs: build ## the book: target/book/index.html, with a page for each effect of the catalogue
+	command -v mdbook >/dev/null || cargo install --locked mdbook
+	target/release/misclosure --quiet effects book docs/effects
+	mdbook build docs
+
+pictures: build ## the pictures of README and book, from runs on blocks of the repository (some minutes; the gallery needs a Chromium)
+	scripts/readme_picture.sh
+	scripts/effect_pictures.sh
+	scripts/gallery.sh
+	cargo run --release --example how_it_decides
 
 test: setup ## everything CI runs: format, lints, documentation, Rust and C++ tests, the laboratory's page where a Chromium is at hand
 	cargo fmt --check

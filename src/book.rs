@@ -1,18 +1,21 @@
-//! The pages of the repository as chapters: what the code alone does not say, in the order in which one reads it.
+//! The pages of the repository as chapters: what the code alone does not say, in the order in which one reads it. `make docs` makes a book of
+//! them, with a page for each effect and a gallery of findings.
 //!
+//! 0. [`start`]: a block, an error, an adjustment, a diagnosis; [`architecture`] is the map of the code.
 //! 1. [`crate`]: the problem in formulas, an example, and which module does what.
 //! 2. [`conventions`]: axes, rotations, residuals, units.
 //! 3. [`crate::effects`]: the catalogue, one module for each effect with its formula and where that comes from.
 //! 4. [`effects_of_your_own`]: one that the catalogue has not, in C++, C or Rust; [`effect_header`] is its reference,
 //!    [`add_an_effect`] takes one into the catalogue, and [`what_an_effect_is_not`] says where the rest would go.
 //! 5. [`crate::adjust`] and [`crate::diagnose`]: the solvers, and how a cause is told from another;
-//!    [`how_it_decides`] explains the method.
+//!    [`native_solver`] and [`ceres_side`] are maps of the two, and [`how_it_decides`] explains the method.
 //!    [`mistakes`] has what people get wrong, which is looked for first.
 //!    [`check_points`] says what a sentence on check points beside a verdict means.
-//! 6. [`your_own_block`]: a block from another program, diagnosed and taken back; [`your_odm_project`]: one of OpenDroneMap; [`formats`] has
-//!    what each format can hold.
+//! 6. [`your_own_block`]: a block from another program, diagnosed and taken back; [`your_odm_project`]: one of OpenDroneMap;
+//!    [`real_block`]: a mistake in a real block, and what else it shows. [`block_format`] has the files of a block,
+//!    [`formats`] what each format of other programs can hold.
 //! 7. [`laboratory`]: the page in which all that is done with the mouse.
-//! 8. [`validation`]: problems whose answers are certain.
+//! 8. [`validation`]: problems whose answers are certain; [`benchmarks`]: time and memory; [`study`]: a published study, repeated.
 
 #[doc = include_str!("../CONVENTIONS.md")]
 pub mod conventions {}
@@ -37,6 +40,33 @@ pub mod add_an_effect {}
 #[doc = include_str!("../docs/effect-header.md")]
 pub mod effect_header {}
 
+#[doc = "[block-format.md]: crate::book::block_format"]
+#[doc = "[how-it-decides.md]: crate::book::how_it_decides"]
+#[doc = "[mistakes.md]: crate::book::mistakes"]
+#[doc = "[laboratory.md]: crate::book::laboratory"]
+#[doc = ""]
+#[doc = include_str!("../docs/start.md")]
+pub mod start {}
+
+#[doc = "[ceres-side.md]: crate::book::ceres_side"]
+#[doc = "[native-solver.md]: crate::book::native_solver"]
+#[doc = "[how-it-decides.md]: crate::book::how_it_decides"]
+#[doc = "[mistakes.md]: crate::book::mistakes"]
+#[doc = ""]
+#[doc = include_str!("../docs/architecture.md")]
+pub mod architecture {}
+
+#[doc = "[benchmarks.md]: crate::book::benchmarks"]
+#[doc = ""]
+#[doc = include_str!("../docs/native-solver.md")]
+pub mod native_solver {}
+
+#[doc = "[effects-of-your-own.md]: crate::book::effects_of_your_own"]
+#[doc = "[validation.md]: crate::book::validation"]
+#[doc = ""]
+#[doc = include_str!("../docs/ceres-side.md")]
+pub mod ceres_side {}
+
 #[doc = include_str!("../docs/how-it-decides.md")]
 pub mod how_it_decides {}
 
@@ -59,6 +89,15 @@ pub mod your_own_block {}
 #[doc = include_str!("../docs/your-odm-project.md")]
 pub mod your_odm_project {}
 
+#[doc = "[mistakes.md]: crate::book::mistakes"]
+#[doc = "[effects-of-your-own.md]: crate::book::effects_of_your_own"]
+#[doc = ""]
+#[doc = include_str!("../docs/real-block.md")]
+pub mod real_block {}
+
+#[doc = include_str!("../docs/block-format.md")]
+pub mod block_format {}
+
 #[doc = include_str!("../docs/formats.md")]
 pub mod formats {}
 
@@ -67,3 +106,9 @@ pub mod laboratory {}
 
 #[doc = include_str!("../docs/validation.md")]
 pub mod validation {}
+
+#[doc = include_str!("../docs/benchmarks.md")]
+pub mod benchmarks {}
+
+#[doc = include_str!("../docs/study.md")]
+pub mod study {}

@@ -2,7 +2,10 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../common/transcript.rs"]
+mod transcript;
 
+mod book;
 mod cli;
 mod cli_adjust;
 mod examples;

@@ -6,5 +6,5 @@ mod injected;
 mod installed;
 mod library;
 mod place;
-mod readme;
 mod templates;
+mod worked_through;
