@@ -127,7 +127,8 @@ pub fn with_value(mistake: &Mistake, value: f64, sigma: f64, focal: Option<f64>)
     let subject = if mistake.subject == Subject::Check.key() { Subject::Check } else { Subject::Control };
     let [shift, sigma] = [value, sigma].map(|own| Vector3::new(0.0, 0.0, own));
     let difference = Difference { relation: Relation::Height, shift, sigma, drop: mistake.drop, ln_p: mistake.ln_p };
-    words::height_offset(Subject::Gnss, subject, &difference, focal)
+    let offset = words::height_offset(Subject::Gnss, subject, &difference, focal);
+    if words::is_of_one_point(mistake) { words::of_one_point(offset) } else { offset }
 }
 
 /// Median of misfits, by axis.

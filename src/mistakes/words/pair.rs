@@ -43,11 +43,18 @@ pub fn height_offset(one: Subject, other: Subject, difference: &Difference, foca
     with(found, value, Some(sigma), "m")
 }
 
+/// Said where a single point shows a height offset.
+const ONE_POINT: &str = "One point alone shows it: a wrong height of that point would look the same.";
+
 /// A height offset that a single point shows: its own height may be wrong.
 pub fn of_one_point(offset: Mistake) -> Mistake {
-    let sentence =
-        format!("{} One point alone shows it: a wrong height of that point would look the same.", offset.sentence);
+    let sentence = format!("{} {ONE_POINT}", offset.sentence);
     Mistake { sentence, ..offset }
+}
+
+/// Does a single point show it?
+pub fn is_of_one_point(offset: &Mistake) -> bool {
+    offset.sentence.ends_with(ONE_POINT)
 }
 
 /// Two groups that are off horizontally.
