@@ -1,12 +1,12 @@
 //! How many mistakes of people are named: `cargo run --release --example mistake_rates -- 1..3` makes each kind of
 //! mistake in blocks of all presets, seed by seed, and examines them as `check` does.
 //!
-//! The mistakes are made by rewriting files (`inject --mistake`), at the default of each kind and for each subject. The
-//! clean blocks are examined, too.
+//! The mistakes are made by rewriting files (`inject --mistake`), for each subject of each kind. Every seed has another
+//! size: lengths, angles, pixels and seconds are multiples of the kind's default. The clean blocks are examined, too.
 
 use misclosure::adjust::Options;
 use misclosure::diagnose::screening;
-use misclosure::inject::{self, mistakes};
+use misclosure::inject::{self, DefaultValue, mistakes};
 use misclosure::io::block::{read_block, write_block};
 use misclosure::mistakes::Mistake;
 use misclosure::model::Model;
@@ -20,6 +20,10 @@ const PRESETS: [&str; 4] = ["mapping", "dike", "corridor", "closerange"];
 const POINTS: f64 = 1000.0;
 /// As in `check`.
 const SIGNIFICANCE: f64 = 1e-3;
+/// Sizes of a mistake in those of its default, seed by seed.
+const SIZES: [f64; 5] = [1.0, 0.5, 2.0, 0.7, 1.4];
+/// Units of a size.
+const SIZED: [&str; 4] = ["m", "deg", "px", "s"];
 /// Groups between which an offset or a unit shows: which of them is wrong, nobody knows.
 const SURVEYED: [&str; 3] = ["control", "check", "gnss"];
 
@@ -45,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             for (number, kind) in mistakes::registry().enumerate() {
                 for subject in kind.subjects() {
                     let wrong = place.path().join("wrong");
-                    let made = made(kind, subject, &right, &wrong);
+                    let made = made(kind, subject, SIZES[(seed as usize - 1) % SIZES.len()], &right, &wrong);
                     let Some(made) = made else { continue };
                     let tally = tallies.entry((number, subject.to_string())).or_default();
                     match made {
@@ -76,15 +80,24 @@ fn block(preset: &str, seed: u64) -> Result<misclosure::block::Block, Box<dyn Er
 }
 
 /// Makes a mistake in a copy; `None` where the block has nothing that it concerns, `false` where no reader takes it.
-fn made(kind: &mistakes::Kind, subject: &str, right: &Path, wrong: &Path) -> Option<bool> {
+fn made(kind: &mistakes::Kind, subject: &str, size: f64, right: &Path, wrong: &Path) -> Option<bool> {
     let _ = std::fs::remove_dir_all(wrong);
     std::fs::create_dir(wrong).ok()?;
     for file in mistakes::FILES.iter().filter(|file| right.join(file).exists()) {
         std::fs::copy(right.join(file), wrong.join(file)).ok()?;
     }
-    let has_subject = kind.parameters().iter().any(|parameter| parameter.name == "of");
-    let text = if has_subject { format!("{}:of={subject}", kind.id()) } else { kind.id().to_string() };
-    mistakes::make(wrong, &[mistakes::parse(&text).ok()?]).ok()?;
+    let mut values: Vec<String> = Vec::new();
+    for parameter in kind.parameters() {
+        match parameter.default {
+            _ if parameter.name == "of" => values.push(format!("of={subject}")),
+            DefaultValue::Number(default) if SIZED.contains(&parameter.unit) && default != 0.0 => {
+                values.push(format!("{}={}", parameter.name, size * default));
+            }
+            _ => {}
+        }
+    }
+    let text = format!("{}:{}", kind.id(), values.join(","));
+    mistakes::make(wrong, &[mistakes::parse(text.trim_end_matches(':')).ok()?]).ok()?;
     Some(read_block(wrong).is_ok())
 }
 

@@ -115,6 +115,7 @@ impl Measured {
         let all_free = |term: &Term| Term { held: term.held_places(), ..term.clone() };
         let run = adjust(&block, effects().map(|term| all_free(term).to_model()).collect())
             .or_else(|_| adjust(&block, effects().map(Term::to_model).collect()))
+            .or_else(|_| adjust(&block, determined(&block, effects().map(Term::to_model).collect())))
             .unwrap_or_else(|error| panic!("seed {}: {error}", self.fresh.seed));
         let check = run.comparison.and_then(|comparison| comparison.check).expect("check points");
         1e3 * check.rms_m.xyz
@@ -181,6 +182,17 @@ fn build(recipe: &Recipe) -> Block {
 }
 
 /// With every camera parameter free, as the program is asked to.
+/// The effects that a block determines beside each other: one that it does not moves nothing that the others leave.
+fn determined(block: &Block, effects: Vec<EffectTerm>) -> Vec<EffectTerm> {
+    effects.into_iter().fold(Vec::new(), |mut kept, effect| {
+        let beside: Vec<EffectTerm> = kept.iter().cloned().chain([effect.clone()]).collect();
+        if adjust(block, beside).is_ok() {
+            kept.push(effect);
+        }
+        kept
+    })
+}
+
 fn adjust(block: &Block, effects: Vec<EffectTerm>) -> Result<Run, RunError> {
     let model = Model { datum: run::default_diagnosis_datum(block), effects, ..Model::default() };
     let options = Options { threads: 1, covariance: CovarianceOf::Nothing, ..Options::default() };
