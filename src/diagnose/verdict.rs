@@ -3,6 +3,7 @@
 use super::impact::Impact;
 use super::imprecise::Imprecise;
 use super::knowledge::Known;
+use super::moved::Moved;
 use crate::effects::Words;
 use crate::math::null_is_nan;
 use crate::mistakes::Mistake;
@@ -48,6 +49,9 @@ pub struct Diagnosis {
     /// How what is left weighs; null before the final adjustment has told the precision of the points.
     #[serde(default)]
     pub weight: Option<Weight>,
+    /// How far the points of the final model lie from those of the base; null where nothing was added.
+    #[serde(default)]
+    pub moved: Option<Moved>,
     /// The height errors of the check points against what the block's own errors allow, in a sentence; null where they
     /// were not tested.
     #[serde(default)]

@@ -35,7 +35,10 @@ const TERMS: [(&str, &str); 17] = [
         "F of the effect's parameters; of effects with a value per image the standardised sum of squared scores",
     ),
     ("dof", "degrees of freedom: number of parameters that the test is about"),
-    ("p", "probability that chance alone shows as much; below 1e-300 it is a bound"),
+    (
+        "p",
+        "probability that chance alone gives a statistic at least this large; \"< 1e-300\" stands for all smaller ones",
+    ),
     (
         "significant",
         "unlikely to be chance among all tests of the catalogue together (family-wise), not in this test alone",
