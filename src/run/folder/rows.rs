@@ -200,26 +200,39 @@ table! { "outliers.csv",
     }
 }
 
-table! { "checks.csv",
+/// Declares a table of surveyed points: its own columns `first`, those of a point, and those that were added `later`.
+macro_rules! surveyed_table {
+    (
+        $file:literal, $(#[$about:meta])* $row:ident
+        first { $($(#[$what:meta])* $column:ident: $kind:ty,)* }
+        later { $($(#[$which:meta])* $added:ident: $of:ty,)* }
+    ) => {
+        table! { $file, $(#[$about])* $row {
+            $($(#[$what])* $column: $kind,)*
+            /// Name.
+            point: String,
+            /// `control` or `check`.
+            role: String,
+            /// Computed minus surveyed, m.
+            dx: f64,
+            /// See `dx`.
+            dy: f64,
+            /// See `dx`.
+            dz: f64,
+            /// Position, m.
+            x: f64,
+            /// See `x`.
+            y: f64,
+            /// See `x`.
+            z: f64,
+        } later { $($(#[$which])* $added: $of,)* } }
+    };
+}
+
+surveyed_table! { "checks.csv",
     /// A surveyed point against the adjusted block.
-    CheckRow {
-        /// Name.
-        point: String,
-        /// `control` or `check`.
-        role: String,
-        /// Computed minus surveyed, m.
-        dx: f64,
-        /// See `dx`.
-        dy: f64,
-        /// See `dx`.
-        dz: f64,
-        /// Position, m.
-        x: f64,
-        /// See `x`.
-        y: f64,
-        /// See `x`.
-        z: f64,
-    }
+    CheckRow
+    first {}
     later {
         /// Standard deviation of `dx` from the marks of the point and its survey, m; `None` where it was not computed.
         sigma_dx: Option<f64>,
@@ -234,28 +247,14 @@ table! { "checks.csv",
     }
 }
 
-table! { "checks_by_model.csv",
+surveyed_table! { "checks_by_model.csv",
     /// A surveyed point against the block, before effects were added and with them.
-    ModelCheckRow {
+    ModelCheckRow
+    first {
         /// `base` or `final`.
         stage: String,
-        /// Name.
-        point: String,
-        /// `control` or `check`.
-        role: String,
-        /// Computed minus surveyed, m.
-        dx: f64,
-        /// See `dx`.
-        dy: f64,
-        /// See `dx`.
-        dz: f64,
-        /// Position, m.
-        x: f64,
-        /// See `x`.
-        y: f64,
-        /// See `x`.
-        z: f64,
     }
+    later {}
 }
 
 table! { "gnss.csv",

@@ -231,21 +231,23 @@ impl Folder<'_> {
         let comparison = self.run.comparison.iter();
         let rows = comparison.flat_map(|comparison| comparison.rows.iter().zip(&comparison.intersections.points));
         rows.map(|(row, seen)| {
-            let position = row.position + self.block.origin;
+            let Surveyed { point, role, d, at } = Surveyed::of(self.block, row);
+            // A survey without a stated precision has an infinite one.
             let sigma = self.sigma0.map(|sigma0| self.check_sigma(row, seen, sigma0));
+            let sigma = |k: usize| sigma.map(|sigma| sigma[k]).filter(|sigma| sigma.is_finite());
             let squares: f64 = seen.residuals.iter().map(|residual| residual.norm_squared()).sum();
             CheckRow {
-                point: self.block.surveyed[row.point.index()].name.clone(),
-                role: role(row.role).into(),
-                dx: row.d[0],
-                dy: row.d[1],
-                dz: row.d[2],
-                x: position.x,
-                y: position.y,
-                z: position.z,
-                sigma_dx: sigma.map(|sigma| sigma.x),
-                sigma_dy: sigma.map(|sigma| sigma.y),
-                sigma_dz: sigma.map(|sigma| sigma.z),
+                point,
+                role,
+                dx: d.x,
+                dy: d.y,
+                dz: d.z,
+                x: at.x,
+                y: at.y,
+                z: at.z,
+                sigma_dx: sigma(0),
+                sigma_dy: sigma(1),
+                sigma_dz: sigma(2),
                 images: Some(seen.residuals.len()),
                 rms_px: Some((squares / (2.0 * seen.residuals.len() as f64)).sqrt()).filter(|rms| rms.is_finite()),
             }
@@ -269,28 +271,30 @@ impl Folder<'_> {
     }
 }
 
-fn role(role: Role) -> &'static str {
-    match role {
-        Role::Control => "control",
-        Role::Check => "check",
+/// The columns that every table of surveyed points has.
+struct Surveyed {
+    point: String,
+    role: String,
+    d: Vector3<f64>,
+    at: Vector3<f64>,
+}
+
+impl Surveyed {
+    fn of(block: &Block, row: &checks::CheckRow) -> Self {
+        let role = match row.role {
+            Role::Control => "control",
+            Role::Check => "check",
+        };
+        let point = block.surveyed[row.point.index()].name.clone();
+        Self { point, role: role.into(), d: row.d, at: row.position + block.origin }
     }
 }
 
 /// Surveyed points against the block at one stage of a diagnosis.
 pub fn checks_by_model(block: &Block, comparison: &Comparison, stage: &str) -> Vec<ModelCheckRow> {
     let row = |row: &checks::CheckRow| {
-        let position = row.position + block.origin;
-        ModelCheckRow {
-            stage: stage.into(),
-            point: block.surveyed[row.point.index()].name.clone(),
-            role: role(row.role).into(),
-            dx: row.d[0],
-            dy: row.d[1],
-            dz: row.d[2],
-            x: position.x,
-            y: position.y,
-            z: position.z,
-        }
+        let Surveyed { point, role, d, at } = Surveyed::of(block, row);
+        ModelCheckRow { stage: stage.into(), point, role, dx: d.x, dy: d.y, dz: d.z, x: at.x, y: at.y, z: at.z }
     };
     comparison.rows.iter().map(row).collect()
 }
