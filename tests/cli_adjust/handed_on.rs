@@ -139,7 +139,8 @@ fn no_table_leaves_its_page(chromium: &Path, run: &Path, page: &str, width: u32,
     const MEASURE: &str = "<script>document.querySelectorAll('details').forEach(d => d.open = true);
         const tables = [...document.querySelectorAll('table')].filter(t => t.offsetParent);
         const wide = tables.filter(t => t.getBoundingClientRect().right > document.documentElement.clientWidth + 1);
-        const said = wide.map(t => t.innerText.slice(0, 60).replaceAll('\\n', ' ') + ' ' + t.getBoundingClientRect().right);
+        const text = t => t.innerText.slice(0, 60).replaceAll('\\n', ' ');
+        const said = wide.map(t => text(t) + ' ' + t.getBoundingClientRect().right);
         parent.postMessage(tables.length + ' tables; wide: ' + said.join(' | '), '*');</script></body>";
     let framed = run.join("framed.html");
     fs::write(&framed, page.replace("</body>", MEASURE)).expect("written");
