@@ -5,6 +5,7 @@
 mod adjust;
 mod blunders;
 mod check;
+mod compare;
 mod console;
 mod diagnose;
 pub mod diagnosis_text;
@@ -74,6 +75,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Inject(inject::Arguments),
     Check(check::Arguments),
+    Compare(compare::Arguments),
     Mend(mend::Arguments),
     Adjust(adjust::Arguments),
     Diagnose(diagnose::DiagnoseArguments),
@@ -157,6 +159,7 @@ impl Command {
             Command::Simulate(arguments) => simulate::run(&arguments, console),
             Command::Inject(arguments) => inject::run(&arguments),
             Command::Check(arguments) => check::run(&arguments, console, threads),
+            Command::Compare(arguments) => compare::run(&arguments),
             Command::Mend(arguments) => mend::run(&arguments, console, threads),
             Command::Adjust(arguments) => adjust::run(&arguments, console, threads),
             Command::Diagnose(arguments) => diagnose::run_diagnose(&arguments, console, threads),
