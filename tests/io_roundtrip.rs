@@ -140,6 +140,7 @@ impl Draw {
         let mut block = Block {
             name: self.text(),
             crs: self.text(),
+            survey_crs: String::new(),
             sigma: self.sigma(),
             cameras: camera_names.into_iter().map(|name| self.camera(name)).collect(),
             flights: flight_names,
