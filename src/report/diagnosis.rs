@@ -96,7 +96,7 @@ fn own_effect(page: &mut Page) {
 }
 
 /// Every candidate.
-pub(super) fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
+pub(super) fn candidates(page: &mut Page, diagnosis: &Diagnosis, scaled: bool) {
     page.section("Candidates");
     page.paragraph(
         "Every effect of the catalogue was tested at the base model, before any was added. The predicted drop is what \
@@ -108,10 +108,10 @@ pub(super) fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
     if significant.is_empty() {
         page.paragraph("None was significant.");
     } else {
-        page.table(&candidates_table(&significant, usize::MAX));
+        page.table(&candidates_table(&significant, usize::MAX, scaled));
     }
     page.details("Candidates that were not significant, or that this block cannot test", |page| {
-        page.table(&candidates_table(&others, usize::MAX));
+        page.table(&candidates_table(&others, usize::MAX, scaled));
         if others.iter().any(|candidate| !candidate.tested) {
             page.table(&untested_table(&others));
         }

@@ -141,6 +141,20 @@ table! { "points.csv",
         /// See `sigma_x`.
         sigma_z: Option<f64>,
     }
+    later {
+        /// Images in which it is measured.
+        images: Option<usize>,
+        /// Ground sampling distance: its depth over the focal length, mean of its images, m per px.
+        gsd_m: Option<f64>,
+        /// Correlation of x and y; `None` where no covariance was computed.
+        correlation_xy: Option<f64>,
+        /// Easting in the system of the survey (`survey_crs` of the block), m; `None` where that is the block's own.
+        easting: Option<f64>,
+        /// Northing, likewise.
+        northing: Option<f64>,
+        /// Height, likewise.
+        height: Option<f64>,
+    }
 }
 
 table! { "residuals.csv",
@@ -244,6 +258,12 @@ surveyed_table! { "checks.csv",
         images: Option<usize>,
         /// RMS of the residuals of its marks per coordinate, px.
         rms_px: Option<f64>,
+        /// Surveyed easting in the system of the survey (`survey_crs` of the block), m; `None` where that is the block's.
+        easting: Option<f64>,
+        /// Northing, likewise.
+        northing: Option<f64>,
+        /// Height, likewise.
+        height: Option<f64>,
     }
 }
 
@@ -255,6 +275,24 @@ surveyed_table! { "checks_by_model.csv",
         stage: String,
     }
     later {}
+}
+
+table! { "parameter_covariance.csv",
+    /// A pair of parameters of cameras and effects.
+    CovarianceRow {
+        /// Camera; empty for a parameter of an effect.
+        camera: String,
+        /// Parameter; of an effect with its name.
+        parameter: String,
+        /// See `camera`.
+        with_camera: String,
+        /// See `parameter`.
+        with_parameter: String,
+        /// A-posteriori covariance, in the units of the two.
+        covariance: f64,
+        /// Correlation; `None` where one of the two is held by the others.
+        correlation: Option<f64>,
+    }
 }
 
 table! { "gnss.csv",
