@@ -8,6 +8,7 @@
 //! 5. [`crate::adjust`] and [`crate::diagnose`]: the solvers, and how a cause is told from another;
 //!    [`how_it_decides`] explains the method.
 //!    [`mistakes`] has what people get wrong, which is looked for first.
+//!    [`compare_runs`] sets runs side by side.
 //!    [`check_points`] says what a sentence on check points beside a verdict means.
 //! 6. [`your_own_block`]: a block from another program, diagnosed and taken back; [`your_odm_project`]: one of OpenDroneMap; [`formats`] has
 //!    what each format can hold.
@@ -45,6 +46,9 @@ pub mod mistakes {}
 
 #[doc = include_str!("../docs/what-an-effect-is-not.md")]
 pub mod what_an_effect_is_not {}
+
+#[doc = include_str!("../docs/compare-runs.md")]
+pub mod compare_runs {}
 
 #[doc = include_str!("../docs/check-points.md")]
 pub mod check_points {}

@@ -42,7 +42,11 @@ pub fn page(compared: &Compared) -> String {
     let mut page = Page::new("Runs side by side");
     page.subtitle(&compared.runs.iter().map(|run| run.run.as_str()).collect::<Vec<_>>().join(" · "));
     page.paragraph(REFERENCE);
-    page.table(&runs(compared)).table(&findings(compared));
+    page.section("Runs and findings").table(&runs(compared));
+    let findings = findings(compared);
+    if !findings.rows.is_empty() {
+        page.table(&findings);
+    }
     if compared.differences.iter().any(|of| !of.cameras.is_empty()) {
         page.section("Cameras").paragraph(CAMERAS).table(&cameras(compared));
     }

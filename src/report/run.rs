@@ -1,6 +1,7 @@
 //! The page of a run: what was adjusted, how well it fits, and, after a diagnosis, what was missing.
 
-use super::coverage::{self, Coverage};
+use super::coverage;
+pub use super::coverage::Coverage;
 use super::figures::{
     PlanArrows, PlanSigned, flights_plan_profile, histogram, image_bars, line_chart, residuals_plan_arrows,
     residuals_plan_signed,
@@ -97,8 +98,8 @@ impl Diagnosed<'_> {
     }
 }
 
-/// The page of a run with these residuals.
-fn page(run: &RunFolder, ties: TieResiduals, coverage: &Coverage) -> Page {
+/// The page of a run with these residuals and this coverage.
+pub fn page(run: &RunFolder, ties: TieResiduals, coverage: &Coverage) -> Page {
     let what = if run.diagnosis.is_some() { "Diagnosis" } else { "Adjustment" };
     let mut page = Page::new(format!("{what} of the block {}", run.summary.block));
     page.subtitle(&contents(run)).provenance(&provenance::short(run));

@@ -1,6 +1,7 @@
 //! Error ellipses in plan, with the standard deviation in height as a stroke.
 
 use super::super::axes::drawable;
+use super::super::numbers::significant;
 use super::super::sheet::Sheet;
 use super::super::style::{BLUE, VERMILLION};
 use super::super::svg::Stroke;
@@ -9,8 +10,10 @@ use super::scale_entry;
 
 /// Ellipses more than this are thinned out, with a note: they would hide each other.
 const MOST: usize = 250;
-/// Largest half axis on the page where the ellipses are typical, pixels.
-const TYPICAL: f64 = 9.0;
+/// Half axis on the page that nine of ten points stay below, pixels.
+const USUAL: f64 = 12.0;
+/// Half axis beyond which an ellipse would hide the others: it is counted in a note, pixels.
+const LONGEST: f64 = 30.0;
 /// Corners of a drawn ellipse.
 const CORNERS: usize = 24;
 
@@ -36,9 +39,12 @@ pub fn plan_ellipses(plan: &PlanEllipses) -> String {
     sheet.left_out(plan.ellipses.len() - good.len(), "not finite");
     let mut sizes: Vec<f64> = good.iter().map(|(_, s, _)| s[0].max(s[1]).max(s[2])).filter(|s| *s > 0.0).collect();
     sizes.sort_by(f64::total_cmp);
-    let scale = sizes.get(sizes.len() / 2).map(|typical| TYPICAL / typical);
+    let scale = sizes.get(sizes.len() * 9 / 10).map(|usual| USUAL / usual);
     sheet.legend(&scale.map(|scale| scale_entry(scale, &plan.unit)).into_iter().collect::<Vec<_>>());
-    let Some(map) = Plan::fit(plan.frame, good.iter().map(|(p, ..)| *p), width, sheet.y + 4.0, 30.0) else {
+    let most = scale.map_or(f64::INFINITY, |scale| LONGEST / scale);
+    let all = good.len();
+    let good: Vec<_> = good.into_iter().filter(|(_, s, _)| s.iter().all(|s| *s <= most)).collect();
+    let Some(map) = Plan::fit(plan.frame, good.iter().map(|(p, ..)| *p), width, sheet.y + 4.0, LONGEST) else {
         return sheet.finish_empty();
     };
     sheet.y = map.draw(&mut sheet.svg);
@@ -62,6 +68,10 @@ pub fn plan_ellipses(plan: &PlanEllipses) -> String {
     }
     sheet.svg.path(&heights, Stroke::new(VERMILLION, 1.0));
     sheet.svg.path(&ellipses, Stroke::new(BLUE, 1.0));
+    if good.len() < all {
+        let (larger, most) = (all - good.len(), significant(most, 2));
+        sheet.note(format!("Not drawn: {larger} points with a standard deviation above {most} {}.", plan.unit));
+    }
     if drawn.len() < good.len() {
         sheet.note(format!(
             "{} of {} points are drawn, evenly spread, so that they stay apart.",
@@ -84,6 +94,16 @@ fn outline([sx, sy, _]: [f64; 3], r: f64) -> impl Iterator<Item = [f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn points_that_are_hardly_known_hide_no_others() {
+        let mut ellipses: Vec<_> = (0..50).map(|k| ([f64::from(k), f64::from(k % 7)], [2.0, 3.0, 5.0], 0.2)).collect();
+        ellipses.push(([3.0, 3.0], [400.0, 2.0, 5.0], 0.0));
+        let plan = PlanEllipses { title: "t".into(), ellipses, unit: "mm".into(), ..PlanEllipses::default() };
+        let svg = plan_ellipses(&plan);
+        assert_eq!(svg.matches('Z').count(), 50, "{svg}");
+        assert!(svg.contains("1 points with a standard deviation above"), "{svg}");
+    }
 
     #[test]
     fn an_ellipse_reaches_one_sigma_along_each_axis() {

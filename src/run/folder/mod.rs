@@ -34,7 +34,6 @@ pub const FILES: [&str; 18] = [
     PointRow::FILE,
     ResidualLine::FILE,
     CheckRow::FILE,
-    CovarianceRow::FILE,
     GnssRow::FILE,
     SensorRow::FILE,
     DIAGNOSIS,
@@ -45,6 +44,7 @@ pub const FILES: [&str; 18] = [
     MENDED,
     CAMERAS_GEOJSON,
     POINTS_GEOJSON,
+    CovarianceRow::FILE,
 ];
 
 /// The images of a run on the globe.
