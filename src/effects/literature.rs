@@ -151,7 +151,7 @@ mod tests {
         for effect in catalogue() {
             let id = effect.descriptor().id.to_string();
             let header = std::fs::read_to_string(dir.join(format!("{id}.h"))).expect("a header");
-            let source = header.split("* source =").nth(1).and_then(|rest| rest.split(';').next()).expect("a source");
+            let source = header.split("* source =").nth(1).and_then(|rest| rest.split(";\n").next()).expect("a source");
             let source = format!("{source} {}", effect.descriptor().source);
             for reference in of(&id) {
                 let author = reference.authors.split(',').next().expect("an author");
