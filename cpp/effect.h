@@ -95,9 +95,9 @@ typedef struct misclosure_name {
   double value;      // what it stands for
 } misclosure_name;
 
-// A parameter. C++ makes them with Estimated, Searched, Given, Random and VelocityError, and gives it a plausible range with Within
-// or UpTo. The plausible range is what the parameter can be if the cause that the effect names is at work, in the
-// parameter's unit; of a random parameter it is that of the standard deviation. It comes from physics or a data
+// A parameter. C++ makes one with Estimated, Searched, Given, Random or VelocityError, and gives it a plausible range
+// with Within or UpTo. The plausible range is what the parameter can be if the cause that the effect names is at work,
+// in the parameter's unit; of a random parameter it is that of the standard deviation. It comes from physics or a data
 // sheet, never from the block.
 //
 //                     |<---------- plausible ---------->|
@@ -312,8 +312,9 @@ constexpr Parameter Random(const char* name, const char* unit, double typical, c
 }
 
 constexpr Parameter VelocityError(const char* name, double typical) {
-  return {name, "m/s", static_cast<uint32_t>(Scope::kImage), static_cast<uint32_t>(Role::kVelocityError), 0.0, typical, 0, 0, 0.0,
-          0.0, nullptr, nullptr, 0.0, 0.0, nullptr};
+  const auto scope = static_cast<uint32_t>(Scope::kImage);
+  const auto role = static_cast<uint32_t>(Role::kVelocityError);
+  return {name, "m/s", scope, role, 0.0, typical, 0, 0, 0.0, 0.0, nullptr, nullptr, 0.0, 0.0, nullptr};
 }
 
 constexpr Parameter Within(Parameter parameter, double min, double max, const char* source) {

@@ -10,6 +10,7 @@
 //! 5. [`crate::adjust`] and [`crate::diagnose`]: the solvers, and how a cause is told from another;
 //!    [`native_solver`] and [`ceres_side`] are maps of the two, and [`how_it_decides`] explains the method.
 //!    [`mistakes`] has what people get wrong, which is looked for first.
+//!    [`compare_runs`] sets runs side by side.
 //!    [`check_points`] says what a sentence on check points beside a verdict means.
 //! 6. [`your_own_block`]: a block from another program, diagnosed and taken back; [`your_odm_project`]: one of OpenDroneMap;
 //!    [`real_block`]: a mistake in a real block, and what else it shows. [`block_format`] has the files of a block,
@@ -75,6 +76,9 @@ pub mod mistakes {}
 
 #[doc = include_str!("../docs/what-an-effect-is-not.md")]
 pub mod what_an_effect_is_not {}
+
+#[doc = include_str!("../docs/compare-runs.md")]
+pub mod compare_runs {}
 
 #[doc = include_str!("../docs/check-points.md")]
 pub mod check_points {}

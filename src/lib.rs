@@ -64,10 +64,11 @@
 //! | [`kit`] | an effect of one's own: template, build, check, as an error | files, math, camera, block, effects, model, problem, measure, inject |
 //! | [`evaluate`] | surveyed points against any block | math, camera, block |
 //! | [`mistakes`] | surveyed groups against the shape that images give | math, evaluate |
-//! | [`run`] | one adjustment from end to end, and its folder | math, camera, block, io, effects, model, problem, measure, adjust, null_model, evaluate, mistakes |
+//! | [`run`] | one adjustment from end to end, and its folder | math, geodesy, camera, block, io, effects, model, problem, measure, adjust, null_model, evaluate, mistakes |
 //! | [`snooping`] | data snooping: blunders, and robust fits to find them at | math, score, camera, block, model, problem, measure, adjust, null_model, evaluate, run |
 //! | [`residuals`] | structure of the residuals, check points, and their pictures | math, score, camera, block, model, problem, measure, adjust, null_model, evaluate, run |
 //! | [`diagnose`] | which effect is missing | math, score, geodesy, camera, block, effects, model, problem, measure, adjust, null_model, evaluate, mistakes, run, snooping, residuals |
+//! | [`compare`] | runs side by side | camera, io, evaluate, diagnose, run |
 //! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, kit, study, validate, lab |
 //! | [`study`] | the repetition of the study that this began with | all but snooping, residuals, diagnose, validate, lab |
 //! | [`validate`] | problems with certified answers | all but snooping, residuals, diagnose, kit, report, study, lab |
@@ -119,6 +120,8 @@ pub mod snooping;
 pub mod residuals;
 
 pub mod diagnose;
+
+pub mod compare;
 
 pub mod report;
 

@@ -4,7 +4,8 @@ import { set } from "./state.js";
 
 const KEY = "misclosure-lab-token";
 
-/** The token of the address; kept for this tab and taken out of the address, so that it is in no history and no picture of the screen. */
+/** The token of the address; kept for this tab and taken out of the address, so that it is in no history and no picture
+ * of the screen. */
 function takeToken() {
   const address = new URL(location.href);
   const given = address.searchParams.get("token");
@@ -74,7 +75,8 @@ export function query(path, parameters) {
 export const address = (path) => query(`/api/${path}`, { token });
 
 /**
- * Listens to the server's events. A lost connection is said at once and tried again every second; a server that was started anew has
+ * Listens to the server's events. A lost connection is said at once and tried again every second; a server that was
+ * started anew has
  * another token, which only its own address can tell.
  */
 export function listen(handlers) {

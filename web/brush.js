@@ -1,4 +1,5 @@
-// Brushing: a rectangle dragged on any figure; all figures show the same measurements. A rectangle can be dragged on; Shift adds one
+// Brushing: a rectangle dragged on any figure; all figures show the same measurements. A rectangle can be dragged on;
+// Shift adds one
 // that has to hold as well.
 
 import { fill, svg } from "./dom.js";
@@ -17,8 +18,10 @@ export function brushable(figure, clicked = () => {}) {
 /** Draws the brushes that were made in this figure. */
 export function mark(figure) {
   if (!figure.drawing) return;
-  const marks = plotsOf(figure.drawing).flatMap((plot) => (state.brush ?? []).filter((brush) => isOf(brush, plot)).map((brush) => rectangleOf(plot, brush)));
-  fill(figure.overlay, marks.map(([left, top, right, bottom]) => svg("rect", { class: "brush", x: left, y: top, width: right - left, height: bottom - top })));
+  const marks = plotsOf(figure.drawing).flatMap((plot) => (state.brush ?? []).filter((brush) => isOf(brush, plot))
+    .map((brush) => rectangleOf(plot, brush)));
+  fill(figure.overlay, marks.map(([left, top, right, bottom]) =>
+    svg("rect", { class: "brush", x: left, y: top, width: right - left, height: bottom - top })));
 }
 
 function begin(figure, event, clicked) {

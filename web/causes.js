@@ -47,11 +47,14 @@ async function measure() {
 }
 
 function draw(body) {
-  const seedInput = h("input", { type: "number", min: "0", step: "1", value: String(seed), "aria-label": "Seed", onchange: () => { seed = Number(seedInput.value); } });
+  const seedInput = h("input", { type: "number", min: "0", step: "1", value: String(seed), "aria-label": "Seed",
+    onchange: () => { seed = Number(seedInput.value); } });
   const truth = h("section.part");
   fill(body, h("p.quiet", {}, `The block ${causes.preset} is measured anew with the causes that are ticked.`),
-    h("div.row", {}, h("label", {}, "Seed ", seedInput), h("span.space"), button("Measure anew", measure, { kind: "main", title: "A new block as a new first step" })), truth,
-    [true, false].map((ticked) => causes.causes.filter((one) => chosenCauses.has(one.id) === ticked).map(cause)).flat());
+    h("div.row", {}, h("label", {}, "Seed ", seedInput), h("span.space"),
+      button("Measure anew", measure, { kind: "main", title: "A new block as a new first step" })), truth,
+    [true, false].map((ticked) => causes.causes.filter((one) => chosenCauses.has(one.id) === ticked).map(cause))
+      .flat());
   if (chosen()?.state === "done") compare(truth);
 }
 
@@ -81,17 +84,24 @@ async function compare(box) {
   const truth = await json(`truth/${state.node}`).catch((error) => ({ error: error.message }));
   if (truth.error) return fill(box, h("h3", {}, "Truth"), h("p.quiet", {}, truth.error));
   fill(box, h("h3", {}, "Truth beside the estimate"), h("p.quiet", {}, truth.errors.join("; ")),
-    truth.point_rms_mm !== null && h("p", {}, h("b", {}, significant(truth.point_rms_mm)), " mm RMS of the points against the truth"),
-    h("table.values.truth", {}, h("thead", {}, h("tr", {}, ["", "truth", "estimate", ""].map((name) => h("th", {}, name)))),
+    truth.point_rms_mm !== null && h("p", {}, h("b", {}, significant(truth.point_rms_mm)),
+      " mm RMS of the points against the truth"),
+    h("table.values.truth", {}, h("thead", {}, h("tr", {},
+      ["", "truth", "estimate", ""].map((name) => h("th", {}, name)))),
       h("tbody", {}, truth.rows.map(beside).flat())));
 }
 
 /** A row of the table; where nothing can be true of a parameter, the line below says why. */
 function beside(row) {
   const known = Number.isFinite(row.truth);
-  const line = h("tr", {}, h("th", { scope: "row" }, row.what), h("td.number", {}, known ? exact(row.truth) : "–"), h("td.number", {}, row.sigma === 0 ? h("span.quiet", { title: "Not estimated: given, or this block cannot tell it from the others" }, `held at ${significant(row.estimate)}`) : withSigma(row.estimate, row.sigma)), h("td.unit", {}, unitText(row.unit)));
+  const line = h("tr", {}, h("th", { scope: "row" }, row.what), h("td.number", {}, known ? exact(row.truth) : "–"),
+    h("td.number", {}, row.sigma === 0 ? h("span.quiet",
+    { title: "Not estimated: given, or this block cannot tell it from the others" },
+    `held at ${significant(row.estimate)}`) : withSigma(row.estimate, row.sigma)),
+    h("td.unit", {}, unitText(row.unit)));
   return known ? line : [line, h("tr", {}, h("td.reason", { colspan: "4" }, row.reason))];
 }
 
 /** As many digits as it takes, six at most. */
-const exact = (value) => (value === 0 ? "0" : significant(Number(value.toPrecision(6)), 6).replace(/(\.\d*?)0+(?=e|$)/, "$1").replace(/\.(?=e|$)/, ""));
+const exact = (value) => (value === 0 ? "0" : significant(Number(value.toPrecision(6)), 6)
+  .replace(/(\.\d*?)0+(?=e|$)/, "$1").replace(/\.(?=e|$)/, ""));

@@ -1,6 +1,7 @@
 // Elements from code. Text goes in as text, never as markup: names in a block may hold anything.
 
-/** `h("div.row", {title: "..", onclick: f, data: {node: 3}}, "text", child, ...)`; null, undefined and false children are left out. */
+/** `h("div.row", {title: "..", onclick: f, data: {node: 3}}, "text", child, ...)`; null, undefined and false children
+ * are left out. */
 export function h(tag, attributes, ...children) {
   const [name, ...classes] = tag.split(".");
   const element = document.createElement(name || "div");
@@ -28,11 +29,14 @@ export function svg(name, attributes = {}, ...children) {
 export function fill(parent, ...children) {
   const active = document.activeElement;
   const name = parent.contains(active) && active !== parent ? nameOf(active) : null;
-  parent.replaceChildren(...children.flat().filter((child) => child !== null && child !== undefined && child !== false));
-  if (name && document.activeElement !== active) [...parent.querySelectorAll("button, select, input, [tabindex]")].find((one) => nameOf(one) === name)?.focus({ preventScroll: true });
+  parent.replaceChildren(...children.flat().filter((child) => child !== null && child !== undefined
+    && child !== false));
+  if (name && document.activeElement !== active) [...parent.querySelectorAll("button, select, input, [tabindex]")]
+    .find((one) => nameOf(one) === name)?.focus({ preventScroll: true });
 }
 
-const nameOf = (element) => [element.tagName, element.id, element.dataset.effect ?? element.ariaLabel ?? element.textContent].join(" ");
+const nameOf = (element) => [element.tagName, element.id,
+  element.dataset.effect ?? element.ariaLabel ?? element.textContent].join(" ");
 
 /** A button; `title` says what it does, `key` names its key. */
 export function button(label, onclick, { title, key, kind, ...rest } = {}) {

@@ -31,5 +31,6 @@ export function cameTo(first, last) {
 export function done(node, verdict) {
   const says = verdict === "unexplained" ? "No effect of the catalogue explains the remaining patterns" : "Done";
   return h("div.finished", {}, h("p", {}, h("b", {}, `${says}: `), cameTo(rootOf(node).figures, node.figures), "."),
-    h("a.main", { href: address(`nodes/${node.id}/report.html`), target: "_blank", rel: "noopener", title: "Opens the report of this step; save or print it there" }, "Export the report"));
+    h("a.main", { href: address(`nodes/${node.id}/report.html`), target: "_blank", rel: "noopener",
+      title: "Opens the report of this step; save or print it there" }, "Export the report"));
 }

@@ -6,7 +6,8 @@ import { significant } from "./numbers.js";
 const TOLD = 4;
 
 /** So many digits at most, without zeros behind them. */
-const number = (value, digits) => significant(Number(value.toPrecision(digits)), digits).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
+const number = (value, digits) => significant(Number(value.toPrecision(digits)), digits).replace(/(\.\d*?)0+$/, "$1")
+  .replace(/\.$/, "");
 
 const affine = ({ column, factor, offset }) => {
   const product = factor === 1 ? column : `${column} × ${number(factor, 7)}`;
@@ -20,7 +21,8 @@ const WORDS = {
   "exchange-values": ({ values }) => `${values.join(" and ")} exchanged`,
   clear: ({ columns }) => `${columns.join(", ")} emptied`,
   // A row takes the cells of the row `by` places before it.
-  shift: ({ columns, by }) => `${columns.join(", ")} moved ${by < 0 ? "up" : "down"} by ${Math.abs(by)} ${Math.abs(by) === 1 ? "row" : "rows"}`,
+  shift: ({ columns, by }) => `${columns.join(", ")} moved ${by < 0 ? "up" : "down"} by ${Math.abs(by)} `
+    + `${Math.abs(by) === 1 ? "row" : "rows"}`,
   set: ({ column, value }) => `${column} = ${value}`,
   turn: () => "rotations converted",
   remove: () => "rows left out",

@@ -38,7 +38,8 @@ async function paint(blob) {
 }
 
 async function commands() {
-  const text = await json(`nodes/${state.node}/commands`).then((answer) => answer.commands.join("\n"), (error) => error.message);
+  const text = await json(`nodes/${state.node}/commands`)
+    .then((answer) => answer.commands.join("\n"), (error) => error.message);
   const copy = button("Copy", () => navigator.clipboard.writeText(text).then(() => { copy.textContent = "Copied"; }));
   dialog("Commands that give this step again", h("pre", {}, text), copy);
 }
@@ -48,8 +49,11 @@ export function exportMenu() {
   const done = chosen()?.state === "done";
   const close = () => { menu.open = false; };
   const item = (label, f) => h("button", { type: "button", role: "menuitem", onclick: () => { close(); f(); } }, label);
-  const file = (label, name, save = name) => h("a", { role: "menuitem", href: address(`nodes/${state.node}/${name}`), onclick: close, ...(save ? { download: `${state.block.name}-step-${state.node}-${save}` } : { target: "_blank", rel: "noopener" }) }, label);
-  const menu = h("details.menu", { onkeydown: (event) => event.key === "Escape" && close(), onfocusout: (event) => event.relatedTarget && !menu.contains(event.relatedTarget) && close() },
+  const file = (label, name, save = name) => h("a", { role: "menuitem", href: address(`nodes/${state.node}/${name}`),
+    onclick: close, ...(save ? { download: `${state.block.name}-step-${state.node}-${save}` }
+    : { target: "_blank", rel: "noopener" }) }, label);
+  const menu = h("details.menu", { onkeydown: (event) => event.key === "Escape" && close(),
+    onfocusout: (event) => event.relatedTarget && !menu.contains(event.relatedTarget) && close() },
     h("summary", { title: "Report, model, figures, commands" }, "Export"),
     done && h("div.items", { role: "menu" },
       file("Report of this step", "report.html", null),

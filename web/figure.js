@@ -1,4 +1,5 @@
-// One figure: the server's SVG, put into the page. While a request is under way only the newest wish is kept, so that a brush
+// One figure: the server's SVG, put into the page. While a request is under way only the newest wish is kept, so that a
+// brush
 // that moves faster than figures come never makes a queue.
 
 import { text } from "./api.js";
@@ -7,7 +8,8 @@ import { button, fill, h, svg } from "./dom.js";
 const REMEMBERED = 80;
 const drawn = new Map();
 
-/** Text of the SVG at `path`. Steps never change: the last drawings are remembered, so that holding a key to see the step before is at once. */
+/** Text of the SVG at `path`. Steps never change: the last drawings are remembered, so that holding a key to see the
+ * step before is at once. */
 export async function drawingText(path, signal) {
   const known = drawn.get(path);
   if (known) return known;

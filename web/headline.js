@@ -12,7 +12,8 @@ const FIGURES = [
   ["tie points", "px", (f) => f.tie_rms_px, px, "RMS per coordinate of the tie points' residuals"],
   ["GNSS", "m", (f) => f.gnss_rms_m, (v) => significant(v, 3), "3D RMS of the GNSS positions: computed minus measured"],
   ["held-out", "px", (f) => f.heldout_px, px, "RMS per coordinate in images that the estimate did not see"],
-  ["sigma0", "", (f) => f.sigma0, (v) => fixed(v, 3), "A-posteriori standard deviation of unit weight: one where the stated precisions fit"],
+  ["sigma0", "", (f) => f.sigma0, (v) => fixed(v, 3),
+    "A-posteriori standard deviation of unit weight: one where the stated precisions fit"],
   ["set aside", "", (f) => f.outliers, count, "Measurements set aside as outliers"],
 ];
 
@@ -33,9 +34,11 @@ function draw() {
   if (!node) return fill(box, h("p.quiet", {}, "No step yet."));
   if (!node.figures) {
     const parent = nodeOf(node.parent);
-    return fill(box, h("h2", {}, node.words), h("p", { class: node.error ? "error" : "quiet" }, node.error ?? "Not computed yet: it has no figures."),
+    return fill(box, h("h2", {}, node.words), h("p", { class: node.error ? "error" : "quiet" },
+      node.error ?? "Not computed yet: it has no figures."),
       h("div.row", {}, parent && button(`Back to “${parent.words}”`, () => set({ node: parent.id })),
-        canDismiss(node) && button("Dismiss", () => dismiss(node.id), { title: "Take this step out of the list", key: "Del" })));
+        canDismiss(node) && button("Dismiss", () => dismiss(node.id),
+          { title: "Take this step out of the list", key: "Del" })));
   }
   const peeked = state.peek ? before() : null;
   const earlier = peeked ? null : before();
@@ -47,11 +50,16 @@ function draw() {
     h("div.says", {},
       h("h2", {}, node.words || "as given", picked && h("small", {}, ` against “${earlier.words}”`)),
       verdict && h(`span.verdict.${node.verdict}`, { title: why }, verdict),
-      node.agree && h("span.agree", { title: node.one_derivation ?? "Both solvers give the same result" }, node.one_derivation ? "solvers agree; one derivation" : "solvers agree"),
-      node.agree === false && h("span.disagree", { title: "The two solvers give different results: see the report" }, "solvers disagree")),
+      node.agree && h("span.agree", { title: node.one_derivation ?? "Both solvers give the same result" },
+        node.one_derivation ? "solvers agree; one derivation" : "solvers agree"),
+      node.agree === false && h("span.disagree", { title: "The two solvers give different results: see the report" },
+        "solvers disagree")),
     node.mistake && h("p.wrong", { title: node.mistake }, node.mistake),
-    predictionLine() ?? h(`p.delta.${verdictOf(earlier?.figures, node.figures)}`, { title: node.delta_words }, (!picked && node.delta_words) || size(node.figures)),
-    h("dl.numbers", {}, FIGURES.filter(([, , of]) => known(of(figures))).map(([name, unit, of, write, title]) => figure(name, unit, write, title, earlier?.figures ? of(earlier.figures) : null, of(figures)))));
+    predictionLine() ?? h(`p.delta.${verdictOf(earlier?.figures, node.figures)}`, { title: node.delta_words },
+      (!picked && node.delta_words) || size(node.figures)),
+    h("dl.numbers", {}, FIGURES.filter(([, , of]) => known(of(figures)))
+      .map(([name, unit, of, write, title]) => figure(name, unit, write, title,
+      earlier?.figures ? of(earlier.figures) : null, of(figures)))));
 }
 
 const known = (value) => value !== null && value !== undefined;
@@ -69,5 +77,6 @@ function figure(name, unit, write, title, was, is) {
   const better = same || ["set aside", "sigma0"].includes(name) ? "same" : judged(was, is);
   return h("div", { title },
     h("dt", {}, name),
-    h("dd", {}, !same && h("span.was", {}, write(was), h("span.arrow", {}, " → ")), h(`b.${better}`, {}, write(is)), unit && h("span.unit", {}, ` ${unit}`)));
+    h("dd", {}, !same && h("span.was", {}, write(was), h("span.arrow", {}, " → ")), h(`b.${better}`, {}, write(is)),
+      unit && h("span.unit", {}, ` ${unit}`)));
 }

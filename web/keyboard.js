@@ -38,7 +38,8 @@ const KEYS = {
 
 function pressed(event) {
   if (event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return;
-  if (event.target.closest("input:not([type=checkbox]), select, textarea, canvas")) return event.key === "Escape" && event.target.blur();
+  if (event.target.closest("input:not([type=checkbox]), select, textarea, canvas")) return event.key === "Escape"
+    && event.target.blur();
   const key = event.key.toLowerCase();
   const view = VIEWS.find((one) => one.key === key);
   const action = view ? () => show(view.id) : KEYS[key];
@@ -62,7 +63,8 @@ function image(by) {
 /** Focus goes to the mistake or candidate `by` further on: focus shows the predicted picture of a candidate. */
 function candidate(by) {
   if (chosen()?.state !== "done") return;
-  const cards = [...document.querySelectorAll("article.mistake, article.candidate")].filter((card) => card.checkVisibility());
+  const cards = [...document.querySelectorAll("article.mistake, article.candidate")]
+    .filter((card) => card.checkVisibility());
   if (!cards.length) return;
   const at = cards.indexOf(document.activeElement);
   cards[at < 0 ? (by > 0 ? 0 : cards.length - 1) : (at + by + cards.length) % cards.length].focus();

@@ -1,7 +1,8 @@
 // The order of the tree's rows, and the lane of each.
 
 /**
- * Nodes in the order of their rows, with lane and row of the parent. The first child goes on in its parent's lane. What branched off later stands
+ * Nodes in the order of their rows, with lane and row of the parent. The first child goes on in its parent's lane. What
+ * branched off later stands
  * below, the newest last, in a lane that no row between it and its parent has.
  */
 export function rows(nodes) {

@@ -26,8 +26,11 @@ async function takeTree() {
 function notice() {
   const box = document.getElementById("notice");
   const says = {
-    gone: ["The laboratory's server does not answer.", "Nothing is lost: every finished step is on disk. This page goes on by itself when the same server is back; when you start it anew (misclosure lab BLOCK), open the address that it prints."],
-    refused: ["This page's key is not valid any more.", "The laboratory was started anew, or the address is incomplete: open the address that misclosure lab printed."],
+    gone: ["The laboratory's server does not answer.", "Nothing is lost: every finished step is on disk. This page "
+      + "goes on by itself when the same server is back; when you start it anew (misclosure lab BLOCK), open the "
+      + "address that it prints."],
+    refused: ["This page's key is not valid any more.", "The laboratory was started anew, or the address is "
+      + "incomplete: open the address that misclosure lab printed."],
   }[state.connection];
   box.hidden = !says;
   if (says) fill(box, h("strong", {}, says[0]), " ", says[1]);
@@ -60,7 +63,8 @@ async function start() {
   try {
     set({ block: await json("block") });
     document.title = `${state.block.name} · laboratory`;
-    for (const part of [startBar, startTree, startHeadline, startProgress, startPanels, startSelection, startSide, startSteps, startKeyboard]) part();
+    for (const part of [startBar, startTree, startHeadline, startProgress, startPanels, startSelection, startSide,
+      startSteps, startKeyboard]) part();
     await takeTree();
   } catch (error) {
     if (!(error instanceof RequestError)) throw error;

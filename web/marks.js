@@ -16,14 +16,16 @@ let side = 96;
 export function showMarks(point) {
   const grid = h("div.marks");
   const shown = h("output", {}, `${side} px`);
-  const zoom = h("input", { type: "range", min: "0", max: String(SIDES.length - 1), step: "1", value: String(SIDES.indexOf(side)), "aria-label": "Width of the patches", oninput: () => {
+  const zoom = h("input", { type: "range", min: "0", max: String(SIDES.length - 1), step: "1",
+    value: String(SIDES.indexOf(side)), "aria-label": "Width of the patches", oninput: () => {
     side = SIDES[Number(zoom.value)];
     shown.textContent = `${side} px`;
     draw();
   } });
   const box = dialog(`Marks of ${point.point}`, h("p", {}, pointWords(point), "."),
     hasPhotos()
-      ? h("div.row", {}, h("span", {}, h("b", {}, "+"), " where it was marked, ", h("b", {}, "○"), " where the model expects it"), h("span.space"), h("label.row", {}, "Patches ", zoom, shown))
+      ? h("div.row", {}, h("span", {}, h("b", {}, "+"), " where it was marked, ", h("b", {}, "○"),
+        " where the model expects it"), h("span.space"), h("label.row", {}, "Patches ", zoom, shown))
       : h("p.quiet", {}, "To see the patches of the images, open the laboratory with --images FOLDER."),
     grid);
   box.classList.add("wide");
@@ -39,13 +41,17 @@ function patch(point, mark, box) {
   const { name } = state.block.images[mark.image];
   const canvas = h("canvas", { width: SIZE, height: SIZE });
   const says = h("p.quiet");
-  const residual = mark.rx === null ? (mark.set_aside ? "set aside" : "no residual") : `${fixed(mark.rx, 2)}, ${fixed(mark.ry, 2)} px`;
+  const residual = mark.rx === null ? (mark.set_aside ? "set aside" : "no residual")
+    : `${fixed(mark.rx, 2)}, ${fixed(mark.ry, 2)} px`;
   if (hasPhoto(mark.image)) {
-    paintPatch(canvas, mark.image, [mark.x, mark.y], side).then(() => cross(canvas, mark), (error) => { says.textContent = error.message; });
+    paintPatch(canvas, mark.image, [mark.x, mark.y], side)
+      .then(() => cross(canvas, mark), (error) => { says.textContent = error.message; });
   } else if (hasPhotos()) {
     says.textContent = "no file of this image";
   }
-  return h("figure.patch", { data: { image: mark.image, point: point.point } }, hasPhotos() && canvas, h("figcaption", {}, h("button.plain", { type: "button", title: "Show all residuals of this image", onclick: () => { box.close(); showImage(mark.image); } }, name), h("b", {}, residual)), says);
+  return h("figure.patch", { data: { image: mark.image, point: point.point } }, hasPhotos() && canvas,
+    h("figcaption", {}, h("button.plain", { type: "button", title: "Show all residuals of this image",
+    onclick: () => { box.close(); showImage(mark.image); } }, name), h("b", {}, residual)), says);
 }
 
 /** The mark in the middle, and where the model expects it; what lies beyond the patch is pointed at. */

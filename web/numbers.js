@@ -1,4 +1,5 @@
-// Numbers as a surveyor reads them: rounded to what they mean, with a true minus sign, and a dash for what is not known.
+// Numbers as a surveyor reads them: rounded to what they mean, with a true minus sign, and a dash for what is not
+// known.
 
 const NONE = "–";
 const known = (value) => value !== null && value !== undefined && Number.isFinite(value);
@@ -27,7 +28,8 @@ export const px = (value) => (known(value) && Math.abs(value) >= 10 ? significan
 /** A whole number with thin spaces between thousands. */
 export const count = (value) => (known(value) ? String(value).replace(/\B(?=(\d{3})+$)/g, "\u202f") : NONE);
 
-/** `5511.82 ± 0.10`, the value to the place of the second digit of sigma; a common exponent where either is far from one. */
+/** `5511.82 ± 0.10`, the value to the place of the second digit of sigma; a common exponent where either is far from
+ * one. */
 export function withSigma(value, sigma) {
   if (!known(value)) return NONE;
   if (!known(sigma) || sigma <= 0) return significant(value, 5);

@@ -1,4 +1,5 @@
-// Looking round: a camera that turns about a point, heights upright. Drag turns, Shift or the right button shifts, the wheel comes closer.
+// Looking round: a camera that turns about a point, heights upright. Drag turns, Shift or the right button shifts, the
+// wheel comes closer.
 
 import { PerspectiveCamera, Vector3 } from "./vendor/three.module.min.js";
 
@@ -35,14 +36,16 @@ export class Orbit {
     const [right, up, back] = [0, 1, 2].map((k) => new Vector3().setFromMatrixColumn(this.camera.matrixWorld, k));
     const half = Math.tan((this.camera.fov * Math.PI) / 360);
     const from = places.map((place) => new Vector3(...place).sub(this.target));
-    const needed = from.map((q) => q.dot(back) + Math.max(Math.abs(q.dot(up)) / half, Math.abs(q.dot(right)) / half / this.camera.aspect));
+    const needed = from.map((q) => q.dot(back) + Math.max(Math.abs(q.dot(up)) / half,
+      Math.abs(q.dot(right)) / half / this.camera.aspect));
     this.distance = 1.08 * needed.reduce((most, one) => Math.max(most, one), 0);
     this.place();
   }
 
   place() {
     const flat = this.distance * Math.cos(this.elevation);
-    this.camera.position.set(this.target.x + flat * Math.cos(this.azimuth), this.target.y + flat * Math.sin(this.azimuth), this.target.z + this.distance * Math.sin(this.elevation));
+    this.camera.position.set(this.target.x + flat * Math.cos(this.azimuth),
+      this.target.y + flat * Math.sin(this.azimuth), this.target.z + this.distance * Math.sin(this.elevation));
     this.camera.near = this.distance / 500;
     this.camera.far = this.distance + 20 * this.radius;
     this.camera.lookAt(this.target);

@@ -1,4 +1,5 @@
-// A panel: one figure of the chosen step (two, where steps are compared side by side), with what the figure can be asked.
+// A panel: one figure of the chosen step (two, where steps are compared side by side), with what the figure can be
+// asked.
 
 import { button, choice, fill, h } from "./dom.js";
 import { before, chosen, set, state } from "./state.js";
@@ -16,22 +17,28 @@ import { layPhoto } from "./underlay.js";
 import { showPhoto } from "./viewer.js";
 import { showImage, VIEWS } from "./views.js";
 
-const COMPONENTS = [["x,y", "x and y"], ["radial,tangential", "radial and tangential"], ["along,across", "along and across the motion"]];
+const COMPONENTS = [["x,y", "x and y"], ["radial,tangential", "radial and tangential"],
+  ["along,across", "along and across the motion"]];
 const GNSS = [["plan", "in plan"], ["height", "in height"], ["time", "against time"], ["heading", "against heading"]];
 
 export class Panel {
   constructor(view) {
     this.view = view;
     this.about = VIEWS.find((one) => one.id === view);
-    this.own = { camera: view === "sensor" ? 0 : null, component: view === "profile" ? "x,y" : null, show: view === "gnss" ? "plan" : null };
+    this.own = { camera: view === "sensor" ? 0 : null, component: view === "profile" ? "x,y" : null,
+      show: view === "gnss" ? "plan" : null };
     this.node = null; // step that the figure was last drawn for
     this.figure = this.make();
     this.earlier = this.make(); // the step before, side by side
     this.caption = [h("span.caption"), h("span.caption")];
     this.controls = h("div.controls");
-    this.worst = ["plan", "height"].includes(view) && h("div.worst", { "aria-label": "Points with the largest errors" });
-    this.pair = h("div.pair", {}, h("div.side", {}, this.caption[0], this.earlier.element), h("div.side", {}, this.caption[1], this.figure.element));
-    this.element = h("section.panel", { data: { view }, "aria-label": this.about.title }, h("header", { ondblclick: (event) => event.target.closest("button, select") || enlarge(view) }, h("h3", {}, this.about.short), this.controls), this.pair, this.worst);
+    this.worst = ["plan", "height"].includes(view) && h("div.worst",
+      { "aria-label": "Points with the largest errors" });
+    this.pair = h("div.pair", {}, h("div.side", {}, this.caption[0], this.earlier.element),
+      h("div.side", {}, this.caption[1], this.figure.element));
+    this.element = h("section.panel", { data: { view }, "aria-label": this.about.title },
+      h("header", { ondblclick: (event) => event.target.closest("button, select") || enlarge(view) },
+      h("h3", {}, this.about.short), this.controls), this.pair, this.worst);
     this.drawControls();
   }
 
@@ -71,27 +78,35 @@ export class Panel {
     const redraw = () => this.refresh();
     const parts = [];
     if (this.view === "sensor" && block.cameras.length > 1) {
-      parts.push(choice("Camera", block.cameras.map((camera, i) => [i, camera.id]), this.own.camera, (value) => { this.own.camera = Number(value); redraw(); }));
+      parts.push(choice("Camera", block.cameras.map((camera, i) => [i, camera.id]), this.own.camera,
+        (value) => { this.own.camera = Number(value); redraw(); }));
     }
     if (this.view === "profile") {
       const quantities = block.quantities.map((one) => [one.id, `against ${one.label}`]);
       parts.push(choice("Against", quantities, quantity(), (value) => set({ against_quantity: value })));
-      parts.push(choice("Component", COMPONENTS, this.own.component, (value) => { this.own.component = value; redraw(); }));
+      parts.push(choice("Component", COMPONENTS, this.own.component,
+        (value) => { this.own.component = value; redraw(); }));
     }
     if (this.view === "gnss") {
-      const recorded = GNSS.filter(([id]) => !["time", "heading"].includes(id) || block.quantities.some((one) => one.id === id));
+      const recorded = GNSS.filter(([id]) => !["time", "heading"].includes(id)
+        || block.quantities.some((one) => one.id === id));
       parts.push(choice("Shown", recorded, this.own.show, (value) => { this.own.show = value; redraw(); }));
     }
     if (this.view === "image") {
       const go = (by) => set({ image: (state.image + by + block.images.length) % block.images.length });
-      this.imageChoice = choice("Image", block.images.map((image, i) => [i, image.name]), state.image, (value) => set({ image: Number(value) }));
-      parts.push(button("‹", () => go(-1), { title: "Image before", key: "," }), this.imageChoice, button("›", () => go(1), { title: "Next image", key: "." }),
-        block.images.some((image) => image.photo) && button("Zoom", () => hasPhoto(state.image) && showPhoto(state.node, state.image), { title: "The image close up, with its residuals; a click into the figure opens it there" }));
+      this.imageChoice = choice("Image", block.images.map((image, i) => [i, image.name]), state.image,
+        (value) => set({ image: Number(value) }));
+      parts.push(button("‹", () => go(-1), { title: "Image before", key: "," }), this.imageChoice,
+        button("›", () => go(1), { title: "Next image", key: "." }),
+        block.images.some((image) => image.photo) && button("Zoom",
+          () => hasPhoto(state.image) && showPhoto(state.node, state.image),
+          { title: "The image close up, with its residuals; a click into the figure opens it there" }));
     }
     fill(this.controls, parts, h("span.space"),
       button("SVG", () => savePicture(this, "svg"), { title: "Save this figure as SVG", kind: "plain" }),
       button("PNG", () => savePicture(this, "png"), { title: "Save this figure as PNG", kind: "plain" }),
-      button("⤢", () => enlarge(this.view), { title: "All the room for this figure, or back", key: "double click", kind: "plain" }));
+      button("⤢", () => enlarge(this.view), { title: "All the room for this figure, or back", key: "double click",
+        kind: "plain" }));
   }
 
   options() {
@@ -120,7 +135,8 @@ export class Panel {
     const options = this.options();
     if (this.imageChoice) this.imageChoice.value = String(state.image);
     const predicted = peek ? null : state.predicted;
-    this.ask(this.figure, peek ? earlier.id : node.id, { ...options, predicted, earlier: peek }, { fade: this.node !== null && this.node !== node.id });
+    this.ask(this.figure, peek ? earlier.id : node.id, { ...options, predicted, earlier: peek },
+      { fade: this.node !== null && this.node !== node.id });
     this.node = node.id;
     if (this.worst) drawWorst(this.worst, this.view, node.id);
     this.pair.classList.toggle("two", beside);
@@ -129,7 +145,8 @@ export class Panel {
     if (beside) this.ask(this.earlier, earlier.id, { ...options, earlier: true });
     this.caption[0].textContent = beside ? `Before: ${earlier.words}` : "";
     this.caption[1].textContent = beside ? (predicted ? `Predicted with ${predicted}` : node.words) : "";
-    this.element.querySelector("header").dataset.note = peek ? `before: ${earlier.words}` : predicted ? `predicted with ${predicted}` : "";
+    this.element.querySelector("header").dataset.note = peek ? `before: ${earlier.words}` : predicted
+      ? `predicted with ${predicted}` : "";
   }
 
   /** Draws the figure of a step, remembering what was asked so that its scale can be held. */
@@ -144,4 +161,5 @@ export class Panel {
   }
 }
 
-const quantity = () => (state.block.quantities.some((one) => one.id === state.against_quantity) ? state.against_quantity : state.block.quantities[0]?.id);
+const quantity = () => (state.block.quantities.some((one) => one.id === state.against_quantity) ? state.against_quantity
+  : state.block.quantities[0]?.id);

@@ -12,7 +12,9 @@ const panels = new Map();
 /** What one waits for in an empty middle. */
 const WAITS = [
   "The figures of this step appear here when it is done; the line above says what is being computed.",
-  "Outliers are searched, both solvers adjust the block, and every effect of the catalogue is tested on what is left: some seconds with a hundred images, minutes with a thousand. The steps that are done can be looked at meanwhile.",
+  "Outliers are searched, both solvers adjust the block, and every effect of the catalogue is tested on what is "
+    + "left: some seconds with a hundred images, minutes with a thousand. The steps that are done can be looked at "
+    + "meanwhile.",
 ];
 
 export function startPanels() {
@@ -20,7 +22,8 @@ export function startPanels() {
   on(["locked"], () => {
     if (!state.locked) fitScales();
   });
-  on(["node", "tree", "against", "peek", "beside", "predicted", "brush", "image", "against_quantity", "views", "large", "locked", "longest"], refresh);
+  on(["node", "tree", "against", "peek", "beside", "predicted", "brush", "image", "against_quantity", "views", "large",
+    "locked", "longest"], refresh);
   new ResizeObserver(refresh).observe(document.getElementById("panels"));
   arrange();
 }

@@ -1,4 +1,5 @@
-// Plotting areas of a figure: from its pixels to what its axes say, and back. The server writes them as `rect.plot` with data attributes.
+// Plotting areas of a figure: from its pixels to what its axes say, and back. The server writes them as `rect.plot`
+// with data attributes.
 
 const pair = (text) => text.split(" ").map(Number);
 
@@ -35,7 +36,8 @@ export function plotOf(rect) {
 export const plotsOf = (drawing) => [...drawing.querySelectorAll("rect.plot[data-view]")].map(plotOf);
 
 /** Whether a brush was made in such an area. */
-export const isOf = (brush, plot) => Object.entries(plot.of).every(([key, value]) => brush[key] === value) && (!plot.keys.x || brush[plot.keys.x]);
+export const isOf = (brush, plot) => Object.entries(plot.of).every(([key, value]) => brush[key] === value)
+  && (!plot.keys.x || brush[plot.keys.x]);
 
 const sorted = (a, b) => (a <= b ? [a, b] : [b, a]);
 
@@ -51,7 +53,8 @@ export function brushBetween(plot, [x0, y0], [x1, y1]) {
 export function rectangleOf(plot, brush) {
   const along = (which) => {
     const range = brush[plot.keys[which]];
-    return plot.keys[which] && range ? sorted(...range.map((value) => plot[which].within(plot[which].pixel(value)))) : plot[which].ends;
+    return plot.keys[which] && range ? sorted(...range.map((value) => plot[which].within(plot[which].pixel(value))))
+      : plot[which].ends;
   };
   const [left, right] = along("x");
   const [top, bottom] = along("y");

@@ -22,7 +22,8 @@ function once(path) {
 export const pointsOf = async (node) => (await once(`nodes/${node}/points`)).points;
 
 /** Those of a role; of none, the ones that the figures show: check points where there are any. */
-export const shownPoints = (points) => (points.some((one) => one.role === "check") ? points.filter((one) => one.role === "check") : points);
+export const shownPoints = (points) => (points.some((one) => one.role === "check")
+  ? points.filter((one) => one.role === "check") : points);
 
 /** The measurements in an image of a step, with residuals. */
 export async function measurementsIn(node, image) {

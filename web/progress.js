@@ -65,16 +65,20 @@ function draw() {
   const busy = (state.tree?.nodes ?? []).filter((node) => node.state === "running" || node.state === "waiting");
   fill(document.getElementById("progress"),
     busy.map((node) => run(node, state.running[node.id])),
-    message && h(`div.say.${message.kind}`, { role: message.kind === "error" ? "alert" : "status" }, h("span", {}, message.text),
+    message && h(`div.say.${message.kind}`, { role: message.kind === "error" ? "alert" : "status" },
+      h("span", {}, message.text),
       button("×", () => say(null, null), { title: "Close", kind: "plain" })));
 }
 
 function run(node, progress) {
   const waits = node.state === "waiting";
   return h("div.run", { data: { node: node.id } },
-    h("div.what", {}, !waits && h("span.pulse", {}), h("b", {}, node.words), " ", node.delta_words && h(`b.result.${verdictOf(nodeOf(node.parent)?.figures, node.figures)}`, {}, `${node.delta_words} `), h("span.quiet", {}, waits ? "waits for its turn" : progress?.text ?? "starts")),
+    h("div.what", {}, !waits && h("span.pulse", {}), h("b", {}, node.words), " ",
+      node.delta_words && h(`b.result.${verdictOf(nodeOf(node.parent)?.figures, node.figures)}`, {},
+      `${node.delta_words} `), h("span.quiet", {}, waits ? "waits for its turn" : progress?.text ?? "starts")),
     ["native", "ceres"].map((name) => solver(name, progress?.solvers[name])),
-    !waits && h("span.time", { data: { node: node.id }, title: "Time so far, and what steps like it took in this laboratory" }, timeOf(node)),
+    !waits && h("span.time", { data: { node: node.id },
+      title: "Time so far, and what steps like it took in this laboratory" }, timeOf(node)),
     button("Cancel", () => cancel(node.id), { title: "Stop this step at the next iteration" }));
 }
 
@@ -96,14 +100,16 @@ function tick() {
 
 function solver(name, at) {
   return h("div.solver", {}, h("span.name", {}, name),
-    at ? [curve(at.costs), h("span.number", {}, `iteration ${at.iteration}`), h("span.number", {}, `cost ${significant(at.cost, 6)}`)] : h("span.quiet", {}, "not yet"));
+    at ? [curve(at.costs), h("span.number", {}, `iteration ${at.iteration}`),
+      h("span.number", {}, `cost ${significant(at.cost, 6)}`)] : h("span.quiet", {}, "not yet"));
 }
 
 /** The falling cost, logarithmic, in the size of a word. */
 function curve(costs) {
   const logs = costs.filter((cost) => cost > 0).map(Math.log10);
   const [low, high] = [Math.min(...logs), Math.max(...logs)];
-  const at = (value, i) => `${(4 + (i * 62) / Math.max(1, logs.length - 1)).toFixed(1)} ${(18 - (14 * (value - low)) / (high - low || 1)).toFixed(1)}`;
+  const at = (value, i) => `${(4 + (i * 62) / Math.max(1, logs.length - 1)).toFixed(1)} `
+    + `${(18 - (14 * (value - low)) / (high - low || 1)).toFixed(1)}`;
   return svg("svg", { class: "curve", width: 70, height: 22, "aria-hidden": "true" },
     svg("path", { d: logs.length > 1 ? `M${logs.map(at).join("L")}` : "" }),
     svg("circle", { cx: logs.length > 1 ? 66 : 4, cy: logs.length ? at(logs.at(-1), 0).split(" ")[1] : 18, r: 2.4 }));

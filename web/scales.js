@@ -1,4 +1,5 @@
-// Scales of figures. Two pictures can be compared only at one scale: what is drawn beside, over or after another takes the scale of that one.
+// Scales of figures. Two pictures can be compared only at one scale: what is drawn beside, over or after another takes
+// the scale of that one.
 
 import { query } from "./api.js";
 import { on, state } from "./state.js";
@@ -8,13 +9,15 @@ const held = new Map();
 const CHARTS = ["profile", "images", "histogram", "gnss"];
 
 /** A brush has a range of its own: it would not do to leave the axes wide when it is gone. */
-const keyOf = (view, { camera, against, component, show, brush } = {}) => [view, camera, against, component, show, brush ? "brush" : ""].join("|");
+const keyOf = (view, { camera, against, component, show, brush } = {}) =>
+  [view, camera, against, component, show, brush ? "brush" : ""].join("|");
 const heldFor = (view, options) => held.get(keyOf(view, options)) ?? held.get(keyOf(view, { ...options, brush: null }));
 
 /** Length of the longest arrow of all steps in such a figure; null where the server does not know it. */
 function longestOf(view, { camera, show } = {}) {
   const all = JSON.parse(state.longest);
-  const length = { sensor: all.sensor?.[camera ?? 0], plan: all.plan, height: all.height, gnss: all[`gnss_${show}`] }[view];
+  const length = { sensor: all.sensor?.[camera ?? 0], plan: all.plan, height: all.height,
+    gnss: all[`gnss_${show}`] }[view];
   return length > 0 ? length : null;
 }
 
@@ -31,12 +34,14 @@ on(["brush"], () => {
 const bound = ({ predicted, earlier, brush }) => Boolean(state.locked || predicted || earlier || brush);
 
 /**
- * Path of a figure. `options`: camera, against, component, show, image, width, brush, `predicted` (effect) and `earlier` (drawn to be compared
+ * Path of a figure. `options`: camera, against, component, show, image, width, brush, `predicted` (effect) and
+ * `earlier` (drawn to be compared
  * with the chosen step).
  */
 export function figureQuery(node, view, options = {}) {
   const { predicted, earlier, ...parameters } = options;
-  const path = predicted ? `nodes/${node}/predicted/${encodeURIComponent(predicted)}/figures/${view}.svg` : `nodes/${node}/figures/${view}.svg`;
+  const path = predicted ? `nodes/${node}/predicted/${encodeURIComponent(predicted)}/figures/${view}.svg`
+    : `nodes/${node}/figures/${view}.svg`;
   const scale = bound(options) ? heldFor(view, options) : null;
   const longest = scale?.arrows || !state.locked ? null : longestOf(view, options);
   return query(path, { ...parameters, scale: scale?.arrows, longest, y: scale?.range?.join(",") });
@@ -51,7 +56,8 @@ function rangeOf(view, drawing) {
 }
 
 /**
- * Keeps the scale of a drawing for those that are to be compared with it. One that is held stays until scales are fitted again, except that
+ * Keeps the scale of a drawing for those that are to be compared with it. One that is held stays until scales are
+ * fitted again, except that
  * an axis becomes longer where a picture needs it; says whether it did, so that the others are drawn anew.
  */
 export function holdScale(view, options, drawing) {
@@ -61,7 +67,8 @@ export function holdScale(view, options, drawing) {
     held.set(keyOf(view, options), { arrows: drawing.dataset.scale ?? null, range });
     return false;
   }
-  const wider = range && known.range ? [Math.min(range[0], known.range[0]), Math.max(range[1], known.range[1])] : known.range;
+  const wider = range && known.range ? [Math.min(range[0], known.range[0]), Math.max(range[1], known.range[1])]
+    : known.range;
   held.set(keyOf(view, options), { ...known, range: wider });
   return String(wider) !== String(known.range) && !options.brush;
 }

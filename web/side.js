@@ -17,7 +17,9 @@ export function startSide() {
 function draw() {
   const tabs = TABS.filter(([id]) => id !== "causes" || state.tree?.simulated);
   fill(document.getElementById("side"),
-    h("div.tabs", { role: "tablist" }, tabs.map(([id, label], i) => button(label, () => set({ tab: id }), { role: "tab", "aria-selected": String(id === state.tab), "aria-controls": "tab-body", title: label, key: "mc"[i - 1] ?? "w" }))),
+    h("div.tabs", { role: "tablist" }, tabs.map(([id, label], i) =>
+      button(label, () => set({ tab: id }), { role: "tab", "aria-selected": String(id === state.tab),
+      "aria-controls": "tab-body", title: label, key: "mc"[i - 1] ?? "w" }))),
     body);
   body.dataset.tab = state.tab;
   TABS.find(([id]) => id === state.tab)[2](body);

@@ -1,6 +1,8 @@
 // The scene: cameras, tie points coloured by residual, error vectors of check and control points.
 
-import { BufferGeometry, CanvasTexture, Color, ConeGeometry, CylinderGeometry, Float32BufferAttribute, InstancedMesh, LineBasicMaterial, LineSegments, Matrix4, MeshBasicMaterial, Points, PointsMaterial, Quaternion, Scene, Sprite, SpriteMaterial, Vector3, WebGLRenderer } from "./vendor/three.module.min.js";
+import { BufferGeometry, CanvasTexture, Color, ConeGeometry, CylinderGeometry, Float32BufferAttribute, InstancedMesh,
+  LineBasicMaterial, LineSegments, Matrix4, MeshBasicMaterial, Points, PointsMaterial, Quaternion, Scene, Sprite,
+  SpriteMaterial, Vector3, WebGLRenderer } from "./vendor/three.module.min.js";
 import { Orbit } from "./orbit.js";
 import { extent, quantile, roundBelow } from "./space_data.js";
 
@@ -12,7 +14,8 @@ const CONTROL = "#8A8A8A";
 /** What is brushed, as everywhere on the page. */
 const BRUSHED = { light: "#C2007A", dark: "#FF6CC0" };
 /** Light to dark on a light ground, dark to light on a dark one: what is large stands out. */
-const RAMPS = { light: ["#C6DBEF", "#6BAED6", "#2171B5", "#08306B"], dark: ["#15385C", "#2171B5", "#6BAED6", "#F0F8FF"] };
+const RAMPS = { light: ["#C6DBEF", "#6BAED6", "#2171B5", "#08306B"],
+  dark: ["#15385C", "#2171B5", "#6BAED6", "#F0F8FF"] };
 
 const shade = (look) => (look.dark ? "dark" : "light");
 
@@ -40,7 +43,8 @@ export class Space {
   }
 
   /**
-   * Shows a step. `look`: dark, brushed (set of images, or null), factor of the error vectors and end of the colours (null: found here).
+   * Shows a step. `look`: dark, brushed (set of images, or null), factor of the error vectors and end of the colours
+   * (null: found here).
    * Gives back what the legend has to say.
    */
   show(data, look) {
@@ -61,8 +65,10 @@ export class Space {
     const box = ends.map(([low, high]) => [Math.floor(low / spacing) * spacing, Math.ceil(high / spacing) * spacing]);
     box[2][0] = ends[2][0];
     this.renderer.setClearColor(look.dark ? "#14181c" : "#ffffff");
-    this.parts = [this.grid(box, spacing, look), ...this.axes(box, spacing, look), this.ties(data.ties, end, look), this.stations(data.stations, radius, look),
-      ...this.surveyed(data.checks, factor, CHECK[shade(look)], look), ...this.surveyed(data.control, factor, CONTROL, look)].filter(Boolean);
+    this.parts = [this.grid(box, spacing, look), ...this.axes(box, spacing, look), this.ties(data.ties, end, look),
+      this.stations(data.stations, radius, look),
+      ...this.surveyed(data.checks, factor, CHECK[shade(look)], look),
+        ...this.surveyed(data.control, factor, CONTROL, look)].filter(Boolean);
     this.scene.add(...this.parts);
     this.render();
     return { factor, end, spacing };
@@ -83,7 +89,8 @@ export class Space {
     const corner = [box[0][0], box[1][0], box[2][0]];
     const ink = look.dark ? "#d8dde2" : "#222222";
     const ends = [[2 * spacing, 0], [0, 2 * spacing]].map(([e, n]) => [corner[0] + e, corner[1] + n, corner[2]]);
-    return [lines(ends.flatMap((end) => [...corner, ...end]), ink), ...ends.map((end, i) => label("EN"[i], end, 0.07 * this.radius, ink))];
+    return [lines(ends.flatMap((end) => [...corner, ...end]), ink),
+      ...ends.map((end, i) => label("EN"[i], end, 0.07 * this.radius, ink))];
   }
 
   ties(ties, end, look) {
@@ -116,11 +123,13 @@ export class Space {
       const a = new Vector3(...axis(row));
       const u = new Vector3(...upward(row));
       const right = new Vector3().crossVectors(a, u);
-      const corner = (x, y) => c.clone().addScaledVector(a, size).addScaledVector(right, 0.66 * size * x).addScaledVector(u, 0.5 * size * y);
+      const corner = (x, y) => c.clone().addScaledVector(a, size).addScaledVector(right, 0.66 * size * x)
+        .addScaledVector(u, 0.5 * size * y);
       const [p, q, r, s] = [corner(-1, 1), corner(1, 1), corner(1, -1), corner(-1, -1)];
       const tip = c.clone().addScaledVector(a, size).addScaledVector(u, 0.8 * size);
       const chosen = !look.brushed || look.brushed.has(row);
-      const colour = new Color(!chosen ? (look.dark ? "#3a424a" : "#cfd3d7") : look.brushed ? BRUSHED[shade(look)] : flights[(flight?.(row) ?? 0) % flights.length]);
+      const colour = new Color(!chosen ? (look.dark ? "#3a424a" : "#cfd3d7") : look.brushed ? BRUSHED[shade(look)]
+        : flights[(flight?.(row) ?? 0) % flights.length]);
       for (const [from, to] of [[c, p], [c, q], [c, r], [c, s], [p, q], [q, r], [r, s], [s, p], [p, tip], [tip, q]]) {
         places.push(from.x, from.y, from.z, to.x, to.y, to.z);
         for (let k = 0; k < 2; k++) colours.push(colour.r, colour.g, colour.b);
@@ -134,7 +143,8 @@ export class Space {
     const brushed = look.brushed && points.of("brushed");
     if (!brushed) return this.vectors(points, factor, colour);
     const dim = look.dark ? "#3a424a" : "#cfd3d7";
-    return [[false, dim], [true, BRUSHED[shade(look)]]].flatMap(([wanted, own]) => this.vectors(points, factor, own, (row) => brushed(row) > 0 === wanted));
+    return [[false, dim], [true, BRUSHED[shade(look)]]]
+      .flatMap(([wanted, own]) => this.vectors(points, factor, own, (row) => brushed(row) > 0 === wanted));
   }
 
   /** A shaft and a head for each error, so that the direction is seen from every side. */
@@ -144,8 +154,10 @@ export class Space {
     const known = rows.filter((row) => error(row).every(Number.isFinite));
     const thick = 0.0035 * this.radius;
     const material = () => new MeshBasicMaterial({ color: colour });
-    const shafts = new InstancedMesh(new CylinderGeometry(thick, thick, 1, 6).translate(0, 0.5, 0), material(), known.length);
-    const heads = new InstancedMesh(new ConeGeometry(2.6 * thick, 1, 8).translate(0, -0.5, 0), material(), known.length);
+    const shafts = new InstancedMesh(new CylinderGeometry(thick, thick, 1, 6).translate(0, 0.5, 0), material(),
+      known.length);
+    const heads = new InstancedMesh(new ConeGeometry(2.6 * thick, 1, 8).translate(0, -0.5, 0), material(),
+      known.length);
     const up = new Vector3(0, 1, 0);
     known.forEach((row, i) => {
       const from = new Vector3(...points.place(row));
@@ -154,9 +166,11 @@ export class Space {
       const turn = new Quaternion().setFromUnitVectors(up, along.clone().divideScalar(length));
       const head = Math.min(0.5 * length, 7 * thick);
       shafts.setMatrixAt(i, new Matrix4().compose(from, turn, new Vector3(1, length - head, 1)));
-      heads.setMatrixAt(i, new Matrix4().compose(from.add(along), turn, new Vector3(Math.min(1, length / thick / 6), head, Math.min(1, length / thick / 6))));
+      heads.setMatrixAt(i, new Matrix4().compose(from.add(along), turn,
+        new Vector3(Math.min(1, length / thick / 6), head, Math.min(1, length / thick / 6))));
     });
-    return [cloud(rows.flatMap((row) => points.place(row)), { size: points.rows > 500 ? 2.5 : 4.5, color: colour }), shafts, heads];
+    return [cloud(rows.flatMap((row) => points.place(row)), { size: points.rows > 500 ? 2.5 : 4.5, color: colour }),
+      shafts, heads];
   }
 
   /** From metres about the block's origin to the picture, column by column. */
@@ -180,7 +194,8 @@ function lengths(points) {
 
 /** Median distance from a station to the next one. */
 function spread(stations) {
-  const steps = Array.from({ length: Math.max(0, stations.rows - 1) }, (_, row) => Math.hypot(...stations.place(row).map((value, k) => value - stations.place(row + 1)[k])));
+  const steps = Array.from({ length: Math.max(0, stations.rows - 1) },
+    (_, row) => Math.hypot(...stations.place(row).map((value, k) => value - stations.place(row + 1)[k])));
   return quantile(steps, 0.5) || Infinity;
 }
 
@@ -192,11 +207,13 @@ function geometry(places, colours) {
 }
 
 function cloud(places, look, colours) {
-  return places.length ? new Points(geometry(places, colours), new PointsMaterial({ ...look, sizeAttenuation: false })) : null;
+  return places.length ? new Points(geometry(places, colours), new PointsMaterial({ ...look, sizeAttenuation: false }))
+    : null;
 }
 
 function lines(places, colour, colours) {
-  return places.length ? new LineSegments(geometry(places, colours), new LineBasicMaterial(colours ? { vertexColors: true } : { color: colour })) : null;
+  return places.length ? new LineSegments(geometry(places, colours),
+    new LineBasicMaterial(colours ? { vertexColors: true } : { color: colour })) : null;
 }
 
 function label(text, place, size, ink) {

@@ -1,4 +1,5 @@
-// Brushing in space: a rectangle over the picture chooses the measurements of the points that lie in it as one looks at them now.
+// Brushing in space: a rectangle over the picture chooses the measurements of the points that lie in it as one looks at
+// them now.
 
 import { fill, svg } from "./dom.js";
 import { set, state } from "./state.js";
@@ -52,6 +53,7 @@ export class SpaceBrush {
   }
 
   draw([x0, y0], [x1, y1]) {
-    fill(this.overlay, svg("rect", { class: "brush", x: Math.min(x0, x1), y: Math.min(y0, y1), width: Math.abs(x1 - x0), height: Math.abs(y1 - y0) }));
+    fill(this.overlay, svg("rect", { class: "brush", x: Math.min(x0, x1), y: Math.min(y0, y1), width: Math.abs(x1 - x0),
+      height: Math.abs(y1 - y0) }));
   }
 }

@@ -1,6 +1,7 @@
 // The block in space as the server sends it: a JSON header, then numbers row by row (src/lab/api.rs).
 
-/** Arrays by name: `{rows, ids, of(column)}`, a column being a function of the row. `all` counts the tie points, those that are not sent too. */
+/** Arrays by name: `{rows, ids, of(column)}`, a column being a function of the row. `all` counts the tie points, those
+ * that are not sent too. */
 export function readSpace(buffer) {
   const view = new DataView(buffer);
   const length = view.getUint32(0, true);
@@ -21,7 +22,8 @@ export function readSpace(buffer) {
     arrays[name] = { rows, ids, of, place: triple(...columns.slice(0, 3)), triple };
   }
   for (const name of ["stations", "ties", "checks", "control"]) {
-    arrays[name] ??= { rows: 0, ids: [], of: () => null, place: () => [NaN, NaN, NaN], triple: () => () => [NaN, NaN, NaN] };
+    arrays[name] ??= { rows: 0, ids: [], of: () => null, place: () => [NaN, NaN, NaN],
+      triple: () => () => [NaN, NaN, NaN] };
   }
   arrays.all = header.ties;
   return arrays;
@@ -41,11 +43,14 @@ export function roundBelow(value) {
 
 /** Centre, radius and box of what there is: stations, surveyed points and tie points, without the outermost. */
 export function extent({ stations, ties, checks, control }) {
-  const known = (...arrays) => arrays.flatMap((array) => Array.from({ length: array.rows }, (_, row) => array.place(row))).filter((place) => place.every(Number.isFinite));
+  const known = (...arrays) => arrays.flatMap((array) =>
+    Array.from({ length: array.rows }, (_, row) => array.place(row))).filter((place) => place.every(Number.isFinite));
   const measured = known(stations, checks, control);
   const points = known(ties);
-  const inner = [0, 1, 2].map((k) => [quantile(points.map((p) => p[k]), 0.002), quantile(points.map((p) => p[k]), 0.998)]);
-  const places = [...measured, ...points.filter((p) => p.every((value, k) => value >= inner[k][0] && value <= inner[k][1]))];
+  const inner = [0, 1, 2].map((k) => [quantile(points.map((p) => p[k]), 0.002),
+    quantile(points.map((p) => p[k]), 0.998)]);
+  const places = [...measured, ...points.filter((p) =>
+    p.every((value, k) => value >= inner[k][0] && value <= inner[k][1]))];
   if (!places.length) return { centre: [0, 0, 0], radius: 1, ends: [[-1, 1], [-1, 1], [0, 1]], places };
   const ends = [0, 1, 2].map((k) => [quantile(places.map((p) => p[k]), 0), quantile(places.map((p) => p[k]), 1)]);
   const centre = ends.map(([low, high]) => (low + high) / 2);
@@ -56,5 +61,6 @@ export function extent({ stations, ties, checks, control }) {
 /** A rectangle of the screen in the coordinates of the picture: -1 to 1, upwards. */
 export function rectangle([x0, y0], [x1, y1], [width, height]) {
   const sorted = (a, b) => (a <= b ? [a, b] : [b, a]);
-  return { x: sorted((2 * x0) / width - 1, (2 * x1) / width - 1), y: sorted(1 - (2 * y0) / height, 1 - (2 * y1) / height) };
+  return { x: sorted((2 * x0) / width - 1, (2 * x1) / width - 1),
+    y: sorted(1 - (2 * y0) / height, 1 - (2 * y1) / height) };
 }

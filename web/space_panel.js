@@ -1,4 +1,5 @@
-// The panel of the 3D view: asks for the block in space, says what its colours and vectors mean, and names what the pointer is at.
+// The panel of the 3D view: asks for the block in space, says what its colours and vectors mean, and names what the
+// pointer is at.
 
 import { binary, query } from "./api.js";
 import { button, choice, fill, h } from "./dom.js";
@@ -16,16 +17,21 @@ const dark = () => (state.theme === "auto" ? night.matches : state.theme === "da
 export class SpacePanel {
   constructor() {
     this.view = "space";
-    this.canvas = h("canvas", { tabindex: "0", "aria-label": "The block in space: drag turns, Shift and drag shifts, Ctrl and drag brushes, the wheel comes closer" });
+    this.canvas = h("canvas", { tabindex: "0", "aria-label": "The block in space: drag turns, Shift and drag shifts, "
+      + "Ctrl and drag brushes, the wheel comes closer" });
     this.legend = h("div.legend");
     this.tip = h("div.tip", { hidden: true });
     this.room = h("div.room", {}, this.canvas, this.legend, this.tip);
     this.factors = h("span");
     this.brushing = false;
-    this.brushes = button("Brush", () => this.toggleBrushing(), { title: "A drag brushes points instead of turning the view", key: "Ctrl+drag", "aria-pressed": "false" });
+    this.brushes = button("Brush", () => this.toggleBrushing(),
+      { title: "A drag brushes points instead of turning the view", key: "Ctrl+drag", "aria-pressed": "false" });
     this.element = h("section.panel.space", { data: { view: "space" }, "aria-label": "The block in space" },
-      h("header", { ondblclick: (event) => event.target.closest("button, select") || enlarge("space") }, h("h3", {}, "3D"),
-        h("div.controls", {}, this.brushes, this.factors, button("Fit", () => this.space?.orbit.look(...this.space.orbit.home), { title: "All of the block", key: "double click" }), h("span.space"),
+      h("header", { ondblclick: (event) => event.target.closest("button, select") || enlarge("space") },
+        h("h3", {}, "3D"),
+        h("div.controls", {}, this.brushes, this.factors,
+          button("Fit", () => this.space?.orbit.look(...this.space.orbit.home),
+          { title: "All of the block", key: "double click" }), h("span.space"),
           button("PNG", () => savePicture(this, "png"), { title: "Save this view as PNG", kind: "plain" }),
           button("⤢", () => enlarge("space"), { title: "All the room for this view, or back", kind: "plain" }))),
       this.room);
@@ -81,10 +87,13 @@ export class SpacePanel {
     if (!this.data) return;
     const fixed = state.locked ? this.held : null;
     const brushed = state.brush && state.brushedImages ? new Set(state.brushedImages.map((one) => one.image)) : null;
-    const shown = this.space.show(this.data, { dark: dark(), brushed, factor: this.factor ?? fixed?.factor, end: fixed?.end });
+    const shown = this.space.show(this.data, { dark: dark(), brushed, factor: this.factor ?? fixed?.factor,
+      end: fixed?.end });
     this.held = { factor: fixed?.factor ?? shown.factor, end: shown.end };
     const steps = [1, 10, 100, 1000, 10000, 100000].flatMap((k) => [k, 2 * k, 5 * k]);
-    fill(this.factors, choice("Error vectors enlarged", [["", `errors × ${count(shown.factor)}`], ...steps.map((k) => [k, `errors × ${count(k)}`])], this.factor ?? "", (value) => { this.factor = value ? Number(value) : null; this.draw(); }));
+    fill(this.factors, choice("Error vectors enlarged",
+      [["", `errors × ${count(shown.factor)}`], ...steps.map((k) => [k, `errors × ${count(k)}`])], this.factor ?? "",
+      (value) => { this.factor = value ? Number(value) : null; this.draw(); }));
     this.legend.dataset.dark = String(dark());
     const { ties, all } = this.data;
     const held = brushed && ties.of("brushed");
@@ -92,9 +101,13 @@ export class SpacePanel {
     const surveyed = this.data.checks.rows + this.data.control.rows > 0;
     this.factors.hidden = !surveyed;
     fill(this.legend,
-      surveyed && h("div", {}, h("i.check"), "check points, ", h("i.control"), `control points, errors enlarged ${count(shown.factor)} times`),
-      h("div", {}, h(held ? "i.brushed" : "i.ramp"), held ? `${count(all.brushed)} of ${count(all.rows)} tie points brushed` : `tie points, residual RMS 0 to ${significant(shown.end, 2)} px and more`, thinned),
-      h("div.quiet", {}, `grid ${significant(shown.spacing, 1)} m; cameras ${brushed ? "of brushed measurements stand out" : "by flight"}`));
+      surveyed && h("div", {}, h("i.check"), "check points, ", h("i.control"),
+        `control points, errors enlarged ${count(shown.factor)} times`),
+      h("div", {}, h(held ? "i.brushed" : "i.ramp"), held
+        ? `${count(all.brushed)} of ${count(all.rows)} tie points brushed`
+        : `tie points, residual RMS 0 to ${significant(shown.end, 2)} px and more`, thinned),
+      h("div.quiet", {}, `grid ${significant(shown.spacing, 1)} m; cameras `
+        + `${brushed ? "of brushed measurements stand out" : "by flight"}`));
   }
 
   /** Whether a click is the end of a drag. */
@@ -120,7 +133,8 @@ export class SpacePanel {
     this.tip.hidden = !best.kind;
     if (!best.kind) return;
     const error = best.kind === "image" ? null : best.array.triple("dx", "dy", "dz")(best.row);
-    const words = error?.every(Number.isFinite) ? `: dE ${mm(error[0])}, dN ${mm(error[1])}, dH ${mm(error[2])} mm` : "";
+    const words = error?.every(Number.isFinite) ? `: dE ${mm(error[0])}, dN ${mm(error[1])}, dH ${mm(error[2])} mm`
+      : "";
     this.tip.textContent = `${best.kind} ${best.array.ids[best.row] ?? best.row}${words}`;
     this.tip.style.left = `${Math.min(best.at[0] + 12, box.width - 180)}px`;
     this.tip.style.top = `${best.at[1] + 12}px`;
@@ -130,7 +144,8 @@ export class SpacePanel {
   async picture() {
     const scale = this.canvas.width / this.canvas.clientWidth;
     const texts = [...this.legend.children].map((line) => line.textContent);
-    const canvas = h("canvas", { width: this.canvas.width, height: this.canvas.height + (16 * texts.length + 12) * scale });
+    const canvas = h("canvas", { width: this.canvas.width,
+      height: this.canvas.height + (16 * texts.length + 12) * scale });
     const context = canvas.getContext("2d");
     context.fillStyle = dark() ? "#14181c" : "#ffffff";
     context.fillRect(0, 0, canvas.width, canvas.height);

@@ -1,4 +1,5 @@
-// Asking for a step. What is asked for appears in the tree at once; the page goes to it when it is done, unless one went elsewhere meanwhile.
+// Asking for a step. What is asked for appears in the tree at once; the page goes to it when it is done, unless one
+// went elsewhere meanwhile.
 
 import { post } from "./api.js";
 import { verdictOf } from "./judge.js";
@@ -34,7 +35,8 @@ function arrive() {
   if (!next) return;
   awaited = follow ? { id: null, from: next.id, follow } : null;
   if (state.node === from) show(next.id);
-  else if (next.delta_words) say(verdictOf(nodeOf(next.parent)?.figures, next.figures), `${next.words}: ${next.delta_words}`);
+  else if (next.delta_words) say(verdictOf(nodeOf(next.parent)?.figures, next.figures),
+    `${next.words}: ${next.delta_words}`);
   arrive();
 }
 

@@ -1,4 +1,5 @@
-// The tree of steps, with the figures of each. A first child goes on in its parent's lane; what branches off stands below it in a lane of its own.
+// The tree of steps, with the figures of each. A first child goes on in its parent's lane; what branches off stands
+// below it in a lane of its own.
 
 import { button, fill, h, svg } from "./dom.js";
 import { rows } from "./lanes.js";
@@ -18,8 +19,10 @@ const COLUMNS = [
   ["σ₀", "", (f) => fixed(f.sigma0, 3), "Standard deviation of unit weight: one where the stated precisions fit"],
 ];
 
-/** Check points come first, what nothing was fitted to; a block without any has no column of them. A wrong control point becomes one. */
-const columns = () => (state.block.surveyed.some((point) => point.role === "check") || state.tree.nodes.some((node) => Number.isFinite(node.figures?.check_rms_m)) ? COLUMNS : COLUMNS.slice(1));
+/** Check points come first, what nothing was fitted to; a block without any has no column of them. A wrong control
+ * point becomes one. */
+const columns = () => (state.block.surveyed.some((point) => point.role === "check")
+  || state.tree.nodes.some((node) => Number.isFinite(node.figures?.check_rms_m)) ? COLUMNS : COLUMNS.slice(1));
 
 const ledger = new Figure("ledger");
 
@@ -49,13 +52,16 @@ function draw() {
 function item({ node, lane }, lanes) {
   const figures = node.figures;
   const states = { running: "computing …", waiting: "waits for its turn", failed: "failed", cancelled: "cancelled" };
-  const classes = ["item", node.state, node.id === state.node && "chosen", node.id === state.against && "against"].filter(Boolean);
+  const classes = ["item", node.state, node.id === state.node && "chosen", node.id === state.against && "against"]
+    .filter(Boolean);
   const row = h(`div.${classes.join(".")}`, {
-    role: "treeitem", "aria-selected": String(node.id === state.node), "aria-level": String(lane + 1), data: { node: node.id },
+    role: "treeitem", "aria-selected": String(node.id === state.node), "aria-level": String(lane + 1),
+      data: { node: node.id },
     title: [node.words, node.delta_words, node.error].filter(Boolean).join("\n"),
     onclick: (event) => (event.shiftKey || event.ctrlKey ? set({ against: node.id }) : set({ node: node.id })),
   },
-    h("div.words", {}, node.words || "as given", node.agree === false && h("span.flag", { title: "The two solvers disagree on this step" }, "solvers differ"),
+    h("div.words", {}, node.words || "as given", node.agree === false
+      && h("span.flag", { title: "The two solvers disagree on this step" }, "solvers differ"),
       node.id === state.against && h("span.flag", {}, "compared")),
     figures && !["failed", "cancelled"].includes(node.state)
       ? h("div.figures", {}, columns().map(([, , write], i) => h(i === 0 ? "b" : "span", {}, write(figures))))
@@ -64,22 +70,26 @@ function item({ node, lane }, lanes) {
   return row;
 }
 
-const dismissing = (node) => button("×", (event) => { event.stopPropagation(); dismiss(node.id); }, { title: "Dismiss this step", key: "Del", kind: "plain", "aria-label": `Dismiss ${node.words}` });
+const dismissing = (node) => button("×", (event) => { event.stopPropagation(); dismiss(node.id); },
+  { title: "Dismiss this step", key: "Del", kind: "plain", "aria-label": `Dismiss ${node.words}` });
 
 /** The lines between the steps and a mark for each: full where nothing is missing any more, crossed where it failed. */
 function graph(lines, lanes) {
   const at = (i) => [lines[i].lane * LANE + 11, i * ROW + 15];
-  const drawing = svg("svg", { class: "graph", width: lanes * LANE + 10, height: lines.length * ROW, "aria-hidden": "true" });
+  const drawing = svg("svg", { class: "graph", width: lanes * LANE + 10, height: lines.length * ROW,
+    "aria-hidden": "true" });
   lines.forEach(({ above }, i) => {
     if (above === null) return;
     const [[x0, y0], [x, y]] = [at(above), at(i)];
     // A branch leaves its parent at once and runs down in its own lane, beside the rows between.
-    drawing.append(svg("path", { d: x === x0 ? `M${x0} ${y0}V${y}` : `M${x0} ${y0}H${x - 8}Q${x} ${y0} ${x} ${y0 + 8}V${y}`, class: "branch" }));
+    drawing.append(svg("path", { d: x === x0 ? `M${x0} ${y0}V${y}`
+      : `M${x0} ${y0}H${x - 8}Q${x} ${y0} ${x} ${y0 + 8}V${y}`, class: "branch" }));
   });
   lines.forEach(({ node }, i) => {
     const [x, y] = at(i);
     const kind = `knot ${node.state} ${node.verdict ?? ""} ${node.id === state.node ? "chosen" : ""}`;
-    if (node.state === "failed" || node.state === "cancelled") drawing.append(svg("path", { d: `M${x - 4} ${y - 4}l8 8m0 -8l-8 8`, class: kind }));
+    if (node.state === "failed" || node.state === "cancelled") drawing.append(
+      svg("path", { d: `M${x - 4} ${y - 4}l8 8m0 -8l-8 8`, class: kind }));
     else drawing.append(svg("circle", { cx: x, cy: y, r: 5, class: kind }));
   });
   return drawing;

@@ -5,7 +5,8 @@ import { copyOf, hasPhoto } from "./photos.js";
 import { plotsOf } from "./plots.js";
 import { state } from "./state.js";
 
-/** Lays a copy of the image under a drawing of its residuals; where it cannot be drawn, the reason stands at the drawing. */
+/** Lays a copy of the image under a drawing of its residuals; where it cannot be drawn, the reason stands at the
+ * drawing. */
 export async function layPhoto(drawing, image) {
   if (!hasPhoto(image)) return;
   const { width_px, height_px } = state.block.cameras[state.block.images[image].camera];

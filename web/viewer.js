@@ -11,7 +11,8 @@ const ENLARGED = 40;
 
 /** Opens an image at a place (px of the block); without one, all of it. */
 export function showPhoto(node, image, place = null) {
-  const canvas = h("canvas.photo", { width: 1, height: 1, tabindex: "0", "aria-label": "The image: the wheel comes closer, a drag shifts" });
+  const canvas = h("canvas.photo", { width: 1, height: 1, tabindex: "0",
+    "aria-label": "The image: the wheel comes closer, a drag shifts" });
   const says = h("p.quiet", {}, "Reading the image …");
   const box = dialog(`Image ${state.block.images[image].name}`, canvas, says);
   box.classList.add("wide");
@@ -67,5 +68,6 @@ function paint(context, { bitmap, scale, rows, view, width, height, more, says }
       context.stroke();
     }
   }
-  says.textContent = `${fixed(zoom, 2)} px of the screen per px of the image; residuals of tie points blue, of marks green, ${Math.round(enlarged)} px of the screen per px. The wheel comes closer, a drag shifts.`;
+  says.textContent = `${fixed(zoom, 2)} px of the screen per px of the image; residuals of tie points blue, of marks `
+    + `green, ${Math.round(enlarged)} px of the screen per px. The wheel comes closer, a drag shifts.`;
 }

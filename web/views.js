@@ -7,7 +7,8 @@ export const VIEWS = [
   { key: "2", id: "plan", short: "Plan", title: "Errors of check and control points in plan", surveyed: true },
   { key: "3", id: "height", short: "Height", title: "Errors of check and control points in height", surveyed: true },
   { key: "4", id: "flights", short: "Flights", title: "Cameras and points in plan and profile" },
-  { key: "g", id: "gnss", short: "GNSS", title: "Errors of the GNSS positions in plan, in height, against time and heading" },
+  { key: "g", id: "gnss", short: "GNSS",
+    title: "Errors of the GNSS positions in plan, in height, against time and heading" },
   { key: "5", id: "profile", short: "Profile", title: "Mean residual against a recorded quantity" },
   { key: "6", id: "images", short: "Images", title: "RMS of each image" },
   { key: "7", id: "image", short: "One image", title: "All residuals of one image" },
@@ -22,10 +23,12 @@ export function isThere(id) {
   return id === "space" || (state.block.views.includes(id) && (!view?.surveyed || state.block.surveyed.length > 0));
 }
 
-/** The figures that are shown; in place of those that the block has nothing for, its GNSS positions, else where its cameras are. */
+/** The figures that are shown; in place of those that the block has nothing for, its GNSS positions, else where its
+ * cameras are. */
 export function shownViews() {
   const views = state.views.filter(isThere);
-  return views.length < state.views.length ? inOrder([...new Set([...views, isThere("gnss") ? "gnss" : "flights"])]) : views;
+  return views.length < state.views.length ? inOrder([...new Set([...views, isThere("gnss") ? "gnss" : "flights"])])
+    : views;
 }
 
 /** Chooses an image, and shows its figure. */

@@ -1,4 +1,5 @@
-// The points with the largest errors by name, beneath a map of them. A click shows where a point was marked in the images.
+// The points with the largest errors by name, beneath a map of them. A click shows where a point was marked in the
+// images.
 
 import { fill, h } from "./dom.js";
 import { showMarks } from "./marks.js";
@@ -15,8 +16,11 @@ export async function drawWorst(box, view, node) {
   const size = ORDERS[view];
   const sorted = [...points].filter((one) => Number.isFinite(size(one))).sort((a, b) => size(b) - size(a));
   const number = (value) => h("td.number", {}, significant(value, 3));
-  const row = (one) => h("tr", { tabindex: "0", title: `Show the marks of ${one.point} in the images`, onclick: () => showMarks(one), onkeydown: (event) => event.key === "Enter" && showMarks(one) },
-    h("th", { scope: "row" }, one.point), number(one.dx_mm), number(one.dy_mm), number(one.dz_mm), h("td.number", {}, String(one.marks.length)));
+  const row = (one) => h("tr", { tabindex: "0", title: `Show the marks of ${one.point} in the images`,
+    onclick: () => showMarks(one), onkeydown: (event) => event.key === "Enter" && showMarks(one) },
+    h("th", { scope: "row" }, one.point), number(one.dx_mm), number(one.dy_mm), number(one.dz_mm),
+      h("td.number", {}, String(one.marks.length)));
   fill(box, sorted.length > 0 && h("table", {},
-    h("thead", {}, h("tr", {}, ["largest errors, mm", "E", "N", "H", "images"].map((name) => h("th", { scope: "col" }, name)))), h("tbody", {}, sorted.map(row))));
+    h("thead", {}, h("tr", {}, ["largest errors, mm", "E", "N", "H", "images"]
+      .map((name) => h("th", { scope: "col" }, name)))), h("tbody", {}, sorted.map(row))));
 }

@@ -2,7 +2,7 @@
 
 use super::folder::{said, with_files};
 use misclosure::report::pictures::RunFolder;
-use misclosure::report::run::page;
+use misclosure::report::run::{Coverage, page};
 use misclosure::run::TieResiduals;
 use misclosure::run::folder::{FILES, SUMMARY, read_outliers};
 
@@ -18,9 +18,10 @@ pub fn run(data: &[u8]) {
             said(error);
         }
         match RunFolder::read(folder) {
-            Ok(run) => match TieResiduals::read(folder, &run.images) {
-                Ok(ties) => drop(page(&run, ties)),
-                Err(error) => said(error),
+            Ok(run) => match (TieResiduals::read(folder, &run.images), Coverage::read(folder)) {
+                (Ok(ties), Ok(coverage)) => drop(page(&run, ties, &coverage)),
+                (Err(error), _) => said(error),
+                (_, Err(error)) => said(error),
             },
             Err(error) => said(error),
         }

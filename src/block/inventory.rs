@@ -215,6 +215,7 @@ mod tests {
         Block {
             name: "small".into(),
             crs: "local".into(),
+            survey_crs: String::new(),
             sigma: Sigma {
                 tie_px: 0.5,
                 mark_px: 0.5,

@@ -202,6 +202,8 @@ pub struct Block {
     pub name: String,
     /// Coordinate system, free text or `EPSG:n`.
     pub crs: String,
+    /// The system in which the survey came, where that is another one; empty otherwise. Results are handed on in it, too.
+    pub survey_crs: String,
     /// Where the zero of all object coordinates of this block lies in that system, m: zero unless [`Block::about_its_centre`] moved it.
     pub origin: Vector3<f64>,
     /// A-priori precision.
@@ -236,6 +238,7 @@ impl Block {
         Self {
             name: self.name.clone(),
             crs: self.crs.clone(),
+            survey_crs: self.survey_crs.clone(),
             origin: self.origin,
             sigma: self.sigma,
             cameras: self.cameras.clone(),

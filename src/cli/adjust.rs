@@ -95,6 +95,7 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     let rows = residual_rows(block, &run.problem, state, comparison)?;
     let gnss = gnss_residuals(block, &run.problem, state, comparison)?;
     let summary = Summary::of(block, &run, &rows);
+    output.tell_replaced(console);
     output.write(&folder::FILES, folder::SUMMARY, |dir| {
         folder::write(dir, block, &model, &run, &rows, &gnss)?;
         let ties = TieResiduals::of(block, &rows);

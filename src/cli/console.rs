@@ -44,6 +44,15 @@ impl Console {
     }
 }
 
+/// Characters of a line where tables are fitted to it: on a terminal, as wide as its `COLUMNS` say, at least [`NARROW`].
+pub(super) fn text_width() -> Option<usize> {
+    let columns = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
+    std::io::stdout().is_terminal().then(|| columns.map_or(NARROW, |columns: usize| columns.max(NARROW)))
+}
+
+/// Characters of a line of any terminal.
+const NARROW: usize = 80;
+
 /// A task under way; a live line vanishes with it.
 #[derive(Debug)]
 pub struct Progress {

@@ -150,6 +150,7 @@ fn execute(
         console.message(&format!("{} images have too few measurements to take part: {}", idle.len(), idle.join(", ")));
     }
     let Diagnosed { block, diagnosis, improvement, before, after, .. } = &diagnosed;
+    output.tell_replaced(console);
     output.write(&folder::FILES, folder::SUMMARY, |dir| {
         let before = (!diagnosis.recommended.is_empty()).then_some(before);
         let base = before.map(|_| &improvement.base);

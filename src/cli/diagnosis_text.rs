@@ -52,5 +52,8 @@ pub fn text(diagnosis: &Diagnosis, scaled: bool) -> String {
     if diagnosis.outliers > 0 {
         text += &format!("{} measurements were set aside as outliers.\n", diagnosis.outliers);
     }
-    text + "\n" + &candidates_table(&diagnosis.candidates, SHOWN).to_text() + "\n" + &ledger_table(diagnosis).to_text()
+    text + "\n"
+        + &candidates_table(&diagnosis.candidates, SHOWN, scaled).to_text()
+        + "\n"
+        + &ledger_table(diagnosis).to_text()
 }

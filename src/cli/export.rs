@@ -64,7 +64,8 @@ pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
     };
     let options = ExportOptions { approximate: arguments.approximate };
     output.write(&[], verification::FILE, |dir| {
-        notes.append(&mut exporter.export(&block, dir, &options)?);
+        let made = exporter.export(&block, dir, &options).map_err(|error| error.moved(dir, &arguments.output));
+        notes.append(&mut made?);
         Ok(())
     })?;
     notes.iter().for_each(tell(console, arguments.verbose));

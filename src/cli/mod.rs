@@ -5,6 +5,7 @@
 mod adjust;
 mod blunders;
 mod check;
+mod compare;
 mod console;
 mod diagnose;
 pub mod diagnosis_text;
@@ -37,6 +38,7 @@ pub use exit::{Exit, Usage};
 
 use crate::adjust::ceres;
 use crate::memory;
+use crate::report::tables;
 use anyhow::Context;
 use clap::{Args, Parser, Subcommand};
 use std::io::Write;
@@ -64,6 +66,9 @@ struct Global {
     /// Print the main result as JSON on standard output
     #[arg(long, global = true)]
     json: bool,
+    /// Tables in lines as long as they need [default on a terminal: wide tables go on below]
+    #[arg(long, global = true)]
+    wide: bool,
     /// No progress and no messages, only the result and errors
     #[arg(long, global = true)]
     quiet: bool,
@@ -74,6 +79,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Inject(inject::Arguments),
     Check(check::Arguments),
+    Compare(compare::Arguments),
     Mend(mend::Arguments),
     Adjust(adjust::Arguments),
     Diagnose(diagnose::DiagnoseArguments),
@@ -120,6 +126,9 @@ pub fn main() -> ExitCode {
 fn execute(arguments: Arguments) -> Exit {
     let Arguments { global, command } = arguments;
     let console = Console::new(global.quiet);
+    if let Some(width) = console::text_width().filter(|_| !global.wide) {
+        tables::fit_text_to(width);
+    }
     let threads = global.threads.map_or_else(available_threads, usize::from);
     let most = MOST_THREADS.max(available_threads());
     if threads > most {
@@ -157,6 +166,7 @@ impl Command {
             Command::Simulate(arguments) => simulate::run(&arguments, console),
             Command::Inject(arguments) => inject::run(&arguments),
             Command::Check(arguments) => check::run(&arguments, console, threads),
+            Command::Compare(arguments) => compare::run(&arguments),
             Command::Mend(arguments) => mend::run(&arguments, console, threads),
             Command::Adjust(arguments) => adjust::run(&arguments, console, threads),
             Command::Diagnose(arguments) => diagnose::run_diagnose(&arguments, console, threads),

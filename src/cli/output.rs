@@ -5,8 +5,8 @@
 //! Before it computes anything, it checks that the output takes files and has room for them. How results get there:
 //! [`super::staging`].
 
-use super::Usage;
 use super::staging::{self, Staging};
+use super::{Console, Usage};
 use crate::block::Block;
 use crate::files::scratch::is_unfinished;
 use crate::io::block::{is_block, read_block};
@@ -78,6 +78,13 @@ impl Output {
     /// The folder.
     pub fn folder(&self) -> &Path {
         &self.folder
+    }
+
+    /// Says that an older run in the folder is about to be replaced; scripts rely on it that it is.
+    pub fn tell_replaced(&self, console: &Console) {
+        if is_run(&resolved(&self.folder)) {
+            console.message(&format!("{}: replaces the run that is there", self.folder.display()));
+        }
     }
 
     /// Has `work` write files into a temporary folder, which then replaces the output: where the file `last` exists,

@@ -54,8 +54,8 @@ fn find() -> Result<PathBuf> {
     let candidates = std::env::split_paths(&path).flat_map(|folder| NAMES.map(|name| folder.join(name)));
     candidates.into_iter().find(|candidate| candidate.is_file()).with_context(|| {
         format!(
-            "--pdf needs Chromium or Google Chrome, and PATH has none of {}. Install it (Debian, Ubuntu: apt install chromium), set {VARIABLE} \
-             to its program, or print report.html from any browser",
+            "--pdf needs Chromium or Google Chrome, and PATH has none of {}. Install it (Debian, Ubuntu: apt install \
+             chromium), set {VARIABLE} to its program, or print report.html from any browser",
             NAMES.join(", ")
         )
     })

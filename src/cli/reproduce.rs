@@ -13,7 +13,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
+use std::sync::mpsc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 /// Repeats a published study and prints its tables and figures beside the published ones
 #[derive(Debug, clap::Args)]
@@ -91,6 +93,8 @@ struct Counter<'a> {
     bar: Option<ProgressBar>,
     cases: usize,
     done: AtomicUsize,
+    /// Where there is no bar: says now and then that it goes on.
+    heartbeat: Option<Heartbeat>,
 }
 
 impl<'a> Counter<'a> {
@@ -102,7 +106,8 @@ impl<'a> Counter<'a> {
             bar.enable_steady_tick(Duration::from_millis(100));
             bar
         });
-        Self { console, bar, cases, done: AtomicUsize::new(0) }
+        let heartbeat = bar.is_none().then(|| Heartbeat::start(*console));
+        Self { console, bar, cases, done: AtomicUsize::new(0), heartbeat }
     }
 
     fn event(&self, event: Event<'_>) {
@@ -124,8 +129,9 @@ impl<'a> Counter<'a> {
     }
 
     fn show(&self, text: &str) {
-        if let Some(bar) = &self.bar {
-            bar.set_message(text.to_string());
+        match &self.bar {
+            Some(bar) => bar.set_message(text.to_string()),
+            None => self.console.message(&format!("reproduce: {text}: begins")),
         }
     }
 }
@@ -135,6 +141,37 @@ impl Drop for Counter<'_> {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
+        drop(self.heartbeat.take());
+    }
+}
+
+/// Seconds between two signs of life: a case of the study takes minutes.
+const SILENT_SECONDS: u64 = 30;
+
+/// A thread that says every [`SILENT_SECONDS`] how long the command has been at work.
+struct Heartbeat {
+    end: mpsc::Sender<()>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Heartbeat {
+    fn start(console: Console) -> Self {
+        let (end, ended) = mpsc::channel();
+        let begun = Instant::now();
+        let thread = std::thread::spawn(move || {
+            while ended.recv_timeout(Duration::from_secs(SILENT_SECONDS)) == Err(mpsc::RecvTimeoutError::Timeout) {
+                console.message(&format!("reproduce: at work for {} s", begun.elapsed().as_secs()));
+            }
+        });
+        Self { end, thread: Some(thread) }
+    }
+}
+
+impl Drop for Heartbeat {
+    fn drop(&mut self) {
+        // It is gone already where its thread has ended.
+        let _ = self.end.send(());
+        self.thread.take().map(JoinHandle::join);
     }
 }
 

@@ -55,6 +55,7 @@ pub fn diagnosis(
         found,
         left_shapes: entries::left(block, last, settings),
         weight: None,
+        moved: None,
         check_points: structure.check_points.clone(),
         verdict,
         significance: settings.significance,

@@ -147,9 +147,11 @@ pub(super) fn candidates(
             rank: position + 1,
             kind: kind(physical(one)),
             statistic: one.statistic,
+            test: if one.component.is_some() { "z" } else { "F" }.into(),
             dof: one.dof,
             p_value: one.ln_p.exp(),
             ln_p_value: one.ln_p,
+            family_p_value: Some(sidak(one.ln_p, first.family())),
             significant: one.ln_p < level,
             predicted_drop: one.drop,
             detectable: detectable(first, one, level, change),
@@ -185,9 +187,11 @@ pub(super) fn candidates(
             rank: entries.len() + 1,
             kind: kind(physical),
             statistic: 0.0,
+            test: String::new(),
             dof: 0.0,
             p_value: 1.0,
             ln_p_value: 0.0,
+            family_p_value: None,
             significant: false,
             predicted_drop: 0.0,
             estimate: BTreeMap::new(),
@@ -205,6 +209,11 @@ pub(super) fn candidates(
         });
     }
     entries
+}
+
+/// Probability that the clearest of `tests` independent tests is at least as clear by chance (Sidak).
+fn sidak(ln_p: f64, tests: usize) -> f64 {
+    -(tests as f64 * (-ln_p.exp()).ln_1p()).exp_m1()
 }
 
 /// Sizes by parameter.
@@ -276,4 +285,19 @@ fn detectable(linearised: &Linearised, judged: &Judged, ln_level: f64, change: O
     // The change is linear in the size of the effect.
     let check_change_m = change.filter(|_| estimate.value != 0.0).map(|change| change * size / estimate.value.abs());
     Some(DetectableEntry { size, unit: estimate.unit, check_change_m })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sidak;
+
+    #[test]
+    fn a_p_value_among_many_tests_is_that_of_the_clearest() {
+        assert!((sidak(0.01_f64.ln(), 1) - 0.01).abs() < 1e-15);
+        // One less the probability that none of 20 is as clear.
+        assert!((sidak(0.01_f64.ln(), 20) - (1.0 - 0.99_f64.powi(20))).abs() < 1e-14);
+        // Far below what 1 - p resolves.
+        assert!((sidak(1e-30_f64.ln(), 20) / 2e-29 - 1.0).abs() < 1e-9);
+        assert!(sidak(0.0, 20) == 1.0 && sidak(f64::NEG_INFINITY, 20) == 0.0);
+    }
 }

@@ -10,7 +10,8 @@
 //! - [`settle`] fits without outliers; [`run`] is a whole diagnosis; [`look`]: one model as it stands, without the
 //!   descent.
 //! - [`screening`]: mistakes that people made, before anything else; they are left out.
-//! - [`verdict`] is `diagnosis.json`; [`impact`] what effects do to the points.
+//! - [`verdict`] is `diagnosis.json`; [`impact`] what an effect does to the points, [`moved`] how far all together
+//!   moved them.
 
 pub mod added;
 pub mod candidate;
@@ -33,6 +34,7 @@ pub mod left;
 pub mod linearised;
 pub mod look;
 pub mod models;
+pub mod moved;
 pub mod objective;
 pub mod pictures;
 pub mod priors;

@@ -7,6 +7,7 @@ use super::improvement::Improvement;
 use super::knowledge::with_known;
 use super::left;
 use super::linearised::{Linearised, linearise};
+use super::moved;
 use super::priors::with_priors;
 use super::screening;
 use super::search::SAME;
@@ -113,7 +114,11 @@ fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> R
     let outliers = search.outliers(whole);
     let first = first.as_ref().unwrap_or(&linearised);
     let found = diagnosis(&block, &improvement, first, &linearised, &rest, &after, outliers.rejected.len(), settings)?;
-    let diagnosis = Diagnosis { known, ..found };
+    let moved = match improvement.added.is_empty() {
+        true => None,
+        false => moved::between(&block, &improvement.base, &improvement.fit)?,
+    };
+    let diagnosis = Diagnosis { known, moved, ..found };
     Ok(Diagnosed { block, outliers, improvement, before, after, diagnosis })
 }
 

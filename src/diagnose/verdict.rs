@@ -3,6 +3,7 @@
 use super::impact::Impact;
 use super::imprecise::Imprecise;
 use super::knowledge::Known;
+use super::moved::Moved;
 use crate::effects::Words;
 use crate::math::null_is_nan;
 use crate::mistakes::Mistake;
@@ -48,6 +49,9 @@ pub struct Diagnosis {
     /// How what is left weighs; null before the final adjustment has told the precision of the points.
     #[serde(default)]
     pub weight: Option<Weight>,
+    /// How far the points of the final model lie from those of the base; null where nothing was added.
+    #[serde(default)]
+    pub moved: Option<Moved>,
     /// The height errors of the check points against what the block's own errors allow, in a sentence; null where they
     /// were not tested.
     #[serde(default)]
@@ -129,6 +133,10 @@ pub struct CandidateEntry {
     /// F, or for random effects the standardised sum of squared scores.
     #[serde(deserialize_with = "null_is_nan")]
     pub statistic: f64,
+    /// What the statistic is: `F`, or `z` of the sum of squared scores of a random effect, standardised. Empty in a file of
+    /// before it was noted.
+    #[serde(default)]
+    pub test: String,
     /// Degrees of freedom.
     #[serde(deserialize_with = "null_is_nan")]
     pub dof: f64,
@@ -138,6 +146,10 @@ pub struct CandidateEntry {
     /// Its natural logarithm, which does not underflow.
     #[serde(deserialize_with = "null_is_nan")]
     pub ln_p_value: f64,
+    /// The p-value among all candidates (Sidak): that any of them is as clear by chance. Null in a file of before it was
+    /// computed, and where there was no test.
+    #[serde(default)]
+    pub family_p_value: Option<f64>,
     /// Significant among all candidates.
     pub significant: bool,
     /// Drop of `v'Pv` that a refit would bring.

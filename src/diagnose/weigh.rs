@@ -1,10 +1,16 @@
-//! How much what is left matters: with tens of thousands of measurements everything is significant, and little of it moves a point.
+//! How much what is left matters: with tens of thousands of measurements everything is significant, and little of it
+//! moves a point.
 
 use super::impact::Impact;
 use super::verdict::{Diagnosis, Verdict, Weight};
 
+/// Coordinates of a block with a mistake may be wrong by any amount, and so are the millimetres that they give.
+const WITH_A_MISTAKE: &str = "Beside the mistakes, residual patterns remain. What they do to the points cannot be \
+                              stated in mm before the mistakes are corrected.";
+
 impl Diagnosis {
-    /// Weighs what is left against the precision of the points (typical standard deviation in space, m), or against what the user tolerates.
+    /// Weighs what is left against the precision of the points (typical standard deviation in space, m), or against
+    /// what the user tolerates.
     pub fn weigh(&mut self, precision_m: f64, tolerance_m: Option<f64>) {
         let sentence = sentence(self, precision_m, tolerance_m);
         self.weight = Some(Weight { precision_m, tolerance_m, sentence });
@@ -27,6 +33,9 @@ fn sentence(diagnosis: &Diagnosis, precision_m: f64, tolerance_m: Option<f64>) -
             format!("{nothing}.")
         };
     }
+    if diagnosis.verdict == Verdict::Mistake {
+        return WITH_A_MISTAKE.into();
+    }
     let largest = diagnosis
         .left_shapes
         .iter()
@@ -43,7 +52,8 @@ fn sentence(diagnosis: &Diagnosis, precision_m: f64, tolerance_m: Option<f64>) -
         false => String::new(),
     };
     let what = format!(
-        "Unexplained: a pattern on the sensor of {:.3} px (described by {}). It moves points by {} mm ({} mm in height){beside}",
+        "Unexplained: a pattern on the sensor of {:.3} px (described by {}). It moves points by {} mm ({} mm in \
+         height){beside}",
         shape.size_px,
         shape.field,
         millimetres(*rms_m),
@@ -108,6 +118,21 @@ mod tests {
         assert!(sentence(0.0001, None).contains("more than the noise"));
         assert!(sentence(0.003, Some(0.0001)).contains("above your tolerance of 0.10 mm"));
         assert!(sentence(0.0001, Some(0.001)).contains("within your tolerance of 1.0 mm"));
+    }
+
+    #[test]
+    fn beside_a_mistake_nothing_is_weighed_in_millimetres() {
+        let mut diagnosis = unexplained(
+            r#"[{"field": "image-grid", "size_px": 0.05,
+                "impact": {"rms_m": 11.672, "height_m": 11.0, "surveyed": true}}]"#,
+        );
+        diagnosis.weigh(0.003, None);
+        assert!(diagnosis.weight.as_ref().expect("a weight").sentence.contains("11672 mm"));
+        diagnosis.verdict = Verdict::Mistake;
+        diagnosis.weigh(0.003, Some(0.01));
+        let sentence = diagnosis.weight.expect("a weight").sentence;
+        assert!(sentence.contains("before the mistakes are corrected"), "{sentence}");
+        assert!(!sentence.contains(|c: char| c.is_ascii_digit()), "{sentence}");
     }
 
     #[test]

@@ -19,6 +19,7 @@ mod context;
 mod descriptor;
 pub mod formula;
 pub mod laws;
+pub mod literature;
 mod numeric;
 mod picture;
 pub mod plugin;

@@ -28,6 +28,7 @@ fn survey_block() -> Block {
     let mut block = Block {
         name: "test".into(),
         crs: "local".into(),
+        survey_crs: String::new(),
         sigma: Sigma {
             tie_px: 0.5,
             mark_px: 0.5,

@@ -4,3 +4,4 @@ pub mod crs;
 pub mod exchanged;
 pub mod geographic;
 pub mod map;
+pub mod survey;

@@ -20,7 +20,7 @@
 //! angle_deg = 0.5
 //! focal_px = 20.0
 //! points = false                                # tie points have no approximations
-//! [truth]                                       # for the judge alone, see `Truth`
+//! [truth]                                       # for the judge of the tests alone, see `Truth`; absent: nobody judges
 //! ```
 //!
 //! `mistakes` beside `causes` lists mistakes of people, as `misclosure inject --mistake` takes them:
@@ -68,7 +68,8 @@ pub struct Recipe {
     pub outliers: Option<Outliers>,
     /// Wrong approximations.
     pub start: Option<Start>,
-    /// What a diagnosis should find.
+    /// What a diagnosis should find; a recipe of the user's needs none, nobody judges it.
+    #[serde(default)]
     pub truth: Truth,
     /// Folder of the recipe: `scenario.file` is relative to it.
     #[serde(skip)]
@@ -169,6 +170,14 @@ pub struct Truth {
     /// 3D RMS of the check points of [`Recipe::with_known_noise`], before and after the effects are added. An unexplained cause
     /// stays in the measurements of both.
     pub check_mm: CheckRms,
+}
+
+impl Default for Truth {
+    /// Nothing is known: no judge takes a figure that is no number.
+    fn default() -> Self {
+        let check_mm = CheckRms { base: f64::NAN, model: f64::NAN };
+        Self { verdict: ExpectedVerdict::Adequate, effects: Vec::new(), noncentrality: f64::NAN, check_mm }
+    }
 }
 
 /// 3D RMS of the check points, mm.

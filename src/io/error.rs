@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Longest text, in characters, that a message repeats from a file.
 pub(super) const SHOWN_CHARACTERS: usize = 40;
@@ -68,6 +68,19 @@ impl fmt::Display for Place {
 }
 
 impl Error {
+    /// The same of a file in the folder `to`, where it names one in `from`: results are made in a temporary folder, which
+    /// nobody knows.
+    pub fn moved(self, from: &Path, to: &Path) -> Self {
+        let place = |path: PathBuf| path.strip_prefix(from).map(|rest| to.join(rest)).unwrap_or(path);
+        match self {
+            Error::Content { file, place: at, problem } => {
+                Error::Content { file: place(file.into()).display().to_string(), place: at, problem }
+            }
+            Error::Read { path, source } => Error::Read { path: place(path), source },
+            Error::Write { path, source } => Error::Write { path: place(path), source },
+        }
+    }
+
     pub(super) fn content(file: impl Into<String>, place: Place, problem: impl Into<String>) -> Self {
         Error::Content { file: file.into(), place, problem: problem.into() }
     }

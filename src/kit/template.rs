@@ -105,8 +105,8 @@ struct {type_name} {{
   // What a block must have to test it: kTime, kTemperature, kFlights, kVelocity, kGnss, kControl, kVertical.
   static constexpr std::array<Need, {count}> needs = {{{needs}}};
 
-  // {values}. T is double, or a number that carries derivatives: write `using std::sin;` and `sin(x)`, and branch on
-  // values alone. Returns false where the formula has no meaning. `reads`, which is optional, lists the places of `in`
+  // {values}. T is double, or a number that carries derivatives: write `using std::sqrt;` and `sqrt(x)`, and branch
+  // on values alone. Returns false where the formula has no meaning. `reads`, which is optional, lists the places of `in`
   // that the formula depends on, where it only hands on the others; derivatives cost less then: static constexpr
   // std::array reads = {{0, 1}};
   template <class T>

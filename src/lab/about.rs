@@ -19,8 +19,10 @@ pub fn tree(lab: &Lab) -> Value {
     let nodes = lab.nodes();
     let of = |(id, node): (&u32, &Node)| {
         let base = json!({
-            "id": id, "parent": node.parent, "state": state(&node.state), "change": node.change, "words": node.change.words(),
-            "figures": null, "delta_words": null, "verdict": null, "agree": null, "one_derivation": null, "mistake": null,
+            "id": id, "parent": node.parent, "state": state(&node.state), "change": node.change,
+            "words": node.change.words(),
+            "figures": null, "delta_words": null, "verdict": null, "agree": null, "one_derivation": null,
+            "mistake": null,
             "error": null, "seconds": null,
         });
         let Value::Object(mut all) = base else { return base };
@@ -46,7 +48,8 @@ pub fn tree(lab: &Lab) -> Value {
     let nodes: Vec<Value> = nodes.iter().map(of).collect();
     let setup = &lab.setup;
     json!({
-        "block": setup.block.name, "folder": setup.folder.path().display().to_string(), "simulated": setup.simulated.is_some(),
+        "block": setup.block.name, "folder": setup.folder.path().display().to_string(),
+        "simulated": setup.simulated.is_some(),
         "nodes": nodes,
     })
 }
@@ -74,14 +77,16 @@ pub fn block(lab: &Lab) -> Value {
     let origin = block.origin;
     let images = block.images.iter().zip(&columns.images).enumerate().map(|(number, (image, own))| {
         json!({
-            "name": image.name, "photo": lab.setup.photos.as_ref().is_some_and(|photos| photos.has(number)), "camera": own.camera, "flight": own.flight, "time_s": known(own.time),
+            "name": image.name, "photo": lab.setup.photos.as_ref().is_some_and(|photos| photos.has(number)),
+            "camera": own.camera, "flight": own.flight, "time_s": known(own.time),
             "temperature_c": known(own.temperature), "e": own.centre[0] + origin.x, "n": own.centre[1] + origin.y,
             "h": own.centre[2] + origin.z,
         })
     });
     let surveyed = block.surveyed.iter().map(|point| {
         let [e, n, h] = <[f64; 3]>::from(point.position + origin);
-        json!({ "name": point.name, "role": if point.role == Role::Control { "control" } else { "check" }, "e": e, "n": n, "h": h })
+        json!({ "name": point.name, "role": if point.role == Role::Control { "control" } else { "check" }, "e": e,
+            "n": n, "h": h })
     });
     let quantities = Quantity::ALL
         .iter()
@@ -98,11 +103,13 @@ pub fn block(lab: &Lab) -> Value {
     json!({
         "name": block.name, "crs": block.crs, "origin": <[f64; 3]>::from(origin),
         "cameras": cameras.collect::<Vec<_>>(),
-        "parameters": PARAMETERS.iter().zip(UNITS).map(|(name, unit)| json!({ "name": name, "unit": unit })).collect::<Vec<_>>(),
+        "parameters": PARAMETERS.iter().zip(UNITS)
+            .map(|(name, unit)| json!({ "name": name, "unit": unit })).collect::<Vec<_>>(),
         "groups": groups.collect::<Vec<_>>(),
         "flights": block.flights, "images": images.collect::<Vec<_>>(), "surveyed": surveyed.collect::<Vec<_>>(),
         "quantities": quantities.collect::<Vec<_>>(), "views": views(block),
-        "datums": [Datum::Free, Datum::Control, Datum::Gnss, Datum::All], "losses": [Loss::None, Loss::Huber, Loss::Cauchy],
+        "datums": [Datum::Free, Datum::Control, Datum::Gnss, Datum::All],
+        "losses": [Loss::None, Loss::Huber, Loss::Cauchy],
         "tie_weights": [TieWeights::Unit, TieWeights::Multi, TieWeights::Pairs], "effects": effects.collect::<Vec<_>>(),
         "ties": block.ties.len(), "marks": block.marks.len(), "tie_points": block.tie_points.len(),
     })
@@ -140,7 +147,8 @@ pub fn model(lab: &Lab, id: u32) -> Result<Value> {
     let unit = |name: &str| PARAMETERS.iter().position(|other| *other == name).map_or("", |k| UNITS[k]);
     let cameras = view.run.summary.cameras.0.iter().map(|(id, parameters)| {
         let parameters = parameters.0.iter().map(|(name, parameter)| {
-            json!({ "name": name, "unit": unit(name), "value": parameter.value, "sigma": parameter.sigma, "free": parameter.free })
+            json!({ "name": name, "unit": unit(name), "value": parameter.value, "sigma": parameter.sigma,
+                "free": parameter.free })
         });
         json!({ "id": id, "parameters": parameters.collect::<Vec<_>>() })
     });
@@ -156,8 +164,10 @@ pub fn model(lab: &Lab, id: u32) -> Result<Value> {
         .iter()
         .map(|row| json!({ "image": row.image, "point": row.point, "kind": row.kind, "reason": row.reason }));
     Ok(json!({
-        "cameras": cameras.collect::<Vec<_>>(), "effects": effects.collect::<Vec<_>>(), "free": free, "tied": model.tie_dc_to_pp,
-        "datum": model.datum, "loss": model.loss, "tie_weights": model.tie_weights, "sigma_factors": model.sigma_factors,
+        "cameras": cameras.collect::<Vec<_>>(), "effects": effects.collect::<Vec<_>>(), "free": free,
+        "tied": model.tie_dc_to_pp,
+        "datum": model.datum, "loss": model.loss, "tie_weights": model.tie_weights,
+        "sigma_factors": model.sigma_factors,
         "freed": lab.saved(id)?.freed.keys().collect::<Vec<_>>(),
         "outliers": { "n": view.outliers.len(), "rows": outliers.collect::<Vec<_>>() },
     }))

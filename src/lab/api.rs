@@ -23,18 +23,18 @@
 //!     "seconds": 4.2 } ] }
 //! ```
 //!
-//! `seconds` is what a step took, or, of one that runs, what it has taken so far. `state` is `waiting`, `running`, `done`, `failed` (with `error`) or `cancelled`; of any but `done` the keys from
-//! `figures` to `mistake` are null, except that a `running` one has `figures` and `delta_words` as soon as both solvers
-//! are done: what is left is tested after that. What failed or was cancelled is in the tree until the server ends,
-//! without a folder. `verdict` is `mistake` where something is recorded wrongly (`mistake` says what, in a sentence),
-//! `missing` where a candidate is significant, `unexplained` where structure is left and no candidate is, else
-//! `adequate`. `agree` says whether the two solvers do (null where one ran), `one_derivation` what has to be said with
-//! it where the model has a plug-in.
+//! `seconds` is what a step took, or, of one that runs, what it has taken so far. `state` is `waiting`, `running`,
+//! `done`, `failed` (with `error`) or `cancelled`; of any but `done` the keys from `figures` to `mistake` are null,
+//! except that a `running` one has `figures` and `delta_words` as soon as both solvers are done: what is left is tested
+//! after that. What failed or was cancelled is in the tree until the server ends, without a folder. `verdict` is
+//! `mistake` where something is recorded wrongly (`mistake` says what, in a sentence), `missing` where a candidate is
+//! significant, `unexplained` where structure is left and no candidate is, else `adequate`. `agree` says whether the
+//! two solvers do (null where one ran), `one_derivation` what has to be said with it where the model has a plug-in.
 //!
 //! # `GET /api/longest`
 //!
-//! `{ "sensor": [0.31], "plan": 41.0, "height": 22.5, "gnss_plan": 0.08, "gnss_height": 0.13 }`: the longest arrows of all
-//! steps that are done, by camera in px, of points in mm, of GNSS positions in m. Figures that are drawn with
+//! `{ "sensor": [0.31], "plan": 41.0, "height": 22.5, "gnss_plan": 0.08, "gnss_height": 0.13 }`: the longest arrows of
+//! all steps that are done, by camera in px, of points in mm, of GNSS positions in m. Figures that are drawn with
 //! `longest=` of it have one scale that fits every step: that is how scales are locked.
 //!
 //! # `GET /api/block`
@@ -44,7 +44,8 @@
 //!   "cameras": [ { "id": "cam", "width_px": 5120, "height_px": 3840, "images": 113 } ],
 //!   "parameters": [ { "name": "f", "unit": "px" } ], "groups": [ { "name": "pp", "parameters": ["ppx", "ppy"] } ],
 //!   "flights": ["nadir50"],
-//!   "images": [ { "name": "a.jpg", "photo": false, "camera": 0, "flight": 0, "time_s": 12.5, "temperature_c": null, "e": 1.0,
+//!   "images": [ { "name": "a.jpg", "photo": false, "camera": 0, "flight": 0, "time_s": 12.5, "temperature_c": null,
+//!     "e": 1.0,
 //!                 "n": 2.0, "h": 50.0 } ],
 //!   "surveyed": [ { "name": "G1", "role": "control", "e": 1.0, "n": 2.0, "h": 3.0 } ],
 //!   "quantities": [ { "id": "time", "label": "time", "unit": "s" } ],
@@ -79,10 +80,11 @@
 //! `gnss` where the block has no GNSS positions.
 //!
 //! All take `brush=JSON`, `scale=NUMBER` (arrows: figure pixels per unit; as in the `data-scale` of another figure),
-//! `longest=NUMBER` (in place of a scale: an arrow of that length, in the unit of the figure, has to fit, too), `y=LOW,HIGH` (charts: the range of the vertical axis at least) and `width=PX` (of
-//! the drawing; text keeps its size). `plan`, `height` and `checks` take `role=check|control` (default: check points
-//! where there are any). The root element has `data-scale` where arrows are drawn. Each plotting area is a transparent
-//! element behind nothing, drawn last:
+//! `longest=NUMBER` (in place of a scale: an arrow of that length, in the unit of the figure, has to fit, too),
+//! `y=LOW,HIGH` (charts: the range of the vertical axis at least) and `width=PX` (of the drawing; text keeps its size).
+//! `plan`, `height` and `checks` take `role=check|control` (default: check points where there are any). The root
+//! element has `data-scale` where arrows are drawn. Each plotting area is a transparent element behind nothing, drawn
+//! last:
 //!
 //! ```text
 //! <rect class="plot" x y width height fill="none"
@@ -160,13 +162,15 @@
 //!
 //! With `?brush=..` ties, checks and control have a last column `brushed`: how many measurements of the tie point are,
 //! and whether a mark of the surveyed point is. At most 50 000 tie points are sent, always the same ones, and of the
-//! others some that are brushed; `ties` of the header counts all of them. `a` is the viewing direction, `u` points up in the image; `d` is computed minus surveyed (m), NaN where it is not compared.
+//! others some that are brushed; `ties` of the header counts all of them. `a` is the viewing direction, `u` points up
+//! in the image; `d` is computed minus surveyed (m), NaN where it is not compared.
 //!
 //! # `GET /api/nodes/ID/points`
 //!
 //! ```json
-//! { "points": [ { "point": "G1", "role": "control", "e": 1.0, "n": 2.0, "h": 3.0, "dx_mm": 4.1, "dy_mm": -2.0, "dz_mm": 9.5,
-//!     "size_mm": 10.5, "marks": [ { "image": 3, "x": 1201.5, "y": 877.2, "rx": 0.12, "ry": -0.4, "set_aside": false } ] } ] }
+//! { "points": [ { "point": "G1", "role": "control", "e": 1.0, "n": 2.0, "h": 3.0, "dx_mm": 4.1, "dy_mm": -2.0,
+//!     "dz_mm": 9.5, "size_mm": 10.5, "marks": [ { "image": 3, "x": 1201.5, "y": 877.2, "rx": 0.12, "ry": -0.4,
+//!     "set_aside": false } ] } ] }
 //! ```
 //!
 //! Surveyed points, the largest error first, coordinates as in the figures; of each its marks (px, residuals observed
@@ -193,9 +197,9 @@
 //! ```
 //!
 //! `next` is the effect that the objective adds next, null where nothing is missing any more (`recommended` then names
-//! what the steps added). Candidates come strongest impact first among the significant, then the others by rank, then those that cannot be
-//! tested, with what they need. `mistakes` has the keys that `diagnosis.json` has; `mend` is absent where a person has to
-//! look.
+//! what the steps added). Candidates come strongest impact first among the significant, then the others by rank, then
+//! those that cannot be tested, with what they need. `mistakes` has the keys that `diagnosis.json` has; `mend` is
+//! absent where a person has to look.
 //!
 //! # Steps
 //!
@@ -225,8 +229,8 @@
 //! that step, and of all steps beneath it, is the edited one, and its adjustment begins anew with the model of its
 //! parent. No file is changed. `improve` makes one node per step of the loop, each the child of the one before; its
 //! `id` is the first. `POST /api/steps/ID/cancel` with `{}` stops a step at its next iteration, or takes it out of the
-//! queue; `POST /api/steps/ID/dismiss` with `{}` takes one that failed or was cancelled out of the tree. An `improve` that
-//! finds nothing to do is no step: it is taken out of the tree, with the event `nothing`.
+//! queue; `POST /api/steps/ID/dismiss` with `{}` takes one that failed or was cancelled out of the tree. An `improve`
+//! that finds nothing to do is no step: it is taken out of the tree, with the event `nothing`.
 //!
 //! # `GET /api/events` (server-sent events)
 //!
@@ -250,16 +254,16 @@
 //!
 //! # With `--simulate`
 //!
-//! `GET /api/causes` gives `{ "preset": "dike", "errors": ["noise:px=0.3"], "mistakes": [], "seed": 1, "causes": [ { "id":
-//! "rolling-shutter", "about": "...", "parameters": [ { "name": "readout", "unit": "s", "kind": "number", "default": 0.03,
-//! "without": null, "min": 0, "max": 0.1, "choices": null, "about": "..." } ] } ] }` (404 without `--simulate`). `kind` is
-//! `number`, `flag` (0 or 1), `choice` (of `choices`), or, where it may be left out and `without` says what then holds,
-//! `optional` (a number), `name` (of `choices`) or `list` (numbers separated by `/`).
+//! `GET /api/causes` gives `{ "preset": "dike", "errors": ["noise:px=0.3"], "mistakes": [], "seed": 1, "causes": [ {
+//! "id": "rolling-shutter", "about": "...", "parameters": [ { "name": "readout", "unit": "s", "kind": "number",
+//! "default": 0.03, "without": null, "min": 0, "max": 0.1, "choices": null, "about": "..." } ] } ] }` (404 without
+//! `--simulate`). `kind` is `number`, `flag` (0 or 1), `choice` (of `choices`), or, where it may be left out and
+//! `without` says what then holds, `optional` (a number), `name` (of `choices`) or `list` (numbers separated by `/`).
 //!
-//! `POST /api/simulate` with `{ "errors": ["rolling-shutter:readout=0.02"], "seed": 1 }` measures the block anew as a new
-//! root node and gives its `id`; parameters that do not go together are refused at once.
+//! `POST /api/simulate` with `{ "errors": ["rolling-shutter:readout=0.02"], "seed": 1 }` measures the block anew as a
+//! new root node and gives its `id`; parameters that do not go together are refused at once.
 //!
-//! `GET /api/truth/ID` compares a node with the truth: `{ "rows": [ { "what": "f (cam)", "truth": 5500.0, "reason": null,
-//! "estimate": 5501.2, "sigma": 0.8, "unit": "px" } ], "errors": ["rolling-shutter:readout=0.02"], "mistakes": [],
-//! "point_rms_mm": 3.1 }`. `reason` says why a row has no `truth`. `mistakes` are those of `--mistake`; every measurement
-//! has them.
+//! `GET /api/truth/ID` compares a node with the truth: `{ "rows": [ { "what": "f (cam)", "truth": 5500.0, "reason":
+//! null, "estimate": 5501.2, "sigma": 0.8, "unit": "px" } ], "errors": ["rolling-shutter:readout=0.02"], "mistakes":
+//! [], "point_rms_mm": 3.1 }`. `reason` says why a row has no `truth`. `mistakes` are those of `--mistake`; every
+//! measurement has them.

@@ -163,7 +163,7 @@ impl<'a> Causes<'a> {
         let first = exposures.next().unwrap_or_default();
         match exposures.all(|other| other == first) {
             true => Ok(first),
-            false => Err("every image has an exposure time of its own".into()),
+            false => Err("exposure times differ between images".into()),
         }
     }
 
@@ -241,7 +241,7 @@ impl<'a> Causes<'a> {
     fn one_camera(&self) -> Result<&Camera, String> {
         match self.truth.cameras.as_slice() {
             [camera] => Ok(camera),
-            _ => Err("each camera has a value of its own".into()),
+            _ => Err("the value differs between cameras".into()),
         }
     }
 

@@ -1,7 +1,7 @@
 //! The images themselves, where somebody named their folder: what lies behind the residuals.
 //!
-//! Only files that lie in that folder and are called as an image of the block are ever opened, and none that a link leads
-//! out of it.
+//! Only files that lie in that folder and are called as an image of the block are ever opened, and none that a link
+//! leads out of it.
 
 use anyhow::{Context, Result, bail};
 use std::collections::HashMap;
@@ -24,8 +24,8 @@ pub struct Photos {
 }
 
 impl Photos {
-    /// Finds the files of a block's `images`, by name, in a folder: of the same name, else of the same name but for capitals and the
-    /// ending.
+    /// Finds the files of a block's `images`, by name, in a folder: of the same name, else of the same name but for
+    /// capitals and the ending.
     ///
     /// # Errors
     /// A folder that cannot be read, or that has no image of the block.
@@ -54,7 +54,8 @@ impl Photos {
             let first = images.first().copied().unwrap_or_default();
             let endings = TYPES.map(|(ending, _)| ending).join(", ");
             bail!(
-                "{}: no image of the block lies here; expected files called as its images, {first:?} say, with one of the endings {endings}",
+                "{}: no image of the block lies here; expected files called as its images, {first:?} say, with one of \
+                 the endings {endings}",
                 folder.display()
             );
         }

@@ -42,8 +42,10 @@ pub fn points(lab: &Lab, id: u32) -> Result<Value> {
         .into_iter()
         .map(|(size, row)| {
             json!({
-                "point": row.point, "role": row.role, "e": row.x, "n": row.y, "h": row.z, "dx_mm": 1e3 * row.dx, "dy_mm": 1e3 * row.dy,
-                "dz_mm": 1e3 * row.dz, "size_mm": 1e3 * size, "marks": marks.remove(row.point.as_str()).unwrap_or_default(),
+                "point": row.point, "role": row.role, "e": row.x, "n": row.y, "h": row.z, "dx_mm": 1e3 * row.dx,
+                "dy_mm": 1e3 * row.dy,
+                "dz_mm": 1e3 * row.dz, "size_mm": 1e3 * size,
+                "marks": marks.remove(row.point.as_str()).unwrap_or_default(),
             })
         })
         .collect();

@@ -96,6 +96,9 @@ fn compute(lab: &Lab, id: u32, live: &Live, effect: &str) -> Result<Predicted> {
         sigma_dz: None,
         images: None,
         rms_px: None,
+        easting: None,
+        northing: None,
+        height: None,
     };
     let tie_rms_px = tie_rms_px(block, problem, &state)?;
     if let Some(now) = lab.saved(id)?.figures.tie_rms_px.filter(|now| tie_rms_px > MOST_GROWTH * now) {

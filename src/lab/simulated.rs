@@ -105,7 +105,8 @@ pub fn causes(simulated: &Simulated) -> Value {
 /// A parameter as the page sets it: by a number, a tick, one of some words, or a text; or as it is without a value.
 fn parameter(truth: &Block, spec: &ParameterSpec) -> Value {
     let mut all = json!({
-        "name": spec.name, "unit": spec.unit, "about": spec.help, "kind": "number", "default": null, "without": null, "min": null,
+        "name": spec.name, "unit": spec.unit, "about": spec.help, "kind": "number", "default": null, "without": null,
+        "min": null,
         "max": null, "choices": null,
     });
     match spec.default {

@@ -28,7 +28,8 @@ pub fn truth(lab: &Lab, id: u32) -> Result<Value> {
         for (k, name) in PARAMETERS.iter().enumerate() {
             let Some((_, found)) = parameters.0.iter().find(|(other, _)| other == name) else { continue };
             rows.push(json!({
-                "what": format!("{name} ({camera})"), "truth": truth.interior[k], "reason": null, "estimate": found.value,
+                "what": format!("{name} ({camera})"), "truth": truth.interior[k], "reason": null,
+                "estimate": found.value,
                 "sigma": found.sigma, "unit": UNITS[k],
             }));
         }

@@ -34,8 +34,8 @@ pub struct Slopes {
     pub values: Vec<Vec<f64>>,
     /// Standard deviation at every time.
     pub sigmas: Vec<f64>,
-    /// Standard deviation of the mean of the derivatives. Errors of one curve are alike: those of a straight line are all the
-    /// same.
+    /// Standard deviation of the mean of the derivatives. Errors of one curve are alike: those of a straight line are
+    /// all the same.
     pub mean_sigma: f64,
     /// Standard deviation of a value of the curve.
     pub noise: f64,

@@ -28,11 +28,12 @@ pub fn missing_need(block: &Block, contexts: &[ImageContext], need: Need, datum:
 /// Value of the option `against` that takes an image's place in the table instead of its time.
 const AGAINST_ORDER: f64 = 1.0;
 
-/// Standard deviation (m/s) from which the error of a velocity is estimated: a micrometre a second moves no image point.
+/// Standard deviation (m/s) from which the error of a velocity is estimated: a micrometre a second moves no image
+/// point.
 const LEAST_VELOCITY_SIGMA: f64 = 1e-6;
 
-/// How many values a parameter has in a block: lens and sensor are a camera's own, so where there are several cameras, each has its own value
-/// of an effect of interior orientation or image.
+/// How many values a parameter has in a block: lens and sensor are a camera's own, so where there are several cameras,
+/// each has its own value of an effect of interior orientation or image.
 fn scope_in(block: &Block, stage: effects::Stage, parameter: &effects::Parameter) -> Scope {
     let of_camera = matches!(stage, effects::Stage::Interior | effects::Stage::Image);
     let given = matches!(parameter.role, effects::Role::Given(_));
@@ -44,7 +45,8 @@ fn scope_in(block: &Block, stage: effects::Stage, parameter: &effects::Parameter
 }
 
 impl Problem {
-    /// This problem at `state` with further effects at their start values (absent: nominal), numbered after those that it has.
+    /// This problem at `state` with further effects at their start values (absent: nominal), numbered after those that
+    /// it has.
     pub fn with_effects(
         &self,
         block: &Block,

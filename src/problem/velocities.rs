@@ -23,8 +23,8 @@ pub struct Derived {
     pub velocity: Vector3<f64>,
     /// NaN where all strips of the flight have two positions alone.
     pub sigma: f64,
-    /// Errors of a strip are alike, and taken as independent from image to image they need a larger standard deviation: that
-    /// with which their mean along the strip varies as it does.
+    /// Errors of a strip are alike, and taken as independent from image to image they need a larger standard deviation:
+    /// that with which their mean along the strip varies as it does.
     pub independent_sigma: f64,
 }
 

@@ -56,8 +56,8 @@ pub(super) fn section(page: &mut Page, diagnosis: &Diagnosis, scaled: bool) {
     }
     page.section("What this block could not have shown");
     page.paragraph(
-        "The smallest size of each effect that this block shows with a probability of 80 %, at the base model. An effect \
-         below that size may be there, and the last column says what it would do to the check points (3D RMS).",
+        "The smallest size of each effect that this block shows with a probability of 80 %, at the base model. An \
+         effect below that size may be there, and the last column says what it would do to the check points (3D RMS).",
     );
     let mut table = Table::new("").text("effect", "").number("size found with 80 %", "");
     if scaled {

@@ -42,8 +42,9 @@ pub(super) fn how(page: &mut Page, diagnosis: &Diagnosis) {
     }
     let factors = &diagnosis.sigma_factors;
     page.paragraph(&format!(
-        "Tests are at the level {} over the whole catalogue. The stated standard deviations were multiplied by {} (image), \
-         {} and {} (control, plan and height), {} and {} (GNSS, plan and height), as the residuals ask for; 1 means as stated.",
+        "Tests are at the level {} over the whole catalogue. The stated standard deviations were multiplied by {} \
+         (image), {} and {} (control, plan and height), {} and {} (GNSS, plan and height), as the residuals ask for; 1 \
+         means as stated.",
         diagnosis.significance,
         fixed(factors.image, 3),
         fixed(factors.control, 3),
@@ -75,8 +76,9 @@ fn slow_refits(diagnosis: &Diagnosis) -> String {
 fn own_effect(page: &mut Page) {
     page.details("How to write the effect yourself", |page| {
         page.paragraph(
-            "An effect is one C++ header: what it is called, its parameters, and one formula from the values without it to the values \
-             with it. At the nominal parameters it must change nothing. Derivatives come from the formula. This one is whole:",
+            "An effect is one C++ header: what it is called, its parameters, and one formula from the values without \
+             it to the values with it. At the nominal parameters it must change nothing. Derivatives come from the \
+             formula. This one is whole:",
         );
         page.code(EXAMPLE);
         page.paragraph("From a template to a plug-in that takes part in adjustment, diagnosis and report like those of the catalogue:");
@@ -87,29 +89,29 @@ fn own_effect(page: &mut Page) {
              misclosure diagnose BLOCK -o RUN --plugin my-effect.so",
         );
         page.paragraph(
-            "A plug-in has one derivation: the two solvers are not independent there. Where they are compared the native one differentiates \
-             its values numerically, so that a wrong derivative still shows.",
+            "A plug-in has one derivation: the two solvers are not independent there. Where they are compared the \
+             native one differentiates its values numerically, so that a wrong derivative still shows.",
         );
     });
 }
 
 /// Every candidate.
-pub(super) fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
+pub(super) fn candidates(page: &mut Page, diagnosis: &Diagnosis, scaled: bool) {
     page.section("Candidates");
     page.paragraph(
-        "Every effect of the catalogue was tested at the base model, before any was added. The predicted drop is what a refit \
-         with the effect would take from the weighted sum of squares; the change of check points is what adding it would do \
-         to them. Check points decide nothing.",
+        "Every effect of the catalogue was tested at the base model, before any was added. The predicted drop is what \
+         a refit with the effect would take from the weighted sum of squares; the change of check points is what \
+         adding it would do to them. Check points decide nothing.",
     );
     let (significant, others): (Vec<_>, Vec<_>) =
         diagnosis.candidates.iter().cloned().partition(|candidate| candidate.significant);
     if significant.is_empty() {
         page.paragraph("None was significant.");
     } else {
-        page.table(&candidates_table(&significant, usize::MAX));
+        page.table(&candidates_table(&significant, usize::MAX, scaled));
     }
     page.details("Candidates that were not significant, or that this block cannot test", |page| {
-        page.table(&candidates_table(&others, usize::MAX));
+        page.table(&candidates_table(&others, usize::MAX, scaled));
         if others.iter().any(|candidate| !candidate.tested) {
             page.table(&untested_table(&others));
         }

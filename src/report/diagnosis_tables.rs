@@ -51,18 +51,20 @@ fn with_partners(diagnosis: &Diagnosis, id: &str) -> String {
     }
 }
 
-/// Candidates by rank.
-pub fn candidates_table(candidates: &[CandidateEntry], shown: usize) -> Table {
+/// Candidates by rank; without lengths on the ground where the block has no scale.
+pub fn candidates_table(candidates: &[CandidateEntry], shown: usize, scaled: bool) -> Table {
     let mut table = Table::new("What may be missing, at the base model")
         .text("effect", "")
         .number("statistic", "")
         .number("dof", "")
         .number("p", "")
+        .number("p, Sidak", "")
         .text("significant", "")
-        .number("predicted drop", "")
-        .number("check points change", "mm")
-        .text("estimate", "")
-        .text("cannot be told from", "");
+        .number("predicted drop", "");
+    if scaled {
+        table = table.number("check points change", "mm");
+    }
+    table = table.text("estimate", "").text("cannot be told from", "");
     for candidate in candidates.iter().filter(|candidate| candidate.tested).take(shown) {
         let estimate = match candidate.estimate.len() {
             0..4 => candidate
@@ -77,19 +79,26 @@ pub fn candidates_table(candidates: &[CandidateEntry], shown: usize) -> Table {
                 .join(", "),
             many => format!("{many} parameters"),
         };
-        table.row([
+        let statistic = fixed(candidate.statistic, 2);
+        let test = [
             candidate.effect.clone(),
-            fixed(candidate.statistic, 2),
+            match candidate.test.as_str() {
+                "" => statistic,
+                name => format!("{name} = {statistic}"),
+            },
             fixed(candidate.dof, 0),
             p_value(candidate.p_value),
+            or_dash(candidate.family_p_value, p_value),
             if candidate.significant { "yes" } else { "no" }.into(),
             fixed(candidate.predicted_drop, 1),
-            or_dash(candidate.predicted_check_change_m, mm),
-            estimate,
-            candidate.inseparable_from.join(", "),
-        ]);
+        ];
+        let change = scaled.then(|| or_dash(candidate.predicted_check_change_m, mm));
+        table.row(test.into_iter().chain(change).chain([estimate, candidate.inseparable_from.join(", ")]));
     }
-    table.note("predicted drop: of the weighted sum of squares; significant: among all candidates together");
+    table.note(
+        "F: of the parameters; z: of the summed squares of a random effect's scores, standardised. p: of this test alone; \
+         p, Sidak, and significant: among all candidates together. predicted drop: of the weighted sum of squares",
+    );
     table
 }
 

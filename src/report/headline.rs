@@ -2,6 +2,7 @@
 
 use super::numbers::{significant, unit_of};
 use super::pictures::RunFolder;
+use crate::diagnose::moved::{Kind, Moved};
 use crate::diagnose::verdict::{Diagnosis, FoundEntry, Verdict};
 use crate::run::summary::Summary;
 
@@ -25,7 +26,8 @@ pub(super) fn headline(run: &RunFolder) -> String {
         }
         sentences.extend(checked(&run.summary));
     } else {
-        sentences.push(format!("{}.", moved(&effects, run.summary.has_scale())));
+        let measured = diagnosis.moved.as_ref().filter(|_| run.summary.has_scale());
+        sentences.push(format!("{}.", moved(&effects, measured)));
         sentences.extend(gained(run, diagnosis));
     }
     sentences.join(" ")
@@ -54,25 +56,52 @@ fn counted(n: usize) -> String {
     format!("{n} {}, 3D RMS", if n == 1 { "point" } else { "points" })
 }
 
-/// What the effects did, the largest first.
-fn moved(effects: &[&FoundEntry], scaled: bool) -> String {
-    let rms = |found: &FoundEntry| found.impact.as_ref().filter(|_| scaled).map(|impact| impact.rms_m);
+/// What the effects did together, the largest first: `measured` between the adjustments without them and with them.
+/// Without it, how much of each the images show.
+fn moved(effects: &[&FoundEntry], measured: Option<&Moved>) -> String {
     let mut order = effects.to_vec();
-    order.sort_by(|a, b| rms(b).unwrap_or(-1.0).total_cmp(&rms(a).unwrap_or(-1.0)));
-    let clause = |found: &FoundEntry| {
+    order.sort_by(|a, b| b.size_px.total_cmp(&a.size_px));
+    let named = |found: &FoundEntry| {
         let size = size(found).map_or(String::new(), |size| format!(" ({size})"));
-        match rms(found) {
-            Some(rms) => format!("{}{size} moved your points by {} mm", in_words(&found.effect), short_mm(rms)),
-            None => {
-                format!("{}{size} moved image points by {} px", in_words(&found.effect), significant(found.size_px, 2))
-            }
-        }
+        in_words(&found.effect) + &size
     };
-    let mut clauses: Vec<String> = order.iter().take(NAMED).map(|found| clause(found)).collect();
-    if order.len() > NAMED {
-        clauses.push(format!("{} more effects stand below", order.len() - NAMED));
+    let several = order.len() > 1;
+    let Some(measured) = measured else {
+        let in_images = |found: &&FoundEntry| format!("{}: {} px", named(found), significant(found.size_px, 2));
+        let names: Vec<String> = order.iter().take(NAMED).map(in_images).collect();
+        let all = capitalised(&enumerated(names, order.len()));
+        return format!("{all} in the images (RMS, after the part that camera and poses absorb)");
+    };
+    let names = order.iter().take(NAMED).map(|found| named(found)).collect();
+    let together = if several { " together" } else { "" };
+    format!(
+        "{}{together} moved your points by {} mm ({}, 3D RMS)",
+        capitalised(&enumerated(names, order.len())),
+        short_mm(measured.rms_m),
+        points(measured)
+    )
+}
+
+fn points(moved: &Moved) -> String {
+    let kind = match moved.of {
+        Kind::Check => "check",
+        Kind::Control => "control",
+        Kind::Tie => "tie",
+    };
+    format!("{} {kind} {}", moved.points, if moved.points == 1 { "point" } else { "points" })
+}
+
+/// `a`, `a and b`, `a, b and c`; of more than are named, how many more there are.
+fn enumerated(mut names: Vec<String>, total: usize) -> String {
+    if total > names.len() {
+        let more = total - names.len();
+        names.push(format!("{more} more {}", if more == 1 { "effect" } else { "effects" }));
     }
-    capitalised(&clauses.join("; "))
+    let last = names.pop().unwrap_or_default();
+    match names.is_empty() {
+        true => last,
+        false => format!("{} and {last}", names.join(", ")),
+    }
 }
 
 /// An error before and after, as the last step of the ledger has it: of the check points, else of predicted image
@@ -95,7 +124,8 @@ fn gained(run: &RunFolder, diagnosis: &Diagnosis) -> Option<String> {
     }
     let (from, to) = (first.heldout_rms_px?, last.heldout_rms_px?);
     Some(format!(
-        "With {what} in the model the error of predicted image measurements {} from {} to {} px (left out of the fit, RMS).",
+        "With {what} in the model the error of predicted image measurements {} from {} to {} px (left out of the fit, \
+         RMS).",
         goes(from, to),
         significant(from, 3),
         significant(to, 3)
@@ -154,22 +184,35 @@ fn capitalised(text: &str) -> String {
 mod tests {
     use super::*;
 
-    fn found(effect: &str, value: f64, unit: &str, impact: &str) -> FoundEntry {
+    fn found(effect: &str, value: f64, unit: &str, size_px: f64) -> FoundEntry {
         let text = format!(
-            r#"{{"effect": "{effect}", "estimate": {{"t": {{"value": {value}, "sigma": 0.001, "unit": "{unit}"}}}}, "drop": 1,
-                "p_value": 0, "ln_p_value": -900, "size_px": 0.228, "impact": {impact}, "inseparable_from": [], "plausible": true}}"#
+            r#"{{"effect": "{effect}", "estimate": {{"t": {{"value": {value}, "sigma": 0.001, "unit": "{unit}"}}}},
+                "drop": 1, "p_value": 0, "ln_p_value": -900, "size_px": {size_px}, "inseparable_from": [],
+                "impact": {{"rms_m": 0.0248, "height_m": 0.005, "surveyed": true}}, "plausible": true}}"#
         );
         serde_json::from_str(&text).expect("a finding")
     }
 
     #[test]
-    fn the_largest_effect_stands_first_with_its_size() {
-        let small = found("focal-time", 5.98, "px", r#"{"rms_m": 0.004, "height_m": 0.003, "surveyed": true}"#);
-        let large = found("rolling-shutter", 0.0199, "s", r#"{"rms_m": 0.0248, "height_m": 0.005, "surveyed": true}"#);
+    fn what_moved_the_points_is_measured_and_the_largest_effect_stands_first() {
+        let small = found("focal-time", 5.98, "px", 0.11);
+        let large = found("rolling-shutter", 0.0199, "s", 0.228);
+        let measured = Moved { rms_m: 0.0457, height_m: 0.01, points: 50, of: Kind::Check };
+        assert_eq!(
+            moved(&[&large], Some(&measured)),
+            "Rolling shutter (19.9 ms) moved your points by 45.7 mm (50 check points, 3D RMS)"
+        );
+        let sentence = moved(&[&small, &large], Some(&measured));
+        assert!(
+            sentence.starts_with("Rolling shutter (19.9 ms) and focal time (5.98 px) together moved"),
+            "{sentence}"
+        );
+        let many = [&small, &large, &small, &small, &small];
+        let sentence = moved(&many, Some(&measured));
+        assert!(sentence.contains("focal time (5.98 px) and 2 more effects together moved"), "{sentence}");
         let sentence =
-            "Rolling shutter (19.9 ms) moved your points by 24.8 mm; focal time (5.98 px) moved your points by 4.0 mm";
-        assert_eq!(moved(&[&small, &large], true), sentence);
-        assert_eq!(moved(&[&large], false), "Rolling shutter (19.9 ms) moved image points by 0.23 px");
+            "Rolling shutter (19.9 ms): 0.23 px in the images (RMS, after the part that camera and poses absorb)";
+        assert_eq!(moved(&[&large], None), sentence);
     }
 
     #[test]

@@ -66,10 +66,7 @@ impl Page {
 
     /// A part of the page that is set apart by its class.
     pub fn part(&mut self, class: &str, content: impl FnOnce(&mut Self)) -> &mut Self {
-        self.body += &format!("<div class=\"{}\">\n", escape(class));
-        content(self);
-        self.body += "</div>\n";
-        self
+        self.enclosed(&format!("<div class=\"{}\">\n", escape(class)), "</div>\n", content)
     }
 
     /// A paragraph of a class.
@@ -150,26 +147,30 @@ impl Page {
 
     /// Two pictures side by side, such as before and after; each is id, SVG and caption.
     pub fn pair(&mut self, left: (&str, String, &str), right: (&str, String, &str)) -> &mut Self {
-        self.body += "<div class=\"pair\">\n";
-        self.figure(left.0, left.1, left.2);
-        self.figure(right.0, right.1, right.2);
-        self.body += "</div>\n";
-        self
+        self.part("pair", |page| {
+            page.figure(left.0, left.1, left.2).figure(right.0, right.1, right.2);
+        })
     }
 
     /// A part that is folded away until the reader opens it. Sections do not belong into it: use subsections.
     pub fn details(&mut self, summary: &str, content: impl FnOnce(&mut Self)) -> &mut Self {
-        self.body += &format!("<details>\n<summary>{}</summary>\n", escape(summary));
-        content(self);
-        self.body += "</details>\n";
-        self
+        self.folded("", summary, content)
     }
 
     /// [`Self::details`] with rows of data, which stand in a table of the folder, too: they are not printed.
     pub fn data(&mut self, summary: &str, content: impl FnOnce(&mut Self)) -> &mut Self {
-        self.body += &format!("<details class=\"data\">\n<summary>{}</summary>\n", escape(summary));
+        self.folded(" class=\"data\"", summary, content)
+    }
+
+    fn folded(&mut self, attributes: &str, summary: &str, content: impl FnOnce(&mut Self)) -> &mut Self {
+        let begins = format!("<details{attributes}>\n<summary>{}</summary>\n", escape(summary));
+        self.enclosed(&begins, "</details>\n", content)
+    }
+
+    fn enclosed(&mut self, begins: &str, ends: &str, content: impl FnOnce(&mut Self)) -> &mut Self {
+        self.body += begins;
         content(self);
-        self.body += "</details>\n";
+        self.body += ends;
         self
     }
 

@@ -1,4 +1,5 @@
-//! The findings as an expert would write them: what each effect is, how large, what it did to the points, how sure that is, what else it could
+//! The findings as an expert would write them: what each effect is, how large, what it did to the points, how sure that
+//! is, what else it could
 //! be, what to do, and the pictures that show it: residuals before and after, and its own size.
 
 use super::figures::{Arrow, Axis, LineChart, LineStyle, Panel, Series, VectorField, line_chart, vector_field};
@@ -27,8 +28,8 @@ pub(super) fn letter(page: &mut Page, run: &RunFolder, diagnosis: &Diagnosis) {
         }
         if !found.plausible {
             page.warning(
-                "The estimate is beyond what physics allows of this effect: take it as a shape that looks like it, and look for the cause \
-                 among what it could also be.",
+                "The estimate is beyond what physics allows of this effect: take it as a shape that looks like it, and \
+                 look for the cause among what it could also be.",
             );
         }
         picture(page, run, found);
@@ -82,9 +83,15 @@ fn sizes(estimate: &BTreeMap<String, EstimateEntry>) -> String {
     estimate.iter().map(size).collect::<Vec<_>>().join(", ")
 }
 
+/// Of one effect alone; how far all of them together moved the points is measured, and the headline has it.
 fn moved(Impact { rms_m, height_m, surveyed }: &Impact) -> String {
     let points = if *surveyed { "the surveyed points" } else { "the points (a sample, after a similarity)" };
-    format!("It moved {points} by {} mm, of which {} mm in height", mm(*rms_m), mm(*height_m))
+    format!(
+        "Left out of the final model, whose weights stay as they are, it moves {points} by {} mm (3D RMS, to first \
+         order; {} mm in height)",
+        mm(*rms_m),
+        mm(*height_m)
+    )
 }
 
 fn id(found: &FoundEntry) -> String {
@@ -108,8 +115,8 @@ fn picture(page: &mut Page, run: &RunFolder, found: &FoundEntry) {
 }
 
 const AS_FITTED: &str = "What each adjustment leaves: in the base model cameras and poses absorb most of the effect.";
-const OWN_SIZE: &str = "The effect's own size: the final model with the effect taken out and everything else held. No adjustment shows \
-                        residuals like these.";
+const OWN_SIZE: &str = "The effect's own size: the final model with the effect taken out and everything else held. No \
+                        adjustment shows residuals like these.";
 
 fn profiles(found: &FoundEntry, rows: &[&FoundRow]) -> LineChart {
     let mut components: Vec<&str> = Vec::new();
@@ -189,8 +196,8 @@ pub fn weights_sentence(diagnosis: &Diagnosis) -> Option<String> {
     let groups: Vec<String> = diagnosis.imprecise.iter().map(group).collect();
     (!groups.is_empty()).then(|| {
         format!(
-            "Much less precise than stated: {}. That is no question of precision any more: look for wrong coordinates, a wrong frame or a \
-             missing effect there first.",
+            "Much less precise than stated: {}. That is no question of precision any more: look for wrong coordinates, \
+             a wrong frame or a missing effect there first.",
             groups.join("; ")
         )
     })

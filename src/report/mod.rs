@@ -24,6 +24,7 @@
 //! The charts are written directly as SVG: the charting crates at hand round to whole pixels, which turns short arrows
 //! by degrees, and cannot measure text without a font, which puts legends over data.
 
+pub mod compare;
 pub mod diagnosis_tables;
 pub mod figures;
 pub mod html;
@@ -37,6 +38,7 @@ pub mod tables;
 pub mod words;
 
 mod axes;
+mod coverage;
 mod detectable;
 mod diagnosis;
 mod finding;
@@ -51,3 +53,4 @@ mod scale;
 mod sensor_section;
 mod sheet;
 mod svg;
+mod uncertainty;

@@ -42,6 +42,9 @@ pub fn as_check(row: &ModelCheckRow) -> CheckRow {
         sigma_dz: None,
         images: None,
         rms_px: None,
+        easting: None,
+        northing: None,
+        height: None,
     }
 }
 

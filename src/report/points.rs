@@ -81,9 +81,9 @@ pub(super) fn control_beside_check(run: &RunFolder) -> Option<String> {
         // Three coordinates a point; an RMS of k values is known to 1 / sqrt(2 k) of itself.
         let uncertainty = 100.0 / (6.0 * control.n as f64).sqrt();
         format!(
-            "Control points differ by {} mm, check points by {} mm. The adjustment weighs control, it does not force its \
-             differences to zero: both have the errors of their marks and of their survey. An RMS of {} points is itself \
-             uncertain by {:.0} %, and check points may be surveyed more precisely.",
+            "Control points differ by {} mm, check points by {} mm. The adjustment weighs control, it does not force \
+             its differences to zero: both have the errors of their marks and of their survey. An RMS of {} points is \
+             itself uncertain by {:.0} %, and check points may be surveyed more precisely.",
             super::headline::short_mm(control.rms_m.xyz),
             super::headline::short_mm(check.rms_m.xyz),
             control.n,

@@ -1,5 +1,7 @@
 //! The page of a run: what was adjusted, how well it fits, and, after a diagnosis, what was missing.
 
+use super::coverage;
+pub use super::coverage::Coverage;
 use super::figures::{
     PlanArrows, PlanSigned, flights_plan_profile, histogram, image_bars, line_chart, residuals_plan_arrows,
     residuals_plan_signed,
@@ -13,7 +15,7 @@ use super::run_tables::{
 };
 use super::sensor_section::sensor_figures;
 use super::tables::Table;
-use super::{detectable, diagnosis, geojson, glossary, letter, pictures, points, provenance};
+use super::{detectable, diagnosis, geojson, glossary, letter, pictures, points, provenance, uncertainty};
 use crate::block::Block;
 use crate::diagnose::pictures::Shown;
 use crate::diagnose::verdict::Diagnosis;
@@ -38,7 +40,7 @@ pub const CLIENT: &str = "client.html";
 pub fn write_page(dir: &Path, client: bool) -> Result<()> {
     let run = RunFolder::read(dir)?;
     let ties = TieResiduals::read(dir, &run.images)?;
-    let page = page(&run, ties);
+    let page = page(&run, ties, &Coverage::read(dir)?);
     page.write(dir)?;
     geojson::write(&run, dir)?;
     if client {
@@ -53,7 +55,7 @@ pub fn write_page(dir: &Path, client: bool) -> Result<()> {
 /// As [`write_page`].
 pub fn write_page_of(dir: &Path, ties: TieResiduals) -> Result<()> {
     let run = RunFolder::read(dir)?;
-    page(&run, ties).write(dir)?;
+    page(&run, ties, &Coverage::read(dir)?).write(dir)?;
     geojson::write(&run, dir)
 }
 
@@ -96,8 +98,8 @@ impl Diagnosed<'_> {
     }
 }
 
-/// The page of a run with these residuals.
-pub fn page(run: &RunFolder, ties: TieResiduals) -> Page {
+/// The page of a run with these residuals and this coverage.
+pub fn page(run: &RunFolder, ties: TieResiduals, coverage: &Coverage) -> Page {
     let what = if run.diagnosis.is_some() { "Diagnosis" } else { "Adjustment" };
     let mut page = Page::new(format!("{what} of the block {}", run.summary.block));
     page.subtitle(&contents(run)).provenance(&provenance::short(run));
@@ -111,7 +113,7 @@ pub fn page(run: &RunFolder, ties: TieResiduals) -> Page {
         diagnosis::ledger_section(&mut page, found);
         diagnosis::how(&mut page, found);
         diagnosis::structure(&mut page, run, found);
-        diagnosis::candidates(&mut page, found);
+        diagnosis::candidates(&mut page, found, run.summary.has_scale());
         detectable::section(&mut page, found, run.summary.has_scale());
     }
     adjustment(&mut page, run);
@@ -122,7 +124,9 @@ pub fn page(run: &RunFolder, ties: TieResiduals) -> Page {
     }
     image_section(&mut page, run, ties);
     block_section(&mut page, run);
+    coverage::section(&mut page, run, coverage);
     gnss_section(&mut page, run);
+    glossary::literature(&mut page, run);
     glossary::section(&mut page);
     page
 }
@@ -204,6 +208,7 @@ fn parameters(page: &mut Page, run: &RunFolder) {
     } else {
         page.table(&effects_table(&run.summary));
     }
+    uncertainty::section(page, run);
 }
 
 fn image_section(page: &mut Page, run: &RunFolder, ties: TieResiduals) {

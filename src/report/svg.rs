@@ -338,8 +338,8 @@ pub(super) fn arrow(from: [f64; 2], to: [f64; 2]) -> String {
     format!("M{}L{}M{}L{}L{}", pair(from), pair(to), barb(1.0), pair(to), barb(-1.0))
 }
 
-/// Path data of an arrow that ends at the edge of the area between two corners. One that is cut off has no head: its tip is
-/// elsewhere.
+/// Path data of an arrow that ends at the edge of the area between two corners. One that is cut off has no head: its
+/// tip is elsewhere.
 pub(super) fn arrow_within(from: [f64; 2], to: [f64; 2], [low, high]: [[f64; 2]; 2]) -> String {
     let is_inside = |p: [f64; 2]| (0..2).all(|k| p[k] >= low[k] && p[k] <= high[k]);
     if !is_inside(from) {

@@ -1,6 +1,7 @@
 //! One table, printed alike in the terminal and in HTML.
 
 use super::html_text::{escaped, unbroken};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A column's heading.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,8 +61,51 @@ impl Table {
         self
     }
 
-    /// Aligned plain text, each line ended by a newline. Line breaks within a cell become spaces.
+    /// Aligned plain text, each line ended by a newline, within the width that [`fit_text_to`] set. Line breaks within a
+    /// cell become spaces.
     pub fn to_text(&self) -> String {
+        self.to_text_within(TEXT_WIDTH.load(Ordering::Relaxed))
+    }
+
+    /// [`Self::to_text`] in lines of at most `width` characters: the last columns of a wide table stand below the others,
+    /// beside the first column again. A cell that is wider by itself is not cut.
+    pub fn to_text_within(&self, width: usize) -> String {
+        let all = self.all_columns();
+        let widths: Vec<usize> = (0..all.len()).map(|k| self.text_width(&all, k)).collect();
+        let mut parts: Vec<Vec<usize>> = vec![Vec::new()];
+        let mut used = 0;
+        for (k, own) in widths.iter().enumerate() {
+            let gap = if k == 0 { 0 } else { GAP };
+            if used + gap + own > width && parts.last().is_some_and(|part| part.len() > 1) {
+                parts.push(vec![0]);
+                used = widths[0];
+            }
+            parts.last_mut().expect("one at least").push(k);
+            used += gap + own;
+        }
+        let fitted = |note: &String| if width == usize::MAX { note.clone() } else { textwrap::fill(note, width) };
+        let notes: Vec<String> = self.notes.iter().map(fitted).collect();
+        if parts.len() == 1 {
+            return Self { notes, ..self.clone() }.to_aligned_text();
+        }
+        let last = parts.len() - 1;
+        let part = |(number, columns): (usize, &Vec<usize>)| Self {
+            caption: if number == 0 { self.caption.clone() } else { String::new() },
+            columns: columns.iter().map(|k| all[*k].clone()).collect(),
+            rows: self.rows.iter().map(|row| columns.iter().map(|k| cell(row, *k).to_string()).collect()).collect(),
+            notes: if number == last { notes.clone() } else { Vec::new() },
+        };
+        parts.iter().enumerate().map(part).map(|table| table.to_aligned_text()).collect::<Vec<_>>().join("\n")
+    }
+
+    /// Characters of a column.
+    fn text_width(&self, all: &[Column], k: usize) -> usize {
+        let heading = all[k].name.chars().count().max(all[k].unit.chars().count());
+        let cells = self.rows.iter().map(|row| cell(row, k).chars().count().min(MOST_CHARACTERS));
+        cells.fold(heading, usize::max)
+    }
+
+    fn to_aligned_text(&self) -> String {
         let all = self.all_columns();
         let mut lines: Vec<Vec<String>> = vec![all.iter().map(|c| c.name.clone()).collect()];
         if all.iter().any(|c| !c.unit.is_empty()) {
@@ -157,6 +201,16 @@ impl Table {
     }
 }
 
+/// Lines of tables as text have at most so many characters from now on, in this program.
+pub fn fit_text_to(width: usize) {
+    TEXT_WIDTH.store(width, Ordering::Relaxed);
+}
+
+/// See [`fit_text_to`].
+static TEXT_WIDTH: AtomicUsize = AtomicUsize::new(usize::MAX);
+/// Blanks between two columns of text.
+const GAP: usize = 2;
+
 /// Columns that a phone shows side by side.
 const WIDEST_OF_A_PHONE: usize = 3;
 /// The next number.
@@ -187,6 +241,20 @@ mod tests {
         let mut t = Table::new("Check points").text("set", "").number("mean", "mm").number("sigma", "mm");
         t.row(["planimetry", "0.26", "0.19"]).row(["height", "0.92"]).note("after the similarity");
         t
+    }
+
+    #[test]
+    fn a_wide_table_goes_on_below_beside_its_first_column() {
+        let mut t =
+            Table::new("Wide").text("effect", "").number("first", "mm").number("second", "").text("estimate", "");
+        t.row(["rolling-shutter", "1.25", "0.001", "t = 0.0200 s"]).row(["focal-time", "17", "3", ""]).note("a note");
+        let text = t.to_text_within(36);
+        assert!(text.lines().all(|line| line.chars().count() <= 36), "{text}");
+        assert_eq!((text.matches("rolling-shutter").count(), text.matches("Wide").count()), (2, 1), "{text}");
+        assert!(text.ends_with("a note\n") && text.contains("t = 0.0200 s"), "{text}");
+        assert_eq!(t.to_text_within(200), t.to_text_within(usize::MAX));
+        // A cell that is wider than the line stands alone beside the first column.
+        assert!(t.to_text_within(10).contains("t = 0.0200 s"));
     }
 
     #[test]

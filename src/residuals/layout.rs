@@ -69,7 +69,8 @@ impl<'a> Layout<'a> {
         Families::new(problem, self.context.state, list, together)
     }
 
-    /// Hands the columns of all tests to `test`, and judges what comes back: a system in which they are the last columns, and their spread.
+    /// Hands the columns of all tests to `test`, and judges what comes back: a system in which they are the last
+    /// columns, and their spread.
     pub fn analyse<T, E>(
         &mut self,
         heights: &Result<Heights, &'static str>,
@@ -92,8 +93,8 @@ impl<'a> Layout<'a> {
             let share = rows.range.clone().map(|c| system.information[(c, c)]).sum::<f64>() / rows.range.len() as f64;
             let noise = &mut self.context.gnss_noise;
             noise.degrees = share * (3 * self.context.problem.gnss.len()) as f64;
-            // A residual has a share of the images' errors, too, and its mean over a flight has little else where positions
-            // are far better than their weights say: they may be worse than stated here, and no better.
+            // A residual has a share of the images' errors, too, and its mean over a flight has little else where
+            // positions are far better than their weights say: they may be worse than stated here, and no better.
             noise.sum_of_squares = noise.sum_of_squares.max(noise.degrees);
         }
         let context = &self.context;

@@ -41,11 +41,13 @@ impl Fit {
     }
 }
 
-/// Change of chi-square at which a quick fit stops: parameters are then known to a tenth of their sigma, and what is left of the
-/// gradient the null model takes out of every score. The model that is handed on is solved to the last digit, by both solvers.
+/// Change of chi-square at which a quick fit stops: parameters are then known to a tenth of their sigma, and what is
+/// left of the gradient the null model takes out of every score. The model that is handed on is solved to the last
+/// digit, by both solvers.
 const CHI_SQUARE_CHANGE: f64 = 1e-2;
 
-/// Steps that gain less than this after which such a fit ends: what they promise together is a tenth of a unit, where decisions take a dozen.
+/// Steps that gain less than this after which such a fit ends: what they promise together is a tenth of a unit, where
+/// decisions take a dozen.
 const IDLE_STEPS: usize = 4;
 
 /// Iterations of a fit that starts near its solution, at the most: four to six are usual.
@@ -63,7 +65,8 @@ fn deciding(options: &Options) -> Options {
 
 /// Fits with the native solver.
 ///
-/// `near`: an earlier fit of the same images, to start from; another model's solution is nearer than the block's approximations.
+/// `near`: an earlier fit of the same images, to start from; another model's solution is nearer than the block's
+/// approximations.
 pub fn fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) -> Result<Fit, RunError> {
     let without_motion = match near {
         Some(_) => None,
@@ -75,8 +78,8 @@ pub fn fit(block: &Block, model: &Model, near: Option<&Fit>, options: &Options) 
 
 /// A fit of `block` without the effects of `model` that need velocities. Where a block lacks them they come from its
 /// adjusted projection centres: positions of a file are off by up to half a metre, and their velocities by per cents.
-/// `None` where velocities are measured, where no effect needs them, or where there is no such fit: then the positions of
-/// the block give them.
+/// `None` where velocities are measured, where no effect needs them, or where there is no such fit: then the positions
+/// of the block give them.
 ///
 /// # Errors
 /// A wish to stop.
@@ -98,9 +101,10 @@ pub fn fit_without_motion(block: &Block, model: &Model, options: &Options) -> Re
 
 /// Fits a problem from its start values.
 ///
-/// A searched parameter (a place on the sensor, a width, a lag) that leaves the domain of its search describes another shape than the one that
-/// was found there (a flaw wider than the sensor is a distortion of the lens), one that a single measurement holds says nothing of the others, and
-/// one that the measurements do not determine ends the fit: in each case the searched parameters of that effect are held where they started.
+/// A searched parameter (a place on the sensor, a width, a lag) that leaves the domain of its search describes another
+/// shape than the one that was found there (a flaw wider than the sensor is a distortion of the lens), one that a
+/// single measurement holds says nothing of the others, and one that the measurements do not determine ends the fit: in
+/// each case the searched parameters of that effect are held where they started.
 pub fn solve(model: &Model, problem: Problem, options: &Options) -> Result<Fit, AdjustError> {
     let solved = solve_as_it_is(&problem, options);
     let lost = match &solved {
@@ -158,7 +162,8 @@ mod tests {
     use crate::scenario::{Scenario, simulate};
     use std::collections::BTreeMap;
 
-    /// A bulge about the middle of the sensor, three times wider than any flaw that is searched, and how the fit of a flaw takes it.
+    /// A bulge about the middle of the sensor, three times wider than any flaw that is searched, and how the fit of a
+    /// flaw takes it.
     #[test]
     fn width_that_leaves_its_domain_is_held_where_it_started() {
         let scenario = Scenario::preset("closerange", &BTreeMap::from([("points".into(), 60.0)])).expect("a preset");

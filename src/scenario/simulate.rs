@@ -39,6 +39,7 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Result<Simulation> {
     let mut block = Block {
         name: scenario.name.clone(),
         crs: scenario.crs.clone(),
+        survey_crs: String::new(),
         sigma: scenario.sigma.into(),
         cameras: scenario.cameras.iter().map(Into::into).collect(),
         flights: scenario
@@ -82,6 +83,7 @@ pub(super) fn truth_of(block: &Block) -> Block {
     Block {
         name: block.name.clone(),
         crs: block.crs.clone(),
+        survey_crs: String::new(),
         sigma: block.sigma,
         cameras: block.cameras.clone(),
         flights: block.flights.clone(),

@@ -138,6 +138,7 @@ impl Draw {
         let mut block = Block {
             name: self.text(),
             crs: self.text(),
+            survey_crs: "EPSG:32633".into(),
             sigma: self.sigma(),
             cameras: camera_names.into_iter().map(|name| self.camera(name)).collect(),
             flights: flight_names,

@@ -1,4 +1,5 @@
-// No dead ends: where nothing is missing the page says what came of it, what has nothing to do is no step, and a failed step can be dismissed.
+// No dead ends: where nothing is missing the page says what came of it, what has nothing to do is no step, and a failed
+// step can be dismissed.
 
 import assert from "node:assert/strict";
 import test from "node:test";
@@ -8,10 +9,12 @@ import { arrivedAt, folder, openPage, startLab, STEP } from "./lab.mjs";
 async function ask(url, parent, change) {
   const { origin, searchParams } = new URL(url);
   const headers = { "x-token": searchParams.get("token"), "content-type": "application/json" };
-  return (await fetch(`${origin}/api/steps`, { method: "POST", headers, body: JSON.stringify({ parent, change }) })).json();
+  return (await fetch(`${origin}/api/steps`, { method: "POST", headers, body: JSON.stringify({ parent, change }) }))
+    .json();
 }
 
-test("the end of a story: done, with both errors and the report; no button that leads nowhere", { timeout: 5 * STEP }, async (t) => {
+test("the end of a story: done, with both errors and the report; no button that leads nowhere", { timeout: 5 * STEP },
+  async (t) => {
   const errors = ["noise:px=0.3", "rolling-shutter:readout=0.02"].flatMap((error) => ["--error", error]);
   const lab = await startLab(t, "--simulate", "dike", ...errors, "-o", `${folder(t)}/lab`);
   const page = await openPage(t, lab.url, { width: 1440, height: 900 });

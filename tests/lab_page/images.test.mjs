@@ -1,4 +1,5 @@
-// The images behind the residuals: under one image's arrows, close up, and in patches about the marks of a point, so that a wrong mark is seen.
+// The images behind the residuals: under one image's arrows, close up, and in patches about the marks of a point, so
+// that a wrong mark is seen.
 
 import assert from "node:assert/strict";
 import { cpSync, mkdirSync, readFileSync, symlinkSync, writeFileSync } from "node:fs";
@@ -12,7 +13,8 @@ const POINT = "gcp0001";
 const SMALLER = 4;
 const [WIDTH, HEIGHT] = [5120 / SMALLER, 3840 / SMALLER];
 
-/** A block in which one mark of a point is off by 60 px, and a folder with its images, a black disc at each true mark. */
+/** A block in which one mark of a point is off by 60 px, and a folder with its images, a black disc at each true mark.
+ * */
 function marked(at) {
   const named = join(at, "block");
   cpSync(block("data/hidden/received-1"), named, { recursive: true });
@@ -22,7 +24,8 @@ function marked(at) {
   const own = lines.filter(([, point]) => point === POINT).slice(0, 6);
   for (const [image, , x, y] of own) {
     const [cx, cy] = [x / SMALLER, y / SMALLER];
-    writeFileSync(join(images, `${image}.png`), png(WIDTH, HEIGHT, (px, py) => (Math.hypot(px + 0.5 - cx, py + 0.5 - cy) < 6 ? 0 : 200 + ((px >> 5) + (py >> 5)) % 2 * 30)));
+    writeFileSync(join(images, `${image}.png`), png(WIDTH, HEIGHT,
+      (px, py) => (Math.hypot(px + 0.5 - cx, py + 0.5 - cy) < 6 ? 0 : 200 + ((px >> 5) + (py >> 5)) % 2 * 30)));
   }
   own[2][2] = String(Number(own[2][2]) + 60);
   writeFileSync(join(named, "marks.csv"), `${lines.map((line) => line.join(",")).join("\n")}\n`);
@@ -32,7 +35,8 @@ function marked(at) {
 test("a wrong mark is seen beside the others, and an image behind its residuals", { timeout: 5 * STEP }, async (t) => {
   const at = folder(t);
   const { named, images, wrong, right, with: shown } = marked(at);
-  const names = readFileSync(join(named, "images.csv"), "utf8").trimEnd().split("\n").slice(1).map((line) => line.split(",")[0]);
+  const names = readFileSync(join(named, "images.csv"), "utf8").trimEnd().split("\n").slice(1)
+    .map((line) => line.split(",")[0]);
   const linked = names.find((name) => !shown.includes(name));
   writeFileSync(join(at, "secret.png"), "secret");
   symlinkSync(join(at, "secret.png"), join(images, `${linked}.png`));
@@ -44,11 +48,13 @@ test("a wrong mark is seen beside the others, and an image behind its residuals"
 
   await t.test("only images of the block in that folder are served", async () => {
     const { origin, searchParams } = new URL(lab.url);
-    const get = (name, token = searchParams.get("token")) => fetch(`${origin}/api/photos/${name}`, { headers: { "x-token": token } });
+    const get = (name, token = searchParams.get("token")) =>
+      fetch(`${origin}/api/photos/${name}`, { headers: { "x-token": token } });
     const answer = await get(right);
     assert.equal(answer.headers.get("content-type"), "image/png");
     assert.deepEqual(Buffer.from(await answer.arrayBuffer()), readFileSync(join(images, `${right}.png`)));
-    for (const name of ["secret", "..%2Fsecret.png", "%2Fetc%2Fpasswd", `${right}.png%00`, "..%2Fblock%2Fimages.csv"]) assert.equal((await get(name)).status, 404, name);
+    for (const name of ["secret", "..%2Fsecret.png", "%2Fetc%2Fpasswd", `${right}.png%00`,
+      "..%2Fblock%2Fimages.csv"]) assert.equal((await get(name)).status, 404, name);
     const led = await get(linked);
     assert.ok(led.status >= 400, "a link out of the folder");
     assert.doesNotMatch(await led.text(), /^secret/);
@@ -56,9 +62,11 @@ test("a wrong mark is seen beside the others, and an image behind its residuals"
   });
 
   const patch = (image) => page.locator(`.patch[data-image="${names.indexOf(image)}"]`);
-  /** Grey about the middle of a patch, between the arms of the cross: the median of four places, of which the circle may hide one. */
+  /** Grey about the middle of a patch, between the arms of the cross: the median of four places, of which the circle
+   * may hide one. */
   const middle = (image) => patch(image).locator("canvas").evaluate((canvas) => {
-    const at = (x, y) => canvas.getContext("2d").getImageData(canvas.width / 2 + x, canvas.height / 2 + y, 1, 1).data[0];
+    const at = (x, y) => canvas.getContext("2d").getImageData(canvas.width / 2 + x, canvas.height / 2 + y, 1,
+      1).data[0];
     return [at(12, 12), at(-12, 12), at(12, -12), at(-12, -12)].sort((a, b) => a - b)[1];
   });
   await t.test("patches of the marks of a point, side by side", async () => {
@@ -74,20 +82,24 @@ test("a wrong mark is seen beside the others, and an image behind its residuals"
       const plot = plotsOf(figure).find((one) => one.keys.x && one.keys.y);
       const box = figure.getBoundingClientRect();
       const [, , width] = figure.getAttribute("viewBox").split(" ").map(Number);
-      return [box.left + (plot.x.pixel(own[plot.keys.x]) * box.width) / width, box.top + (plot.y.pixel(own[plot.keys.y]) * box.width) / width];
+      return [box.left + (plot.x.pixel(own[plot.keys.x]) * box.width) / width,
+        box.top + (plot.y.pixel(own[plot.keys.y]) * box.width) / width];
     }, POINT);
     await page.mouse.move(...place);
     const tip = panel(page, "flights").locator(".side:last-child .tip");
-    await page.waitForFunction((point) => document.querySelector(".panel[data-view=flights] .side:last-child .tip")?.textContent.includes(point), POINT);
+    await page.waitForFunction((point) => document.querySelector(
+      ".panel[data-view=flights] .side:last-child .tip")?.textContent.includes(point), POINT);
     assert.match(await tip.textContent(), new RegExp(`control point ${POINT}: dE \\S+, dN \\S+, dH \\S+ mm`));
     await page.mouse.down();
     await page.mouse.up();
     await patch(wrong).waitFor();
-    await page.waitForFunction(() => [...document.querySelectorAll(".patch canvas")].filter((canvas) => canvas.getContext("2d").getImageData(20, 20, 1, 1).data[3] > 0).length >= 6);
+    await page.waitForFunction(() => [...document.querySelectorAll(".patch canvas")]
+      .filter((canvas) => canvas.getContext("2d").getImageData(20, 20, 1, 1).data[3] > 0).length >= 6);
     assert.ok((await middle(right)) < 60, "the mark is on the disc");
     assert.ok((await middle(wrong)) > 150, "the wrong mark is beside it");
     const absent = page.locator(".patch", { hasText: "no file of this image" });
-    assert.equal(await absent.count() + shown.length, await page.locator(".patch").count(), "the others say that they have no file");
+    assert.equal(await absent.count() + shown.length, await page.locator(".patch").count(),
+      "the others say that they have no file");
     await page.picture("images-1-marks");
     await page.keyboard.press("Escape");
   });
@@ -99,14 +111,16 @@ test("a wrong mark is seen beside the others, and an image behind its residuals"
     await photo.waitFor();
     // Its edges are those of the sensor on the axes.
     const area = drawing(page, "image").locator("rect.plot").first();
-    const [inside, around, range] = [await photo.boundingBox(), await area.boundingBox(), (await area.getAttribute("data-x")).split(" ").map(Number)];
+    const [inside, around, range] = [await photo.boundingBox(), await area.boundingBox(),
+      (await area.getAttribute("data-x")).split(" ").map(Number)];
     const expected = (around.width * 5120) / (range[1] - range[0]);
     assert.ok(Math.abs(inside.width - expected) < 2, `${inside.width} px wide, expected ${expected}`);
     await panel(page, "image").scrollIntoViewIfNeeded();
     await page.picture("images-2-behind");
     await panel(page, "image").getByRole("button", { name: "Zoom" }).click();
     const canvas = page.locator("canvas.photo");
-    await page.waitForFunction(() => /px of the screen per px/.test(document.querySelector("dialog")?.textContent ?? ""));
+    await page.waitForFunction(() => /px of the screen per px/.test(document.querySelector("dialog")?.textContent
+      ?? ""));
     const before = await canvas.evaluate((element) => element.toDataURL());
     await canvas.hover();
     await page.mouse.wheel(0, -600);
@@ -117,7 +131,8 @@ test("a wrong mark is seen beside the others, and an image behind its residuals"
   assert.deepEqual(page.faults, []);
 });
 
-test("without images the marks of a point are a list, and a folder without images of the block is refused", { timeout: 5 * STEP }, async (t) => {
+test("without images the marks of a point are a list, and a folder without images of the block is refused",
+  { timeout: 5 * STEP }, async (t) => {
   const at = folder(t);
   const page = await openPage(t, (await startLab(t, block("data/hidden/received-1"), "-o", join(at, "lab"))).url);
   await page.locator(".item.chosen.done").waitFor({ timeout: STEP });
@@ -127,5 +142,6 @@ test("without images the marks of a point are a list, and a folder without image
   assert.match(await page.locator("dialog").textContent(), /check point \S+: dE .* --images FOLDER/);
   assert.ok((await page.locator(".patch").count()) > 2);
   assert.deepEqual(page.faults, []);
-  await assert.rejects(startLab(t, block("data/hidden/received-1"), "--images", at, "-o", join(at, "other")), /no image of the block lies here/);
+  await assert.rejects(startLab(t, block("data/hidden/received-1"), "--images", at, "-o", join(at, "other")),
+    /no image of the block lies here/);
 });

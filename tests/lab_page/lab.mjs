@@ -28,7 +28,8 @@ export function run(...words) {
     let out = "";
     child.stdout.on("data", (text) => { out += text; });
     child.on("error", failed);
-    child.on("exit", (code) => (code === 0 ? done(out) : failed(new Error(`misclosure ${words.join(" ")} ended with ${code}`))));
+    child.on("exit", (code) => (code === 0 ? done(out)
+      : failed(new Error(`misclosure ${words.join(" ")} ended with ${code}`))));
   });
 }
 
@@ -55,9 +56,12 @@ export function startLab(t, ...words) {
   });
 }
 
-/** A page of 1600 by 1000; what goes wrong in it fails the test. `before`: what is done with it before it has an address. */
-export async function openPage(t, url, { width = 1600, height = 1000, colorScheme = "light", before = async () => {} } = {}) {
-  const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"] });
+/** A page of 1600 by 1000; what goes wrong in it fails the test. `before`: what is done with it before it has an
+ * address. */
+export async function openPage(t, url, { width = 1600, height = 1000, colorScheme = "light", before = async () => {} } =
+  {}) {
+  const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+    args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"] });
   t.after(() => browser.close());
   const page = await browser.newPage({ viewport: { width, height }, colorScheme });
   page.setDefaultTimeout(STEP / 3);
@@ -88,7 +92,9 @@ export async function arrivedAt(page, words, timeout = STEP) {
 }
 
 /** The figures of the headline by name, as numbers. */
-export const headline = (page) => page.$$eval("#headline .numbers > div", (boxes) => Object.fromEntries(boxes.map((box) => [box.querySelector("dt").textContent, Number(box.querySelector("b").textContent.replace("−", "-"))])));
+export const headline = (page) => page.$$eval("#headline .numbers > div",
+  (boxes) => Object.fromEntries(boxes.map((box) => [box.querySelector("dt").textContent,
+  Number(box.querySelector("b").textContent.replace("−", "-"))])));
 
 /** Drags over a figure, from and to as parts of its first plotting area. */
 export async function drag(page, view, [x0, y0], [x1, y1], { hold = false, steps = 8 } = {}) {

@@ -1,4 +1,5 @@
-// Brushing is linked: what is chosen in one figure stands out in the others, in 3D and at the GNSS positions too, and can be chosen there.
+// Brushing is linked: what is chosen in one figure stands out in the others, in 3D and at the GNSS positions too, and
+// can be chosen there.
 
 import assert from "node:assert/strict";
 import test from "node:test";
@@ -11,7 +12,8 @@ test("3D and GNSS positions take part in brushing", { timeout: 5 * STEP }, async
   for (const key of ["4", "0", "g"]) await page.keyboard.press(key);
   await drawn(page, "sensor", "gnss", "flights");
   const legend = panel(page, "space").locator(".legend");
-  await page.waitForFunction(() => /residual RMS/.test(document.querySelector(".legend")?.textContent ?? ""), null, { timeout: STEP / 10 });
+  await page.waitForFunction(() => /residual RMS/.test(document.querySelector(".legend")?.textContent ?? ""), null,
+    { timeout: STEP / 10 });
   const canvas = panel(page, "space").locator("canvas");
   const picture = () => canvas.evaluate((element) => element.toDataURL());
   const settled = async () => {
@@ -21,11 +23,14 @@ test("3D and GNSS positions take part in brushing", { timeout: 5 * STEP }, async
   const brushedTies = async () => {
     await page.waitForFunction(() => /tie points brushed/.test(document.querySelector(".legend").textContent));
     await settled();
-    return (await legend.textContent()).replaceAll("\u202f", "").match(/(\d+) of (\d+) tie points brushed/).slice(1).map(Number);
+    return (await legend.textContent()).replaceAll("\u202f", "").match(/(\d+) of (\d+) tie points brushed/).slice(1)
+      .map(Number);
   };
-  const marked = async () => (await page.locator("#selection .mark").textContent()).replaceAll("\u202f", "").split(" of ").map(Number);
+  const marked = async () => (await page.locator("#selection .mark").textContent()).replaceAll("\u202f", "")
+    .split(" of ").map(Number);
   await settled();
-  const [before, sensor, gnss] = [await picture(), await drawing(page, "sensor").innerHTML(), await drawing(page, "gnss").innerHTML()];
+  const [before, sensor, gnss] = [await picture(), await drawing(page, "sensor").innerHTML(),
+    await drawing(page, "gnss").innerHTML()];
 
   await t.test("a brush elsewhere stands out in 3D and at the GNSS positions", async () => {
     await drag(page, "flights", [0.02, 0.02], [0.5, 0.98]);
@@ -51,7 +56,8 @@ test("3D and GNSS positions take part in brushing", { timeout: 5 * STEP }, async
     await page.mouse.up();
     const [part, all] = await brushedTies();
     const [n, total] = await marked();
-    assert.ok(part > 0 && part < all && n > part && n < total, `${part} of ${all} tie points, ${n} of ${total} measurements`);
+    assert.ok(part > 0 && part < all && n > part && n < total,
+      `${part} of ${all} tie points, ${n} of ${total} measurements`);
     assert.notEqual(await drawing(page, "sensor").innerHTML(), sensor, "the sensor shows it");
     await page.picture("linked-2-space");
     await panel(page, "space").getByRole("button", { name: "Brush" }).click();
@@ -62,7 +68,8 @@ test("3D and GNSS positions take part in brushing", { timeout: 5 * STEP }, async
 
   await t.test("a brush at the GNSS positions chooses their images", async () => {
     await panel(page, "gnss").getByLabel("Shown").selectOption("time");
-    await page.waitForFunction(() => [...document.querySelectorAll(".panel[data-view=gnss] .side:last-child svg text")].some((text) => text.textContent.includes("against time")));
+    await page.waitForFunction(() => [...document.querySelectorAll(".panel[data-view=gnss] .side:last-child svg text")]
+      .some((text) => text.textContent.includes("against time")));
     await drawn(page, "gnss");
     await drag(page, "gnss", [0.02, 0.1], [0.4, 0.9]);
     await page.locator("#selection .mark").waitFor();

@@ -13,7 +13,8 @@ function inFeet(to) {
   const copy = join(to, "block");
   cpSync(block("data/hidden/received-1"), copy, { recursive: true });
   const [header, ...rows] = readFileSync(join(copy, "control.csv"), "utf8").trimEnd().split("\n");
-  const feet = rows.map((row) => row.split(",").map((cell, k) => (k > 0 && k < 4 ? (Number(cell) / FOOT).toFixed(6) : cell)).join(","));
+  const feet = rows.map((row) => row.split(",").map((cell, k) =>
+    (k > 0 && k < 4 ? (Number(cell) / FOOT).toFixed(6) : cell)).join(","));
   writeFileSync(join(copy, "control.csv"), `${[header, ...feet].join("\n")}\n`);
   return copy;
 }
@@ -42,7 +43,8 @@ test("control points in feet: named, mended by a key, and taken back", { timeout
   await arrivedAt(page, "mended: scale");
   await drawn(page, "sensor", "plan");
   const after = await headline(page);
-  assert.ok(before["check points"] > 10_000 && after["check points"] < 25, `${before["check points"]} and ${after["check points"]} mm`);
+  assert.ok(before["check points"] > 10_000 && after["check points"] < 25,
+    `${before["check points"]} and ${after["check points"]} mm`);
   assert.equal(await page.locator("#headline .wrong").count(), 0);
   await page.locator(".candidate").first().waitFor({ timeout: STEP });
   assert.equal(await page.locator("article.mistake").count(), 0);

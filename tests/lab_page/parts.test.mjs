@@ -10,8 +10,10 @@ import { mm, probability, significant, unitText, withSigma } from "../../web/num
 import { extent, quantile, readSpace, rectangle, roundBelow } from "../../web/space_data.js";
 import { rows } from "../../web/lanes.js";
 
-const sensor = plotOf({ dataset: { view: "sensor", camera: "0", x: "0 5000", px: "100 600", xkey: "x", y: "0 4000", py: "50 450", ykey: "y" } });
-const profile = plotOf({ dataset: { view: "profile", against: "time", x: "1 1000", px: "0 300", xkey: "range", xlog: "1", y: "0.5 -0.5", py: "10 110" } });
+const sensor = plotOf({ dataset: { view: "sensor", camera: "0", x: "0 5000", px: "100 600", xkey: "x", y: "0 4000",
+  py: "50 450", ykey: "y" } });
+const profile = plotOf({ dataset: { view: "profile", against: "time", x: "1 1000", px: "0 300", xkey: "range",
+  xlog: "1", y: "0.5 -0.5", py: "10 110" } });
 
 test("a brush is what the axes say between two places, whichever way it was dragged", () => {
   const brush = brushBetween(sensor, [300, 250], [200, 150]);
@@ -49,16 +51,20 @@ test("what Mend does is told by file", () => {
   const shift = (by) => ({ file: "images.csv", shift: { columns: ["gnss_x"], by, within: "flight" } });
   assert.equal(editsInWords([shift(1)]), "images.csv: gnss_x moved down by 1 row");
   assert.equal(editsInWords([shift(-2)]), "images.csv: gnss_x moved up by 2 rows");
-  assert.equal(editsInWords([exchange, { file: "ties.csv", remove: null }]), "images.csv: gnss_x and gnss_y exchanged; ties.csv: rows left out");
+  assert.equal(editsInWords([exchange, { file: "ties.csv", remove: null }]),
+    "images.csv: gnss_x and gnss_y exchanged; ties.csv: rows left out");
 });
 
 test("a first child goes on in its parent's lane, and branches stand below it, the newest last", () => {
   const nodes = [[1, null], [2, 1], [3, 1], [4, 2], [5, 3], [6, 1]].map(([id, parent]) => ({ id, parent }));
-  assert.deepEqual(rows(nodes).map(({ node, lane, above }) => [node.id, lane, above]), [[1, 0, null], [2, 0, 0], [4, 0, 1], [3, 1, 0], [5, 1, 3], [6, 2, 0]]);
+  assert.deepEqual(rows(nodes).map(({ node, lane, above }) => [node.id, lane, above]),
+    [[1, 0, null], [2, 0, 0], [4, 0, 1], [3, 1, 0], [5, 1, 3], [6, 2, 0]]);
 });
 
 test("the block in space is read as it was written", () => {
-  const header = JSON.stringify({ origin: [0, 0, 0], ties: { rows: 7, brushed: 3 }, arrays: [{ name: "ties", columns: ["x", "y", "z", "rms_px"], rows: 2 }, { name: "checks", columns: ["x", "y", "z", "dx", "dy", "dz"], rows: 1, ids: ["c1"] }] });
+  const header = JSON.stringify({ origin: [0, 0, 0], ties: { rows: 7, brushed: 3 },
+    arrays: [{ name: "ties", columns: ["x", "y", "z", "rms_px"], rows: 2 },
+    { name: "checks", columns: ["x", "y", "z", "dx", "dy", "dz"], rows: 1, ids: ["c1"] }] });
   const padded = header.padEnd(Math.ceil(header.length / 4) * 4);
   const values = [1, 2, 3, 0.25, 4, 5, 6, 0.5, 7, 8, 9, 0.125, NaN, -0.5];
   const buffer = new ArrayBuffer(4 + padded.length + 4 * values.length);
@@ -91,7 +97,8 @@ test("a step is judged by its check points, whatever fits better", () => {
   assert.equal(judged(3.4, 17.1), "worse");
   const before = { check_rms_m: 0.0034, heldout_px: 0.33, gnss_rms_m: 0.05 };
   assert.equal(verdictOf(before, { check_rms_m: 0.0171, heldout_px: 0.2, gnss_rms_m: 0.01 }), "worse");
-  assert.equal(verdictOf({ ...before, check_rms_m: null }, { check_rms_m: null, heldout_px: 0.2, gnss_rms_m: 0.5 }), "better");
+  assert.equal(verdictOf({ ...before, check_rms_m: null }, { check_rms_m: null, heldout_px: 0.2, gnss_rms_m: 0.5 }),
+    "better");
   assert.equal(verdictOf(null, before), "same");
 });
 

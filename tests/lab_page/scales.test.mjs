@@ -1,4 +1,5 @@
-// One scale for all steps, arrows within their axes, a colour of its own for what is brushed, names, and a bar of one line.
+// One scale for all steps, arrows within their axes, a colour of its own for what is brushed, names, and a bar of one
+// line.
 
 import assert from "node:assert/strict";
 import test from "node:test";
@@ -7,7 +8,8 @@ import { arrivedAt, block, drag, drawing, drawn, folder, openPage, panel, startL
 /** How far drawn lines reach beyond the first plotting area of a figure, px. */
 const beyond = (page, view) => drawing(page, view).evaluate((figure) => {
   const area = figure.querySelector("rect.plot").getBoundingClientRect();
-  const over = [...figure.querySelectorAll("path")].filter((path) => path.querySelector("title") || path.getAttribute("stroke-width") !== "1" && path.getAttribute("d").split("M").length > 20).map((path) => {
+  const over = [...figure.querySelectorAll("path")].filter((path) => path.querySelector("title")
+    || path.getAttribute("stroke-width") !== "1" && path.getAttribute("d").split("M").length > 20).map((path) => {
     const box = path.getBoundingClientRect();
     return Math.max(area.left - box.left, box.right - area.right, area.top - box.top, box.bottom - area.bottom);
   });
@@ -21,14 +23,16 @@ test("scales fit the largest of all steps, whichever is looked at first", { time
   const views = ["sensor", "plan", "height"];
   await page.keyboard.press("3");
   await drawn(page, ...views);
-  const scales = async () => Object.fromEntries(await Promise.all(views.map(async (view) => [view, Number(await drawing(page, view).getAttribute("data-scale"))])));
+  const scales = async () => Object.fromEntries(await Promise.all(
+    views.map(async (view) => [view, Number(await drawing(page, view).getAttribute("data-scale"))])));
   const base = await scales();
   await page.locator(".candidate .add").first().click();
   await arrivedAt(page, "rolling-shutter");
   await drawn(page, ...views);
   assert.deepEqual(await scales(), base, "the smaller errors of the second step are drawn at the same scale");
 
-  await t.test("a page that is opened at the better step has the scale of the worse one, and no arrow leaves its axes", async () => {
+  await t.test("a page that is opened at the better step has the scale of the worse one, and no arrow leaves its axes",
+    async () => {
     page = await openPage(t, `${lab.url}#step-2`, { width: 1440, height: 900 });
     await page.locator(".item.chosen.done", { hasText: "rolling-shutter" }).waitFor();
     await page.keyboard.press("3");
@@ -74,22 +78,27 @@ test("scales fit the largest of all steps, whichever is looked at first", { time
     const bar = drawing(page, "images").locator("[data-image]").nth(30);
     await bar.scrollIntoViewIfNeeded();
     await bar.hover();
-    await page.waitForFunction(() => /^image \S+/.test(document.querySelector(".panel[data-view=images] .side:last-child .tip")?.textContent ?? ""));
+    await page.waitForFunction(() => /^image \S+/.test(
+      document.querySelector(".panel[data-view=images] .side:last-child .tip")?.textContent ?? ""));
     const [all, list] = [await plan.boundingBox(), await plan.locator(".worst").boundingBox()];
     assert.ok(all.y + all.height - list.y - list.height < 14, "the list reaches to the end of the panel");
     assert.ok((await plan.locator(".worst tbody tr").count()) > 3);
   });
 
   await t.test("what is brushed has a colour that nothing else has", async () => {
-    const strokes = () => page.$$eval(".panel .side:last-child .paper svg *", (all) => all.flatMap((one) => [one.getAttribute("fill"), one.getAttribute("stroke")]));
+    const strokes = () => page.$$eval(".panel .side:last-child .paper svg *",
+      (all) => all.flatMap((one) => [one.getAttribute("fill"), one.getAttribute("stroke")]));
     await page.keyboard.press("4");
     await drawn(page, "flights", ...views);
     assert.ok(!(await strokes()).includes("#C2007A"), "nothing is brushed yet");
     await drag(page, "sensor", [0.1, 0.05], [0.9, 0.4]);
     await page.locator("#selection .mark").waitFor();
-    await page.waitForFunction(() => document.querySelector(".panel[data-view=sensor] .side:last-child .paper svg [stroke='#C2007A']"));
-    const colour = (selector, property) => page.locator(selector).first().evaluate((element, name) => getComputedStyle(element)[name], property);
-    assert.equal(await colour(".panel[data-view=sensor] .side:last-child .paper svg [stroke='#C2007A']", "stroke"), await colour("#selection .mark", "color"));
+    await page.waitForFunction(() => document.querySelector(
+      ".panel[data-view=sensor] .side:last-child .paper svg [stroke='#C2007A']"));
+    const colour = (selector, property) => page.locator(selector).first()
+      .evaluate((element, name) => getComputedStyle(element)[name], property);
+    assert.equal(await colour(".panel[data-view=sensor] .side:last-child .paper svg [stroke='#C2007A']", "stroke"),
+      await colour("#selection .mark", "color"));
     // What is not brushed is pale, whatever else is called so.
     const pale = await colour(".panel[data-view=sensor] .side:last-child .paper svg [stroke='#B5B5B5']", "stroke");
     const [red, green, blue] = pale.match(/\d+/g).map(Number);

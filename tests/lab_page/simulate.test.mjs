@@ -1,4 +1,5 @@
-// A simulated block: every kind of parameter has a field of its kind, what is chosen is measured, and the truth stands beside each estimate.
+// A simulated block: every kind of parameter has a field of its kind, what is chosen is measured, and the truth stands
+// beside each estimate.
 
 import assert from "node:assert/strict";
 import test from "node:test";
@@ -6,12 +7,15 @@ import { arrivedAt, folder, openPage, startLab, STEP } from "./lab.mjs";
 
 /** Numbers and lists that go with the words of a cause, by parameter; of the others any will do. */
 const NUMBERS = {
-  "homothety cx": "2500", "homothety cy": "1900", "earth-curvature height": "40", "forward-motion exposure": "0.002", "start seed": "7",
-  "temperature-focal expansion": "20", "temperature-focal from": "15", "temperature-focal to": "20", "temperature-focal warm_up": "100", "temperature-focal reference": "17",
+  "homothety cx": "2500", "homothety cy": "1900", "earth-curvature height": "40", "forward-motion exposure": "0.002",
+    "start seed": "7",
+  "temperature-focal expansion": "20", "temperature-focal from": "15", "temperature-focal to": "20",
+    "temperature-focal warm_up": "100", "temperature-focal reference": "17",
   "noise px": "0.3", "noise marks_px": "0.4",
 };
 /** Causes that are set smaller than usual: what is looked at is the words, not how the adjustment copes. */
-const SMALL = { homothety: { lambda: "0.0005" }, "map-scale": { m: "0.00005" }, "control-blunder": { size: "0.05" }, outliers: { fraction: "0.005" }, start: { position_m: "0.1", angle_deg: "0.1" } };
+const SMALL = { homothety: { lambda: "0.0005" }, "map-scale": { m: "0.00005" }, "control-blunder": { size: "0.05" },
+  outliers: { fraction: "0.005" }, start: { position_m: "0.1", angle_deg: "0.1" } };
 
 /** So many causes are measured together. */
 const TOGETHER = 5;
@@ -22,7 +26,8 @@ async function api(url) {
   return async (path) => (await fetch(`${origin}/api/${path}`, { headers })).json();
 }
 
-/** Sets every parameter of a cause that is no plain number to something else than its default; what was set, as the program takes it. */
+/** Sets every parameter of a cause that is no plain number to something else than its default; what was set, as the
+ * program takes it. */
 async function setWords(page, cause, flights) {
   const set = {};
   const field = (name) => page.getByLabel(`${cause.id} ${name}`, { exact: true });
@@ -81,14 +86,17 @@ test("word parameters of every cause are set once and measured", { timeout: 20 *
       await page.picture(`simulate-words-${from / TOGETHER + 1}`);
       const before = await page.locator(".item").count();
       await page.getByRole("button", { name: "Measure anew" }).click();
-      await page.waitForFunction((n) => document.querySelectorAll(".item").length > n || document.querySelector(".say.error"), before);
+      await page.waitForFunction((n) => document.querySelectorAll(".item").length > n
+        || document.querySelector(".say.error"), before);
       assert.deepEqual(await page.locator(".say.error").allTextContents(), []);
-      await page.waitForFunction(() => document.querySelector(".item.chosen:is(.done, .failed)") && !document.querySelector(".item:is(.running, .waiting)"), null, { timeout: STEP });
+      await page.waitForFunction(() => document.querySelector(".item.chosen:is(.done, .failed)")
+        && !document.querySelector(".item:is(.running, .waiting)"), null, { timeout: STEP });
       const root = (await get("tree")).nodes.at(-1);
       assert.equal(root.state, "done", root.error);
       for (const [id, set] of wanted) {
         const given = root.change.errors.find((text) => text.split(":")[0] === id)?.split(":")[1].split(",") ?? [];
-        for (const [name, value] of Object.entries(set)) assert.ok(given.includes(`${name}=${value}`), `${id}: ${name}=${value} in ${given}`);
+        for (const [name, value] of Object.entries(set)) assert.ok(given.includes(`${name}=${value}`),
+          `${id}: ${name}=${value} in ${given}`);
         await box(id).setChecked(id === "noise");
       }
     });
@@ -97,7 +105,8 @@ test("word parameters of every cause are set once and measured", { timeout: 20 *
 });
 
 test("the truth stands beside each estimate, or the reason why there is none", { timeout: 10 * STEP }, async (t) => {
-  const errors = ["noise:px=0.3", "rolling-shutter:readout=0.02", "unflatness:saddle=6", "focal-growth"].flatMap((error) => ["--error", error]);
+  const errors = ["noise:px=0.3", "rolling-shutter:readout=0.02", "unflatness:saddle=6", "focal-growth"]
+    .flatMap((error) => ["--error", error]);
   const lab = await startLab(t, "--simulate", "dike", ...errors, "-o", `${folder(t)}/lab`);
   const page = await openPage(t, lab.url);
   await page.locator(".item.chosen.done").waitFor({ timeout: STEP });
@@ -109,7 +118,8 @@ test("the truth stands beside each estimate, or the reason why there is none", {
   }
   await page.keyboard.press("c");
   await page.locator("table.truth").waitFor();
-  const rows = await page.$$eval("table.truth tbody tr", (all) => all.map((row) => [...row.cells].map((cell) => cell.textContent)));
+  const rows = await page.$$eval("table.truth tbody tr",
+    (all) => all.map((row) => [...row.cells].map((cell) => cell.textContent)));
   const of = (what) => rows.findIndex(([name]) => name === what);
   const shutter = rows[of("rolling-shutter t")];
   assert.equal(shutter[1], "0.02");
@@ -121,7 +131,8 @@ test("the truth stands beside each estimate, or the reason why there is none", {
   assert.ok(Math.abs(height - 6) < 5 * its, saddle.join(" "));
   assert.match(rows[of("focal-time a") + 1][0], /focal-growth acts here/);
   for (const [i, row] of rows.entries()) {
-    if (row.length > 1 && row[1] === "–") assert.ok(rows[i + 1]?.length === 1 && rows[i + 1][0].length > 10, `${row[0]} has neither truth nor reason`);
+    if (row.length > 1 && row[1] === "–") assert.ok(rows[i + 1]?.length === 1 && rows[i + 1][0].length > 10,
+      `${row[0]} has neither truth nor reason`);
   }
   await page.picture("simulate-truth");
 

@@ -1,5 +1,7 @@
-// How fast it is: the first view of blocks with a hundred thousand and with two million measurements, and the figures that follow a brush. It
-// prints, and asserts nothing about times: tests/lab_page/run.sh speed.bench.mjs (wanted: 2000 ms, 30 frames a second, 10 000 ms). Two million take
+// How fast it is: the first view of blocks with a hundred thousand and with two million measurements, and the figures
+// that follow a brush. It
+// prints, and asserts nothing about times: tests/lab_page/run.sh speed.bench.mjs (wanted: 2000 ms, 30 frames a second,
+// 10 000 ms). Two million take
 // minutes to adjust: with BIG=FOLDER block and steps are kept there, and found again.
 
 import assert from "node:assert/strict";
@@ -20,12 +22,14 @@ test("a hundred thousand measurements", { timeout: 5 * STEP }, async (t) => {
     const end = Date.now() + 3000;
     for (let i = 0; Date.now() < end; i++) {
       // Not awaited: the browser takes what comes, as from a hand.
-      page.mouse.move(box.x + (0.3 + 0.5 * Math.abs(Math.sin(i / 25))) * box.width, box.y + (0.4 + 0.4 * Math.abs(Math.sin(i / 40))) * box.height);
+      page.mouse.move(box.x + (0.3 + 0.5 * Math.abs(Math.sin(i / 25))) * box.width,
+        box.y + (0.4 + 0.4 * Math.abs(Math.sin(i / 40))) * box.height);
       await new Promise((done) => setTimeout(done, 16));
     }
     const { frames, worst, drawings } = await measured;
     await page.mouse.up();
-    t.diagnostic(`brushing: ${frames.toFixed(0)} frames a second (the slowest took ${worst.toFixed(0)} ms), ${JSON.stringify(drawings)} drawings a second`);
+    t.diagnostic(`brushing: ${frames.toFixed(0)} frames a second (the slowest took ${worst.toFixed(0)} ms), `
+      + `${JSON.stringify(drawings)} drawings a second`);
     await page.picture("speed-brush");
   });
   assert.deepEqual(page.faults, []);
@@ -34,7 +38,8 @@ test("a hundred thousand measurements", { timeout: 5 * STEP }, async (t) => {
 test("two million measurements", { timeout: 20 * STEP }, async (t) => {
   const at = process.env.BIG || folder(t);
   const [big, steps] = [`${at}/big`, `${at}/big.lab`];
-  if (!existsSync(big)) await run("simulate", "corridor", "-o", big, "--set", "length_m=4000", "--set", "points=342000", "--noise-px", "0.3", "--quiet");
+  if (!existsSync(big)) await run("simulate", "corridor", "-o", big, "--set", "length_m=4000", "--set", "points=342000",
+    "--noise-px", "0.3", "--quiet");
   const page = await opened(t, big, steps, 15 * STEP);
   const began = Date.now();
   await drag(page, "sensor", [0.1, 0.1], [0.5, 0.5], { steps: 1 });
@@ -54,7 +59,8 @@ async function opened(t, block, steps, patience) {
   await first.kill();
   const lab = await startLab(t, block, "-o", steps);
   t.diagnostic(`first view of a server that has read nothing yet: ${await firstView(page, lab.url)} ms`);
-  t.diagnostic(`again: ${await firstView(page, lab.url)} ms; ${await page.locator("#selection b").first().textContent()}`);
+  t.diagnostic(
+    `again: ${await firstView(page, lab.url)} ms; ${await page.locator("#selection b").first().textContent()}`);
   return page;
 }
 

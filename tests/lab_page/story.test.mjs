@@ -1,4 +1,5 @@
-// The wish, step by step: compare, see where it fails, learn what is missing, add it, watch the error fall, go back, try another way.
+// The wish, step by step: compare, see where it fails, learn what is missing, add it, watch the error fall, go back,
+// try another way.
 
 import assert from "node:assert/strict";
 import { readdirSync } from "node:fs";
@@ -7,7 +8,8 @@ import { arrivedAt, block, drag, drawing, drawn, folder, headline, openPage, pan
 
 const RECEIVED = block("data/hidden/received-1");
 
-test("a block with a rolling shutter: seen, added, taken back, and nothing is lost", { timeout: 5 * STEP }, async (t) => {
+test("a block with a rolling shutter: seen, added, taken back, and nothing is lost", { timeout: 5 * STEP },
+  async (t) => {
   const at = `${folder(t)}/lab`;
   let lab = await startLab(t, RECEIVED, "-o", at);
   const page = await openPage(t, lab.url);
@@ -24,7 +26,8 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
     const cell = drawing(page, "sensor").locator("rect:has(title)").nth(40);
     const box = await cell.boundingBox();
     // In its middle, where its arrow begins.
-    const said = await page.evaluate(([x, y]) => document.elementFromPoint(x, y).querySelector("title")?.textContent, [box.x + box.width / 2, box.y + box.height / 2]);
+    const said = await page.evaluate(([x, y]) => document.elementFromPoint(x, y).querySelector("title")?.textContent,
+      [box.x + box.width / 2, box.y + box.height / 2]);
     assert.match(said, /^\d+ measurements, mean \S+, \S+ px/);
   });
 
@@ -32,13 +35,16 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
     const before = await drawing(page, "profile").innerHTML();
     await drag(page, "sensor", [0.1, 0.05], [0.9, 0.3]);
     await page.locator("#selection .mark").waitFor();
-    await page.waitForFunction((html) => document.querySelector(".panel[data-view=profile] .side:last-child .paper > svg").innerHTML !== html, before);
-    const [part, all] = (await page.locator("#selection .mark").textContent()).replaceAll("\u202f", "").split(" of ").map(Number);
+    await page.waitForFunction((html) => document.querySelector(
+      ".panel[data-view=profile] .side:last-child .paper > svg").innerHTML !== html, before);
+    const [part, all] = (await page.locator("#selection .mark").textContent()).replaceAll("\u202f", "").split(" of ")
+      .map(Number);
     assert.ok(part > 0 && part < all, `${part} of ${all}`);
     assert.equal(await panel(page, "sensor").locator(".overlay .brush").count(), 1);
     await page.picture("story-2-brush");
     await page.keyboard.press("Escape");
-    await page.waitForFunction((html) => document.querySelector(".panel[data-view=profile] .side:last-child .paper > svg").innerHTML === html, before);
+    await page.waitForFunction((html) => document.querySelector(
+      ".panel[data-view=profile] .side:last-child .paper > svg").innerHTML === html, before);
     assert.equal(await page.locator(".overlay .brush").count(), 0);
   });
 
@@ -48,16 +54,19 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
     assert.equal(await first.getAttribute("data-effect"), "rolling-shutter", "the strongest is on top");
     const now = await drawing(page, "sensor").innerHTML();
     await first.hover();
-    await page.waitForFunction((html) => document.querySelector(".panel[data-view=sensor].predicted .side:last-child .paper > svg")?.innerHTML !== html, now);
+    await page.waitForFunction((html) => document.querySelector(
+      ".panel[data-view=sensor].predicted .side:last-child .paper > svg")?.innerHTML !== html, now);
     await page.waitForFunction(() => /px/.test(document.querySelector(".delta.predicted")?.textContent ?? ""));
     await drawn(page, "sensor", "profile");
     await page.waitForFunction(() => {
       const header = document.querySelector(".panel[data-view=sensor] > header");
-      return header.dataset.note === "predicted with rolling-shutter" && !getComputedStyle(header, "::after").content.includes("computing");
+      return header.dataset.note === "predicted with rolling-shutter"
+        && !getComputedStyle(header, "::after").content.includes("computing");
     });
     await page.picture("story-3-hover");
     await page.mouse.move(800, 20);
-    await page.waitForFunction((html) => document.querySelector(".panel[data-view=sensor] .side:last-child .paper > svg").innerHTML === html, now);
+    await page.waitForFunction((html) => document.querySelector(
+      ".panel[data-view=sensor] .side:last-child .paper > svg").innerHTML === html, now);
   });
 
   await t.test("a prediction that does not hold says why, and offers no second try", async () => {
@@ -93,7 +102,8 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
 
   await t.test("back, a wrong one, and out again", async () => {
     await page.locator(".item").first().click();
-    await page.waitForFunction((mm) => document.querySelector("#headline .numbers b").textContent === mm, String(base["check points"]));
+    await page.waitForFunction((mm) => document.querySelector("#headline .numbers b").textContent === mm,
+      String(base["check points"]));
     await page.locator('.candidate[data-effect="pp-time"]').getByRole("button", { name: "Add" }).click();
     await arrivedAt(page, "pp-time");
     const wrong = await headline(page);
@@ -103,7 +113,8 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
     await page.waitForFunction(() => document.querySelectorAll(".item.done").length >= 4, null, { timeout: STEP });
     await page.locator('.item.chosen.done').waitFor();
     const out = await headline(page);
-    assert.ok(Math.abs(out["check points"] - base["check points"]) < 0.2, `${out["check points"]} mm again, as ${base["check points"]}`);
+    assert.ok(Math.abs(out["check points"] - base["check points"]) < 0.2,
+      `${out["check points"]} mm again, as ${base["check points"]}`);
     await page.keyboard.press("w");
     await page.picture("story-6-removed");
   });
@@ -133,7 +144,8 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
 test("a step that ends before the page listens is seen", { timeout: STEP }, async (t) => {
   const lab = await startLab(t, RECEIVED, "-o", `${folder(t)}/lab`);
   const { origin, searchParams } = new URL(lab.url);
-  const tree = async () => (await fetch(`${origin}/api/tree`, { headers: { "x-token": searchParams.get("token") } })).json();
+  const tree = async () => (await fetch(`${origin}/api/tree`, { headers: { "x-token": searchParams.get("token") } }))
+    .json();
   let first = true;
   const page = await openPage(t, lab.url, {
     before: async (page) => {
@@ -144,7 +156,8 @@ test("a step that ends before the page listens is seen", { timeout: STEP }, asyn
         first = false;
         const { nodes, ...rest } = await response.json();
         const known = ["id", "parent", "change", "words"];
-        const asRunning = (node) => Object.fromEntries(Object.entries(node).map(([key, value]) => [key, known.includes(key) ? value : null]));
+        const asRunning = (node) => Object.fromEntries(Object.entries(node)
+          .map(([key, value]) => [key, known.includes(key) ? value : null]));
         const running = nodes.map((node) => ({ ...asRunning(node), state: "running" }));
         await route.fulfill({ response, json: { ...rest, nodes: running } });
       });
@@ -164,7 +177,8 @@ test("do all: the steps of improve, one by one", { timeout: 5 * STEP }, async (t
   const page = await openPage(t, lab.url);
   await page.locator(".item.chosen.done").waitFor({ timeout: STEP });
   await page.getByRole("button", { name: "Do all" }).click();
-  await page.waitForFunction(() => document.querySelectorAll(".item.done").length >= 3 && !document.querySelector(".item.running, .item.waiting"), null, { timeout: STEP });
+  await page.waitForFunction(() => document.querySelectorAll(".item.done").length >= 3
+    && !document.querySelector(".item.running, .item.waiting"), null, { timeout: STEP });
   await arrivedAt(page, /focal-t/);
   assert.ok((await headline(page))["check points"] < 4);
   await page.picture("do-all");

@@ -1,4 +1,5 @@
-// Every view, in both colours and at both widths, kept as pictures to be looked at; and what a name with markup in it becomes.
+// Every view, in both colours and at both widths, kept as pictures to be looked at; and what a name with markup in it
+// becomes.
 
 import assert from "node:assert/strict";
 import { cpSync, readFileSync, writeFileSync } from "node:fs";
@@ -6,7 +7,8 @@ import { join } from "node:path";
 import test from "node:test";
 import { block, drag, drawing, drawn, folder, openPage, panel, pictures, startLab, STEP } from "./lab.mjs";
 
-const VIEWS = { sensor: "1", plan: "2", height: "3", flights: "4", gnss: "g", profile: "5", images: "6", image: "7", histogram: "8", checks: "9", space: "0" };
+const VIEWS = { sensor: "1", plan: "2", height: "3", flights: "4", gnss: "g", profile: "5", images: "6", image: "7",
+  histogram: "8", checks: "9", space: "0" };
 
 test("every view has a figure with units at its axes", { timeout: 5 * STEP }, async (t) => {
   const at = folder(t);
@@ -17,11 +19,13 @@ test("every view has a figure with units at its axes", { timeout: 5 * STEP }, as
   const evil = "<script>alert(1)</script>";
   for (const file of ["images.csv", "ties.csv", "marks.csv"]) {
     const path = join(named, file);
-    writeFileSync(path, readFileSync(path, "utf8").split("\n").map((line) => line.split(",").map((cell) => (cell === first ? evil : cell)).join(",")).join("\n"));
+    writeFileSync(path, readFileSync(path, "utf8").split("\n")
+      .map((line) => line.split(",").map((cell) => (cell === first ? evil : cell)).join(",")).join("\n"));
   }
   const lab = await startLab(t, named, "-o", join(at, "lab"));
 
-  for (const [width, height, colorScheme] of [[1600, 1000, "light"], [1600, 1000, "dark"], [1024, 768, "light"], [1024, 768, "dark"]]) {
+  for (const [width, height, colorScheme] of [[1600, 1000, "light"], [1600, 1000, "dark"], [1024, 768, "light"],
+    [1024, 768, "dark"]]) {
     await t.test(`${width} px, ${colorScheme}`, async (t) => {
       const page = await openPage(t, lab.url, { width, height, colorScheme });
       let dialogs = 0;
@@ -36,11 +40,13 @@ test("every view has a figure with units at its axes", { timeout: 5 * STEP }, as
       for (const [view, key] of Object.entries(VIEWS)) {
         if (!(await panel(page, view).count())) await page.keyboard.press(key);
         await panel(page, view).locator("header h3").dblclick();
-        if (view === "space") await page.waitForFunction(() => /enlarged/.test(document.querySelector(".legend")?.textContent ?? ""), null, { timeout: 30_000 });
+        if (view === "space") await page.waitForFunction(() =>
+          /enlarged/.test(document.querySelector(".legend")?.textContent ?? ""), null, { timeout: 30_000 });
         else {
           await drawn(page, view);
           const texts = await drawing(page, view).locator("text").allTextContents();
-          assert.ok(texts.some((text) => /\((px|m|mm|s|°C|%)[^)]*\)|image/.test(text)), `${view}: an axis with its unit among ${texts.join(" | ")}`);
+          assert.ok(texts.some((text) => /\((px|m|mm|s|°C|%)[^)]*\)|image/.test(text)),
+            `${view}: an axis with its unit among ${texts.join(" | ")}`);
         }
         await page.waitForTimeout(300);
         await page.picture(name(view));
@@ -57,7 +63,9 @@ test("every view has a figure with units at its axes", { timeout: 5 * STEP }, as
   async function gnss(page, name) {
     for (const show of ["height", "time", "heading"]) {
       await panel(page, "gnss").getByLabel("Shown").selectOption(show);
-      await page.waitForFunction((wanted) => [...document.querySelectorAll(".panel[data-view=gnss] .side:last-child svg text")].some((text) => text.textContent.includes(wanted)), { height: "residuals in height", time: "against time", heading: "against heading" }[show]);
+      await page.waitForFunction((wanted) => [...document.querySelectorAll(
+        ".panel[data-view=gnss] .side:last-child svg text")].some((text) => text.textContent.includes(wanted)),
+        { height: "residuals in height", time: "against time", heading: "against heading" }[show]);
       await drawn(page, "gnss");
       await page.picture(name(`gnss-${show}`));
     }
@@ -90,13 +98,15 @@ test("every view has a figure with units at its axes", { timeout: 5 * STEP }, as
   }
 });
 
-test("another step is compared at one scale, beside the chosen one and in its place", { timeout: 5 * STEP }, async (t) => {
+test("another step is compared at one scale, beside the chosen one and in its place", { timeout: 5 * STEP },
+  async (t) => {
   const lab = await startLab(t, block("data/hidden/received-1"), "-o", `${folder(t)}/lab`);
   const page = await openPage(t, lab.url);
   await page.locator(".candidate .add").first().waitFor({ timeout: STEP });
   await page.locator(".candidate .add").first().click();
   await page.locator(".item.chosen.done").nth(0).waitFor();
-  await page.waitForFunction(() => document.querySelectorAll(".item.done").length === 2 && document.querySelector(".item.chosen").textContent.includes("rolling"), null, { timeout: STEP });
+  await page.waitForFunction(() => document.querySelectorAll(".item.done").length === 2
+    && document.querySelector(".item.chosen").textContent.includes("rolling"), null, { timeout: STEP });
   await drawn(page, "sensor");
   const scale = () => drawing(page, "sensor").getAttribute("data-scale");
   const after = await scale();
@@ -108,7 +118,8 @@ test("another step is compared at one scale, beside the chosen one and in its pl
   await page.keyboard.up("b");
   await page.keyboard.press("s");
   await panel(page, "sensor").locator(".pair.two .side:first-child .paper > svg").waitFor();
-  assert.equal(await panel(page, "sensor").locator(".pair.two .side:first-child .paper > svg").getAttribute("data-scale"), after);
+  assert.equal(await panel(page, "sensor").locator(".pair.two .side:first-child .paper > svg")
+    .getAttribute("data-scale"), after);
   await page.waitForTimeout(500);
   await page.picture("compare-beside");
   assert.deepEqual(page.faults, []);

@@ -2,6 +2,7 @@
 
 use super::super::text::paragraph;
 use super::super::{Answer, Usage};
+use crate::effects::literature;
 use crate::effects::{self, Descriptor, Domain, Kind, Need, Parameter, Role, Scope};
 use crate::report::tables::Table;
 use serde_json::{Value, json};
@@ -42,6 +43,9 @@ fn page(d: &Descriptor) -> String {
     text += &paragraph("Needs", INDENT, &needs(d));
     text += &paragraph("Confused with", INDENT, &d.confused_with);
     text += &paragraph("Source", INDENT, &d.source);
+    for reference in literature::of(&d.id) {
+        text += &paragraph("Literature", INDENT, &reference.to_string());
+    }
     text += "\n";
     text += &parameters(d);
     text += &format!("\nIn a model: misclosure adjust BLOCK -o RUN --add {}\n", d.id);
@@ -177,5 +181,6 @@ fn as_json(d: &Descriptor) -> Value {
     json!({ "id": d.id, "stage": d.stage.name(), "kind": kind(d.kind), "summary": d.summary, "formula": d.formula,
             "parameters": parameters_json(d),
             "needs": d.needs.iter().map(need).collect::<Vec<_>>(),
-            "confused_with": d.confused_with, "source": d.source, "words": d.words, "picture": d.picture.to_string() })
+            "confused_with": d.confused_with, "source": d.source,
+            "literature": literature::of(&d.id).iter().map(ToString::to_string).collect::<Vec<_>>(), "words": d.words, "picture": d.picture.to_string() })
 }

@@ -290,10 +290,15 @@ impl Linearised {
         }
     }
 
-    /// Logarithm of the level of a single test: family-wise over the candidates of the catalogue, in or not.
-    pub fn ln_level(&self, significance: f64) -> f64 {
+    /// Number of candidates of the catalogue, in or not: so many tests are made together.
+    pub fn family(&self) -> usize {
         let ids: BTreeSet<&str> = self.sets.iter().map(|set| set.id.as_str()).collect();
-        (significance / ids.len().max(1) as f64).ln()
+        ids.len().max(1)
+    }
+
+    /// Logarithm of the level of a single test: family-wise over the candidates of the catalogue.
+    pub fn ln_level(&self, significance: f64) -> f64 {
+        (significance / self.family() as f64).ln()
     }
 
     /// Values of all columns when the sets of `situation` are fitted together.

@@ -4,6 +4,7 @@ use super::super::toml_table::{Source, Table, quoted};
 use super::{BLOCK, EVERY_BLOCK, Error, Place};
 use crate::block::{Block, Sigma};
 use crate::camera::{Camera, F, PARAMETER_COUNT, PARAMETERS};
+use crate::geodesy::crs::Crs;
 use std::fmt::Write;
 use std::ops::Range;
 use std::path::Path;
@@ -14,7 +15,7 @@ const FORMAT: u32 = 1;
 /// The one camera model.
 const MODEL: &str = "fraser";
 
-const KEYS: [&str; 5] = ["format", "name", "crs", "sigma", "camera"];
+const KEYS: [&str; 6] = ["format", "name", "crs", "survey_crs", "sigma", "camera"];
 const SIGMA_KEYS: [&str; 6] = ["tie_px", "mark_px", "control_xy_m", "control_z_m", "gnss_xy_m", "gnss_z_m"];
 /// Before the twelve interior parameters.
 const CAMERA_KEYS: [&str; 5] = ["id", "width_px", "height_px", "pixel_um", "model"];
@@ -23,6 +24,7 @@ const CAMERA_KEYS: [&str; 5] = ["id", "width_px", "height_px", "pixel_um", "mode
 pub(super) struct ReferenceFrame {
     pub name: String,
     pub crs: String,
+    pub survey_crs: String,
     pub sigma: Sigma,
     pub cameras: Vec<Camera>,
 }
@@ -35,6 +37,10 @@ pub(super) fn read(dir: &Path) -> Result<ReferenceFrame, Error> {
     table.expect_format(FORMAT, &whole)?;
     let name = table.required("name", &whole, table.text("name")?)?.to_owned();
     let crs = table.required("crs", &whole, table.text("crs")?)?.to_owned();
+    let survey_crs = table.text("survey_crs")?.unwrap_or_default().to_owned();
+    if let (Some(value), Err(problem)) = (table.value("survey_crs"), Crs::parse(&survey_crs)) {
+        return Err(table.refuse("survey_crs", value, &problem));
+    }
     let sigma = match table.table("sigma")? {
         Some((entries, _)) => sigma(&Table::new(&source, "[sigma]", entries, &SIGMA_KEYS)?)?,
         None => Sigma::NOT_GIVEN,
@@ -50,7 +56,7 @@ pub(super) fn read(dir: &Path) -> Result<ReferenceFrame, Error> {
     if cameras.is_empty() {
         return Err(source.refuse(&whole, "there is no [[camera]]; a block has at least one"));
     }
-    Ok(ReferenceFrame { name, crs, sigma, cameras })
+    Ok(ReferenceFrame { name, crs, survey_crs, sigma, cameras })
 }
 
 fn sigma(table: &Table<'_>) -> Result<Sigma, Error> {
@@ -105,7 +111,11 @@ pub(super) fn write(block: &Block, path: &Path) -> Result<(), Error> {
 
 fn text(block: &Block) -> String {
     let (name, crs) = (quoted(&block.name), quoted(&block.crs));
-    let mut text = format!("format = {FORMAT}\nname = {name}\ncrs = {crs}\n\n[sigma]\n");
+    let survey_crs = match block.survey_crs.as_str() {
+        "" => String::new(),
+        system => format!("survey_crs = {}\n", quoted(system)),
+    };
+    let mut text = format!("format = {FORMAT}\nname = {name}\ncrs = {crs}\n{survey_crs}\n[sigma]\n");
     let Sigma { tie_px, mark_px, control_xy_m, control_z_m, gnss_xy_m, gnss_z_m } = block.sigma;
     let sigmas = [tie_px, mark_px, control_xy_m, control_z_m, gnss_xy_m, gnss_z_m];
     for (key, sigma) in SIGMA_KEYS.into_iter().zip(sigmas) {

@@ -120,6 +120,7 @@ pub fn read_block(dir: &Path) -> Result<Loaded, Error> {
     let block = Block {
         name: frame.name,
         crs: frame.crs,
+        survey_crs: frame.survey_crs,
         sigma: frame.sigma,
         cameras: frame.cameras,
         flights: images.flights,

@@ -103,6 +103,7 @@ fn block(folder: &Path, options: &ImportOptions, notes: &mut Vec<Note>) -> Resul
     Ok(Block {
         name: measured.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()),
         crs: "local".into(),
+        survey_crs: String::new(),
         sigma: Sigma { tie_px: options.tie_px.unwrap_or(GUESSED.tie_px), ..GUESSED },
         cameras: cameras.into_iter().map(|(camera, _)| camera).collect(),
         flights: vec!["flight".into()],

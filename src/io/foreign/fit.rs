@@ -58,7 +58,8 @@ impl<P> Fit<P> {
         let text = format!("camera {camera}: differs by {rms_px:.2e} px RMS, {max_px:.2e} px at most, over the sensor");
         if max_px > LARGEST_PX && !approximate {
             let problem = format!(
-                "no exact counterpart; the nearest {text}; more than {LARGEST_PX} px are refused (--approximate takes it all the same)"
+                "no exact counterpart; the nearest {text}; more than {LARGEST_PX} px are refused. --approximate writes \
+                 it all the same; of a run, --correct-measurements takes the difference out of the measurements"
             );
             return Err(Error::content(file, Place::File, problem));
         }

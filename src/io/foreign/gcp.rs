@@ -88,6 +88,9 @@ fn list(path: &Path, block: &mut Block, found: &mut Found, notes: &mut Vec<Note>
         found.marks.push((image, points[mark.point.index()].name.clone(), [mark.x, mark.y]));
     }
     found.points.extend(points);
+    if block.survey_crs.is_empty() && block.crs != list.system {
+        block.survey_crs = list.system;
+    }
     Ok(())
 }
 

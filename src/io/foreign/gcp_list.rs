@@ -24,6 +24,8 @@ const CHECK_PREFIX: &str = "CHK-";
 pub(super) struct GcpList {
     file: String,
     crs: Crs,
+    /// Its name, as the file has it.
+    pub system: String,
     rows: Vec<Row>,
 }
 
@@ -49,9 +51,10 @@ pub(super) fn role_of(name: &str) -> Role {
 pub(super) fn read(path: &Path) -> Result<GcpList, Error> {
     let file = path.display().to_string();
     let mut lines = Lines::open(path)?;
-    let crs = {
+    let (crs, system) = {
         let line = lines.expect_words("the coordinate system")?;
-        Crs::parse(line.text()).map_err(|problem| line.refuse(problem))?
+        let crs = Crs::parse(line.text()).map_err(|problem| line.refuse(problem))?;
+        (crs, line.text().trim().to_owned())
     };
     let mut rows: Vec<Row> = Vec::new();
     let mut name_at: HashMap<[u64; 3], String> = HashMap::new();
@@ -62,7 +65,7 @@ pub(super) fn read(path: &Path) -> Result<GcpList, Error> {
     if rows.iter().all(|row| row.position.1 == Some(0.0)) {
         rows.iter_mut().for_each(|row| row.position.1 = None);
     }
-    Ok(GcpList { file, crs, rows })
+    Ok(GcpList { file, crs, system, rows })
 }
 
 fn row(mut line: Line<'_>, name_at: &mut HashMap<[u64; 3], String>) -> Result<Row, Error> {

@@ -167,6 +167,7 @@ fn block(path: &Path, options: &ImportOptions, notes: &mut Vec<Note>) -> Result<
     Ok(Block {
         name: if title.is_empty() { "photomodeler".into() } else { title },
         crs: "local".into(),
+        survey_crs: String::new(),
         sigma: Sigma { tie_px: options.tie_px.unwrap_or(GUESSED.tie_px), ..GUESSED },
         cameras,
         flights: vec!["flight".into()],

@@ -111,6 +111,7 @@ fn block(folder: &Path, options: &ImportOptions, notes: &mut Vec<Note>) -> Resul
     Ok(Block {
         name: if name.is_empty() { "pix4d".into() } else { name },
         crs: "local".into(),
+        survey_crs: String::new(),
         sigma,
         cameras,
         flights,

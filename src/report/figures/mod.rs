@@ -14,9 +14,11 @@
 //! | [`profile`] | mean and sigma in bins, over a cloud of single values |
 //! | [`histogram`] | distributions |
 //! | [`image_bars`] | one value per image, by flight |
-//! | [`correlation_matrix`] | which candidates look alike |
+//! | [`plan_ellipses`] | error ellipses in plan |
+//! | [`correlation_matrix`] | which candidates look alike, and which parameters |
 
 mod correlation;
+mod ellipses;
 mod flights;
 mod heat_map;
 mod histogram;
@@ -29,6 +31,7 @@ mod vector_field;
 
 pub use super::axes::Axis;
 pub use correlation::{CorrelationMatrix, correlation_matrix};
+pub use ellipses::{PlanEllipses, plan_ellipses};
 pub use flights::{FlightPlan, Station, flights_plan_profile};
 pub use heat_map::{Colours, HeatMap, heat_map};
 pub use histogram::{Histogram, Sample, histogram};

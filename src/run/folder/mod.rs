@@ -4,6 +4,7 @@
 //! adjustment's own.
 
 mod adjusted;
+mod covariance;
 mod provenance;
 mod read;
 mod rows;
@@ -15,8 +16,8 @@ pub use adjusted::Adjusted;
 pub use read::{RunFolder, each_residual, read_outliers, read_points};
 use rows::Row;
 pub use rows::{
-    CheckRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, ModelCheckRow, OutlierRow, PointRow, ProfileRow,
-    ResidualLine, ResidualRef, SensorRow,
+    CheckRow, CovarianceRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, ModelCheckRow, OutlierRow, PointRow,
+    ProfileRow, ResidualLine, ResidualRef, SensorRow,
 };
 pub use source::{
     Provenance, is_laboratory, is_run, left_by_a_failure, read_laboratory, read_provenance, read_source,
@@ -25,7 +26,7 @@ pub use source::{
 pub use write::{Pictures, checks_by_model, gnss_rows, write, write_diagnosis, write_outliers, write_residuals};
 
 /// Every file that a run may have, its last apart.
-pub const FILES: [&str; 17] = [
+pub const FILES: [&str; 18] = [
     MODEL,
     SOURCE,
     OutlierRow::FILE,
@@ -43,6 +44,7 @@ pub const FILES: [&str; 17] = [
     MENDED,
     CAMERAS_GEOJSON,
     POINTS_GEOJSON,
+    CovarianceRow::FILE,
 ];
 
 /// The images of a run on the globe.

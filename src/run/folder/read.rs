@@ -1,8 +1,8 @@
 //! A run folder, read back.
 
 use super::rows::{
-    CheckRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, ModelCheckRow, OutlierRow, PointRow, ProfileRow,
-    ResidualLine, ResidualRef, Row, SensorRow,
+    CheckRow, CovarianceRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, ModelCheckRow, OutlierRow, PointRow,
+    ProfileRow, ResidualLine, ResidualRef, Row, SensorRow,
 };
 use super::source::{Provenance, read_provenance};
 use super::{DIAGNOSIS, MODEL, SUMMARY};
@@ -26,6 +26,8 @@ pub struct RunFolder<D> {
     pub images: Vec<ImageRow>,
     /// `checks.csv`.
     pub checks: Vec<CheckRow>,
+    /// `parameter_covariance.csv`; empty where no covariance was computed.
+    pub covariance: Vec<CovarianceRow>,
     /// `gnss.csv`; empty where the block has no GNSS positions, or nothing to compare them with.
     pub gnss: Vec<GnssRow>,
     /// `sensor.csv`.
@@ -57,6 +59,7 @@ impl<D: DeserializeOwned> RunFolder<D> {
             diagnosis: if diagnosis.exists() { Some(json(&diagnosis)?) } else { None },
             images: table(dir, ImageRow::FILE, ImageRow::COLUMNS, true, rows.map(|rows| rows.images))?,
             checks: whole(dir, surveyed, rows.map(|rows| rows.checks))?,
+            covariance: rows_where_there::<CovarianceRow>(dir)?,
             gnss: rows_where_there::<GnssRow>(dir)?,
             sensor: whole(dir, tied, None)?,
             scales: rows_where_there::<ImageScaleRow>(dir)?,
@@ -217,7 +220,7 @@ fn without_rows(path: &Path) -> Error {
 /// Rows of a table that not every run has; none where it is not there.
 fn rows_where_there<R: Row + DeserializeOwned>(dir: &Path) -> Result<Vec<R>, Error> {
     let path = dir.join(R::FILE);
-    if path.exists() { rows(&path, R::COLUMNS) } else { Ok(Vec::new()) }
+    if path.exists() { rows(&path, R::REQUIRED) } else { Ok(Vec::new()) }
 }
 
 fn refused(path: &Path, place: Place, problem: String) -> Error {

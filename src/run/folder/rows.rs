@@ -141,6 +141,20 @@ table! { "points.csv",
         /// See `sigma_x`.
         sigma_z: Option<f64>,
     }
+    later {
+        /// Images in which it is measured.
+        images: Option<usize>,
+        /// Ground sampling distance: its depth over the focal length, mean of its images, m per px.
+        gsd_m: Option<f64>,
+        /// Correlation of x and y; `None` where no covariance was computed.
+        correlation_xy: Option<f64>,
+        /// Easting in the system of the survey (`survey_crs` of the block), m; `None` where that is the block's own.
+        easting: Option<f64>,
+        /// Northing, likewise.
+        northing: Option<f64>,
+        /// Height, likewise.
+        height: Option<f64>,
+    }
 }
 
 table! { "residuals.csv",
@@ -200,26 +214,39 @@ table! { "outliers.csv",
     }
 }
 
-table! { "checks.csv",
+/// Declares a table of surveyed points: its own columns `first`, those of a point, and those that were added `later`.
+macro_rules! surveyed_table {
+    (
+        $file:literal, $(#[$about:meta])* $row:ident
+        first { $($(#[$what:meta])* $column:ident: $kind:ty,)* }
+        later { $($(#[$which:meta])* $added:ident: $of:ty,)* }
+    ) => {
+        table! { $file, $(#[$about])* $row {
+            $($(#[$what])* $column: $kind,)*
+            /// Name.
+            point: String,
+            /// `control` or `check`.
+            role: String,
+            /// Computed minus surveyed, m.
+            dx: f64,
+            /// See `dx`.
+            dy: f64,
+            /// See `dx`.
+            dz: f64,
+            /// Position, m.
+            x: f64,
+            /// See `x`.
+            y: f64,
+            /// See `x`.
+            z: f64,
+        } later { $($(#[$which])* $added: $of,)* } }
+    };
+}
+
+surveyed_table! { "checks.csv",
     /// A surveyed point against the adjusted block.
-    CheckRow {
-        /// Name.
-        point: String,
-        /// `control` or `check`.
-        role: String,
-        /// Computed minus surveyed, m.
-        dx: f64,
-        /// See `dx`.
-        dy: f64,
-        /// See `dx`.
-        dz: f64,
-        /// Position, m.
-        x: f64,
-        /// See `x`.
-        y: f64,
-        /// See `x`.
-        z: f64,
-    }
+    CheckRow
+    first {}
     later {
         /// Standard deviation of `dx` from the marks of the point and its survey, m; `None` where it was not computed.
         sigma_dx: Option<f64>,
@@ -231,30 +258,40 @@ table! { "checks.csv",
         images: Option<usize>,
         /// RMS of the residuals of its marks per coordinate, px.
         rms_px: Option<f64>,
+        /// Surveyed easting in the system of the survey (`survey_crs` of the block), m; `None` where that is the block's.
+        easting: Option<f64>,
+        /// Northing, likewise.
+        northing: Option<f64>,
+        /// Height, likewise.
+        height: Option<f64>,
     }
 }
 
-table! { "checks_by_model.csv",
+surveyed_table! { "checks_by_model.csv",
     /// A surveyed point against the block, before effects were added and with them.
-    ModelCheckRow {
+    ModelCheckRow
+    first {
         /// `base` or `final`.
         stage: String,
-        /// Name.
-        point: String,
-        /// `control` or `check`.
-        role: String,
-        /// Computed minus surveyed, m.
-        dx: f64,
-        /// See `dx`.
-        dy: f64,
-        /// See `dx`.
-        dz: f64,
-        /// Position, m.
-        x: f64,
-        /// See `x`.
-        y: f64,
-        /// See `x`.
-        z: f64,
+    }
+    later {}
+}
+
+table! { "parameter_covariance.csv",
+    /// A pair of parameters of cameras and effects.
+    CovarianceRow {
+        /// Camera; empty for a parameter of an effect.
+        camera: String,
+        /// Parameter; of an effect with its name.
+        parameter: String,
+        /// See `camera`.
+        with_camera: String,
+        /// See `parameter`.
+        with_parameter: String,
+        /// A-posteriori covariance, in the units of the two.
+        covariance: f64,
+        /// Correlation; `None` where one of the two is held by the others.
+        correlation: Option<f64>,
     }
 }
 

@@ -4,12 +4,14 @@ use super::rows::{
     CheckRow, FoundRow, GnssRow, ImageRow, ImageScaleRow, ModelCheckRow, OutlierRow, PointRow, ProfileRow,
     ResidualLine, Row, SensorRow,
 };
-use super::{DIAGNOSIS, FINAL, MODEL, SUMMARY};
+use super::{DIAGNOSIS, FINAL, MODEL, SUMMARY, covariance};
 use crate::adjust::Covariance;
 use crate::block::{Block, Image, Role};
+use crate::camera::F;
 use crate::effects::Scope;
 use crate::evaluate::intersection::Intersection;
 use crate::evaluate::{Comparison, Similarity, checks};
+use crate::geodesy::survey::SurveySystem;
 use crate::io::table::{TableWriter, write_json};
 use crate::io::{self, Error};
 use crate::model::Model;
@@ -54,12 +56,15 @@ pub fn write(
     std::fs::create_dir_all(dir).map_err(|source| Error::Write { path: dir.to_owned(), source })?;
     let similarity = run.comparison.as_ref().and_then(|comparison| comparison.similarity);
     let alignment = similarity.unwrap_or_else(Similarity::identity);
-    let folder = Folder { block, model, run, alignment, sigma0: sigma0(run) };
+    let survey = SurveySystem::of(&block.crs, &block.survey_crs);
+    let folder = Folder { block, model, run, alignment, survey, sigma0: sigma0(run) };
     io::model::write_model(model, &dir.join(MODEL))?;
     io::block::write_images(&folder.adjusted_images(), &dir.join(ImageRow::FILE))?;
     write_rows(dir, folder.points())?;
     write_rows(dir, lines(block, rows))?;
     write_rows(dir, folder.checks())?;
+    let covariance = folder.precision().map(|(covariance, sigma0)| covariance::rows(&run.problem, covariance, sigma0));
+    write_rows(dir, covariance.into_iter().flatten())?;
     write_rows(dir, gnss_rows(block, gnss))?;
     remove_diagnosis(dir)?;
     write_rows(dir, sensor_means(block, rows))?;
@@ -148,10 +153,18 @@ struct Folder<'a> {
     model: &'a Model,
     run: &'a Run,
     alignment: Similarity,
+    /// Where the survey came in another system than that of the block.
+    survey: Option<SurveySystem>,
     sigma0: Option<f64>,
 }
 
 impl Folder<'_> {
+    /// Easting, northing and height in the system of the survey; nothing where that is the block's.
+    fn in_survey(&self, at: &Vector3<f64>) -> [Option<f64>; 3] {
+        let coordinates = self.survey.as_ref().and_then(|survey| survey.coordinates(at));
+        coordinates.map_or([None; 3], |values| values.map(Some))
+    }
+
     /// Covariance and sigma0, where both are known.
     fn precision(&self) -> Option<(&Covariance, f64)> {
         self.run.solution().covariance.as_ref().zip(self.sigma0)
@@ -172,6 +185,13 @@ impl Folder<'_> {
         };
         for (k, name) in POSE_SIGMAS.into_iter().enumerate() {
             add(name.into(), (0..images.len()).map(|i| self.pose_sigma(i, k)).collect());
+        }
+        if self.survey.is_some() {
+            let places: Vec<[Option<f64>; 3]> =
+                images.iter().map(|image| self.in_survey(&(image.pose.centre + self.block.origin))).collect();
+            for (k, name) in ["easting", "northing", "height"].into_iter().enumerate() {
+                add(name.into(), places.iter().map(|place| place[k]).collect());
+            }
         }
         let problem = &self.run.problem;
         for instance in &problem.effects {
@@ -215,6 +235,12 @@ impl Folder<'_> {
                 let aligned = self.alignment.apply_to_covariance(covariance.points.get(j)?);
                 Some(aligned.diagonal().map(|variance| sigma0 * variance.max(0.0).sqrt()))
             });
+            let [easting, northing, height] = self.in_survey(&position);
+            let correlation = self.precision().and_then(|(covariance, _)| {
+                let aligned = self.alignment.apply_to_covariance(covariance.points.get(j)?);
+                Some(aligned[(0, 1)] / (aligned[(0, 0)] * aligned[(1, 1)]).sqrt()).filter(|r| r.is_finite())
+            });
+            let rows = problem.point_start[j]..problem.point_start[j + 1];
             PointRow {
                 point: problem.point_names[j].clone(),
                 x: position.x,
@@ -223,31 +249,56 @@ impl Folder<'_> {
                 sigma_x: sigma.map(|sigma| sigma.x),
                 sigma_y: sigma.map(|sigma| sigma.y),
                 sigma_z: sigma.map(|sigma| sigma.z),
+                images: Some(rows.len()),
+                gsd_m: self.gsd(j, rows),
+                correlation_xy: correlation,
+                easting,
+                northing,
+                height,
             }
         })
+    }
+
+    /// Depth over the focal length of point `j`, mean of its measurements `rows`, m per px.
+    fn gsd(&self, j: usize, rows: std::ops::Range<usize>) -> Option<f64> {
+        let state = &self.run.solution().state;
+        let n = rows.len() as f64;
+        let of = |row: usize| {
+            let image = self.run.problem.observations[row].image as usize;
+            let pose = &state.poses[image];
+            let depth = (pose.rotation * (state.points[j] - pose.centre)).z;
+            depth / state.interiors[self.block.images[image].camera.index()][F]
+        };
+        Some(self.alignment.scale * rows.map(of).sum::<f64>() / n).filter(|gsd| gsd.is_finite())
     }
 
     fn checks(&self) -> impl Iterator<Item = CheckRow> {
         let comparison = self.run.comparison.iter();
         let rows = comparison.flat_map(|comparison| comparison.rows.iter().zip(&comparison.intersections.points));
         rows.map(|(row, seen)| {
-            let position = row.position + self.block.origin;
+            let Surveyed { point, role, d, at } = Surveyed::of(self.block, row);
+            // A survey without a stated precision has an infinite one.
             let sigma = self.sigma0.map(|sigma0| self.check_sigma(row, seen, sigma0));
+            let sigma = |k: usize| sigma.map(|sigma| sigma[k]).filter(|sigma| sigma.is_finite());
+            let [easting, northing, height] = self.in_survey(&at);
             let squares: f64 = seen.residuals.iter().map(|residual| residual.norm_squared()).sum();
             CheckRow {
-                point: self.block.surveyed[row.point.index()].name.clone(),
-                role: role(row.role).into(),
-                dx: row.d[0],
-                dy: row.d[1],
-                dz: row.d[2],
-                x: position.x,
-                y: position.y,
-                z: position.z,
-                sigma_dx: sigma.map(|sigma| sigma.x),
-                sigma_dy: sigma.map(|sigma| sigma.y),
-                sigma_dz: sigma.map(|sigma| sigma.z),
+                point,
+                role,
+                dx: d.x,
+                dy: d.y,
+                dz: d.z,
+                x: at.x,
+                y: at.y,
+                z: at.z,
+                sigma_dx: sigma(0),
+                sigma_dy: sigma(1),
+                sigma_dz: sigma(2),
                 images: Some(seen.residuals.len()),
                 rms_px: Some((squares / (2.0 * seen.residuals.len() as f64)).sqrt()).filter(|rms| rms.is_finite()),
+                easting,
+                northing,
+                height,
             }
         })
     }
@@ -269,28 +320,30 @@ impl Folder<'_> {
     }
 }
 
-fn role(role: Role) -> &'static str {
-    match role {
-        Role::Control => "control",
-        Role::Check => "check",
+/// The columns that every table of surveyed points has.
+struct Surveyed {
+    point: String,
+    role: String,
+    d: Vector3<f64>,
+    at: Vector3<f64>,
+}
+
+impl Surveyed {
+    fn of(block: &Block, row: &checks::CheckRow) -> Self {
+        let role = match row.role {
+            Role::Control => "control",
+            Role::Check => "check",
+        };
+        let point = block.surveyed[row.point.index()].name.clone();
+        Self { point, role: role.into(), d: row.d, at: row.position + block.origin }
     }
 }
 
 /// Surveyed points against the block at one stage of a diagnosis.
 pub fn checks_by_model(block: &Block, comparison: &Comparison, stage: &str) -> Vec<ModelCheckRow> {
     let row = |row: &checks::CheckRow| {
-        let position = row.position + block.origin;
-        ModelCheckRow {
-            stage: stage.into(),
-            point: block.surveyed[row.point.index()].name.clone(),
-            role: role(row.role).into(),
-            dx: row.d[0],
-            dy: row.d[1],
-            dz: row.d[2],
-            x: position.x,
-            y: position.y,
-            z: position.z,
-        }
+        let Surveyed { point, role, d, at } = Surveyed::of(block, row);
+        ModelCheckRow { stage: stage.into(), point, role, dx: d.x, dy: d.y, dz: d.z, x: at.x, y: at.y, z: at.z }
     };
     comparison.rows.iter().map(row).collect()
 }

@@ -4,6 +4,7 @@ use super::small::additions::MRK;
 use super::small::{additions as small, opensfm};
 use super::write;
 use misclosure::block::{Block, Role};
+use misclosure::geodesy::survey::SurveySystem;
 use misclosure::io::foreign::{ImportOptions, Note, additions};
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
@@ -218,6 +219,23 @@ fn ground_control_from_four_kinds_of_files() {
     assert!(message.contains("point \"G1\" is marked elsewhere in image \"a.jpg\""), "{message}");
     let bad = write(dir, "bad.csv", "G1,1,x,3\n");
     assert!(try_add("gcp", &mut of_list, &[bad]).unwrap_err().ends_with("bad.csv:1: expected a number, found \"x\""));
+}
+
+#[test]
+fn the_system_of_a_list_is_kept_and_its_coordinates_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let [easting, northing, height] = [425_404.888, 5_316_784.009, 12.5];
+    let text = format!(
+        "EPSG:32631\n{easting} {northing} {height} 9.5 19.5 a.jpg G1\n{easting} {northing} {height} 1 2 b.jpg G1\n"
+    );
+    let list = write(folder.path(), "gcp_list.txt", text);
+    let mut block = block(["a.jpg", "b.jpg"], LOCAL);
+    add("gcp", &mut block, &[list]);
+    assert_eq!((block.crs.as_str(), block.survey_crs.as_str()), (LOCAL, "EPSG:32631"));
+    let system = SurveySystem::of(&block.crs, &block.survey_crs).expect("two systems");
+    let back = system.coordinates(&block.surveyed[0].position).expect("coordinates");
+    let off = Vector3::from(back) - Vector3::new(easting, northing, height);
+    assert!(off.norm() < 1e-4, "{back:?}");
 }
 
 #[test]

@@ -10,6 +10,8 @@ use std::process::Command;
 const LONG_NAME: &str = "GCP_2026-01-31_pillar-at-the-northern-abutment_remeasured_0001";
 /// The block lies here: latitude, longitude.
 const PLACE: [f64; 2] = [48.25, 16.5];
+/// The map of the surveyor: zone 33, whose central meridian is 15 degrees east.
+const SURVEY: &str = "EPSG:32633";
 /// A4 less its margins, at 96 px an inch.
 const PRINTED_PX: u32 = 680;
 
@@ -21,6 +23,7 @@ fn a_report_is_handed_on() {
     the_finding_stands_first(&run, &page);
     every_arrow_has_a_name(&run);
     places_are_on_the_globe(&run);
+    coordinates_are_those_of_the_survey(&run);
     without_chromium_the_command_says_what_to_install(&scene, &run);
     let Some(chromium) = installed("chromium") else {
         eprintln!("SKIPPED: no chromium in PATH: widths of tables and printed pages are not tested");
@@ -50,7 +53,8 @@ fn improved(scene: &Scene) -> PathBuf {
     let crs = format!("local east, north, up at latitude {latitude}, longitude {longitude}, height 180 m (WGS84)");
     let text = fs::read_to_string(&toml).expect("block.toml");
     assert!(text.contains("crs = \"local\""), "{text}");
-    fs::write(&toml, text.replace("crs = \"local\"", &format!("crs = \"{crs}\""))).expect("block.toml");
+    let systems = format!("crs = \"{crs}\"\nsurvey_crs = \"{SURVEY}\"");
+    fs::write(&toml, text.replace("crs = \"local\"", &systems)).expect("block.toml");
     let (code, stderr) = scene.run(&["improve", &block, "-o", &run]);
     assert_eq!(code, 0, "{stderr}");
     run.into()
@@ -116,6 +120,24 @@ fn places_are_on_the_globe(run: &Path) {
     }
 }
 
+/// Easting and northing lie where the zone has the place, at its scale, and heights above the ellipsoid.
+fn coordinates_are_those_of_the_survey(run: &Path) {
+    for file in ["checks.csv", "points.csv", "images.csv"] {
+        let (header, rows) = super::table(run, file);
+        let column =
+            |name: &str| header.iter().position(|other| other == name).unwrap_or_else(|| panic!("{file}: {name}"));
+        let places = [["x", "y", "z"], ["easting", "northing", "height"]].map(|names| names.map(column));
+        let at = |row: &[String], columns: [usize; 3]| columns.map(|k| row[k].parse::<f64>().expect("a number"));
+        let [first, last] = [&rows[0], &rows[rows.len() - 1]];
+        let [[a, b], [c, d]] = places.map(|columns| [at(first, columns), at(last, columns)]);
+        let length = |a: [f64; 3], b: [f64; 3]| (a[0] - b[0]).hypot(a[1] - b[1]);
+        // 1.5 degrees from the central meridian: 111 km east of it, where the scale is 0.9996 + (111 / 9020)^2 ... 0.99976.
+        assert!((c[0] - 611_400.0).abs() < 1000.0 && (c[1] - 5_345_000.0).abs() < 3000.0, "{file}: {c:?}");
+        assert!((length(c, d) / length(a, b) - 0.99973).abs() < 1e-4, "{file}: {a:?} {b:?} {c:?} {d:?}");
+        assert!((c[2] - a[2] - 180.0).abs() < 0.05, "{file}: {a:?} {c:?}");
+    }
+}
+
 fn without_chromium_the_command_says_what_to_install(scene: &Scene, run: &Path) {
     let output = Command::new(env!("CARGO_BIN_EXE_misclosure"))
         .args(["--quiet", "report"])
@@ -139,7 +161,8 @@ fn no_table_leaves_its_page(chromium: &Path, run: &Path, page: &str, width: u32,
     const MEASURE: &str = "<script>document.querySelectorAll('details').forEach(d => d.open = true);
         const tables = [...document.querySelectorAll('table')].filter(t => t.offsetParent);
         const wide = tables.filter(t => t.getBoundingClientRect().right > document.documentElement.clientWidth + 1);
-        const said = wide.map(t => t.innerText.slice(0, 60).replaceAll('\\n', ' ') + ' ' + t.getBoundingClientRect().right);
+        const text = t => t.innerText.slice(0, 60).replaceAll('\\n', ' ');
+        const said = wide.map(t => text(t) + ' ' + t.getBoundingClientRect().right);
         parent.postMessage(tables.length + ' tables; wide: ' + said.join(' | '), '*');</script></body>";
     let framed = run.join("framed.html");
     fs::write(&framed, page.replace("</body>", MEASURE)).expect("written");

@@ -1,5 +1,6 @@
 //! `adjust` as scripts see it: the run folder, its keys, its exit codes.
 
+mod compared;
 mod handed_on;
 mod hard;
 mod national;

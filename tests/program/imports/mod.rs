@@ -19,7 +19,7 @@ enum May {
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
 #[rustfmt::skip] // Lists of names side by side.
-const TABLE: [(&str, May); 31] = [
+const TABLE: [(&str, May); 32] = [
     ("files", May::Only(&[])),
     ("math", May::Only(&[])),
     ("score", May::Only(&["math"])),
@@ -42,7 +42,7 @@ const TABLE: [(&str, May); 31] = [
     ("evaluate", May::Only(&["math", "camera", "block"])),
     ("mistakes", May::Only(&["math", "camera", "block", "evaluate"])),
     ("run", May::Only(&[
-        "math", "camera", "block", "io", "effects", "model", "problem", "measure", "adjust", "null_model",
+        "math", "geodesy", "camera", "block", "io", "effects", "model", "problem", "measure", "adjust", "null_model",
         "evaluate", "mistakes",
     ])),
     ("snooping", May::Only(&[
@@ -55,6 +55,7 @@ const TABLE: [(&str, May); 31] = [
         "math", "score", "geodesy", "camera", "block", "effects", "model", "problem", "measure", "adjust", "null_model",
         "evaluate", "mistakes", "run", "snooping", "residuals",
     ])),
+    ("compare", May::Only(&["camera", "io", "evaluate", "diagnose", "run"])),
     ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "validate", "lab", "cli"])),
     ("study", May::AllBut(&["snooping", "residuals", "diagnose", "validate", "lab", "cli"])),
     ("validate", May::AllBut(&["snooping", "residuals", "diagnose", "kit", "report", "study", "lab", "cli"])),

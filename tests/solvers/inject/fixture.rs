@@ -64,6 +64,7 @@ pub fn truth_with(interior: Interior) -> Block {
     let mut block = Block {
         name: "by hand".into(),
         crs: "local".into(),
+        survey_crs: String::new(),
         sigma: Sigma {
             tie_px: 0.3,
             mark_px: 0.4,

@@ -71,6 +71,7 @@ pub(super) fn assemble(contents: Contents, file: &Path, options: &ImportOptions)
     let mut block = Block {
         name: if name.is_empty() { "blocks-exchange".into() } else { name },
         crs,
+        survey_crs: String::new(),
         origin: Vector3::zeros(),
         sigma: guessed_sigma(options, &mut notes),
         cameras,

@@ -47,8 +47,12 @@ impl Format for Colmap {
 
     fn about(&self) -> &'static str {
         match self.form {
-            Form::Binary => {
+            Form::Binary if cfg!(feature = "database") => {
                 "COLMAP model, a folder: either form is read, binary is written; database.db after it gives GNSS"
+            }
+            Form::Binary => {
+                "COLMAP model, a folder: either form is read, binary is written (GNSS from a database.db: not in this build, \
+                 which lacks the feature database)"
             }
             Form::Text => "the same, written as text",
         }

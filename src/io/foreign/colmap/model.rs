@@ -112,6 +112,7 @@ impl Model {
         let block = Block {
             name: name.filter(|name| !name.is_empty()).unwrap_or_else(|| "colmap".into()),
             crs: "local".into(),
+            survey_crs: String::new(),
             origin: Vector3::zeros(),
             sigma: guessed_sigma(options, &mut notes),
             cameras,

@@ -75,6 +75,7 @@ pub(super) fn block(project: Project, options: &ImportOptions, notes: &mut Vec<N
     Ok(Block {
         name: if chunk.label.is_empty() { name } else { format!("{name}, {}", chunk.label) },
         crs: world.crs(),
+        survey_crs: String::new(),
         sigma,
         cameras,
         flights,

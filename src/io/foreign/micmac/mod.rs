@@ -98,6 +98,7 @@ fn block(sources: Sources, path: &Path, options: &ImportOptions, notes: &mut Vec
     Ok(Block {
         name,
         crs: "local".into(),
+        survey_crs: String::new(),
         sigma,
         cameras,
         flights,

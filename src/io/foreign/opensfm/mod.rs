@@ -109,6 +109,7 @@ fn block(folder: &Path, options: &ImportOptions, notes: &mut Vec<Note>) -> Resul
     Ok(Block {
         name: folder.file_name().map_or_else(|| "opensfm".into(), |name| name.to_string_lossy().into_owned()),
         crs: system.map_or_else(|| "local".into(), |system| system.crs()),
+        survey_crs: survey.system,
         sigma,
         cameras,
         flights,

@@ -15,6 +15,8 @@ use std::path::Path;
 pub(super) struct Survey {
     pub points: Vec<SurveyedPoint>,
     pub marks: Vec<Measurement>,
+    /// Coordinate system of the file; empty where the file has latitudes and longitudes.
+    pub system: String,
 }
 
 pub(super) fn read(
@@ -43,7 +45,7 @@ pub(super) fn read(
     let control = gcp_list::read(list)?;
     let (points, marks) =
         control.in_system(&|place| Ok(system.local(place)), &|name| images.get(name).copied(), notes)?;
-    Ok(Survey { points, marks })
+    Ok(Survey { points, marks, system: control.system })
 }
 
 fn json(

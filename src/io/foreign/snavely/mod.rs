@@ -98,6 +98,7 @@ impl Scene {
         let block = Block {
             name: file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()),
             crs: "local".into(),
+            survey_crs: String::new(),
             origin: Vector3::zeros(),
             sigma: guessed_sigma(options, &mut notes),
             cameras,
