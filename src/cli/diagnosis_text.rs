@@ -25,6 +25,7 @@ pub fn mistakes_text(mistakes: &[Mistake]) -> String {
 
 /// The whole text; without lengths on the ground where the block has no scale.
 pub fn text(diagnosis: &Diagnosis, scaled: bool) -> String {
+    let scaled = diagnosis.has_lengths(scaled);
     let mut text = format!("{}\n", verdict_sentence(diagnosis));
     text += &mistakes_text(&diagnosis.mistakes);
     if let Some(weight) = &diagnosis.weight {

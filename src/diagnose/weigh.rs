@@ -9,6 +9,11 @@ const WITH_A_MISTAKE: &str = "Beside the mistakes, residual patterns remain. Wha
                               stated in mm before the mistakes are corrected.";
 
 impl Diagnosis {
+    /// Do lengths on the ground mean anything? They do where the block is `scaled`, and no mistake may have moved it.
+    pub fn has_lengths(&self, scaled: bool) -> bool {
+        scaled && self.verdict != Verdict::Mistake
+    }
+
     /// Weighs what is left against the precision of the points (typical standard deviation in space, m), or against
     /// what the user tolerates.
     pub fn weigh(&mut self, precision_m: f64, tolerance_m: Option<f64>) {
@@ -93,6 +98,10 @@ mod tests {
         serde_json::from_str(&text).expect("a diagnosis")
     }
 
+    fn diagnosis_with(verdict: Verdict) -> Diagnosis {
+        Diagnosis { verdict, ..unexplained("[]") }
+    }
+
     #[test]
     fn an_unknown_precision_is_not_told() {
         let mut diagnosis = unexplained("[]");
@@ -133,6 +142,9 @@ mod tests {
         let sentence = diagnosis.weight.expect("a weight").sentence;
         assert!(sentence.contains("before the mistakes are corrected"), "{sentence}");
         assert!(!sentence.contains(|c: char| c.is_ascii_digit()), "{sentence}");
+        assert!(!diagnosis_with(Verdict::Mistake).has_lengths(true));
+        let sound = diagnosis_with(Verdict::Missing);
+        assert!(sound.has_lengths(true) && !sound.has_lengths(false));
     }
 
     #[test]

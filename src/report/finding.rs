@@ -160,7 +160,9 @@ fn facts(run: &RunFolder, diagnosis: &Diagnosis) -> Vec<(&'static str, String)> 
         None => {}
     }
     facts.extend(diagnosis.check_points.as_ref().map(|sentence| ("Check points", sentence.clone())));
-    facts.extend(detectable::sentence(diagnosis, scaled).map(|sentence| ("What could hide", sentence)));
+    facts.extend(
+        detectable::sentence(diagnosis, diagnosis.has_lengths(scaled)).map(|sentence| ("What could hide", sentence)),
+    );
     facts
 }
 

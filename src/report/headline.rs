@@ -24,9 +24,13 @@ pub(super) fn headline(run: &RunFolder) -> String {
         if diagnosis.verdict == Verdict::Adequate {
             sentences.push("This block shows no missing effect.".into());
         }
-        sentences.extend(checked(&run.summary));
+        let checked = checked(&run.summary);
+        sentences.extend(match diagnosis.verdict {
+            Verdict::Mistake => checked.map(|sentence| format!("With the mistake in the data: {}", lowered(&sentence))),
+            _ => checked,
+        });
     } else {
-        let measured = diagnosis.moved.as_ref().filter(|_| run.summary.has_scale());
+        let measured = diagnosis.moved.as_ref().filter(|_| diagnosis.has_lengths(run.summary.has_scale()));
         sentences.push(format!("{}.", moved(&effects, measured)));
         sentences.extend(gained(run, diagnosis));
     }
@@ -173,6 +177,11 @@ pub(super) fn in_words(id: &str) -> String {
 /// The same at the beginning of a sentence.
 pub(super) fn named(id: &str) -> String {
     capitalised(&in_words(id))
+}
+
+fn lowered(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_lowercase().chain(letters).collect())
 }
 
 fn capitalised(text: &str) -> String {

@@ -23,7 +23,7 @@ const MARKS_JOINED: usize = 60;
 pub(super) fn letter(page: &mut Page, run: &RunFolder, diagnosis: &Diagnosis) {
     for found in &diagnosis.found {
         page.section(&format!("Found: {}", in_words(&found.effect)));
-        for sentence in sentences(found, run.summary.has_scale()) {
+        for sentence in sentences(found, diagnosis.has_lengths(run.summary.has_scale())) {
             page.paragraph(&sentence);
         }
         if !found.plausible {

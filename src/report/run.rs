@@ -113,8 +113,8 @@ pub fn page(run: &RunFolder, ties: TieResiduals, coverage: &Coverage) -> Page {
         diagnosis::ledger_section(&mut page, found);
         diagnosis::how(&mut page, found);
         diagnosis::structure(&mut page, run, found);
-        diagnosis::candidates(&mut page, found, run.summary.has_scale());
-        detectable::section(&mut page, found, run.summary.has_scale());
+        diagnosis::candidates(&mut page, found, found.has_lengths(run.summary.has_scale()));
+        detectable::section(&mut page, found, found.has_lengths(run.summary.has_scale()));
     }
     adjustment(&mut page, run);
     parameters(&mut page, run);
