@@ -129,6 +129,7 @@ pub mod study;
 
 pub mod validate;
 
+#[cfg(any(doc, doctest))]
 pub mod book;
 
 #[cfg(feature = "lab")]
