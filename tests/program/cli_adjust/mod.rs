@@ -193,15 +193,22 @@ fn the_page_has_its_sections_and_is_the_same_from_the_folder() {
     let run = scene.adjust("run", &[]);
     let page = || fs::read_to_string(run.join("report.html")).expect("a page");
     let first = page();
-    let sections =
-        ["Adjustment", "Camera and effects", "Residuals over the sensor", "Residuals of images", "Flights and points"];
+    let sections = [
+        "Adjustment",
+        "Camera and effects",
+        "Residuals over the sensor",
+        "Residuals of images",
+        "Flights and points",
+        "Coverage and precision",
+    ];
     for section in sections.into_iter().chain(["Control and check points", "What agreement cannot prove"]) {
         assert!(first.contains(section), "{section}");
     }
     let pictures = fs::read_dir(run.join("figures")).expect("pictures").count();
     assert_eq!(
-        pictures, 13,
-        "sensor, images, histogram, flights, three of check points, two of control points, which are few, four of GNSS"
+        pictures, 18,
+        "sensor, images, histogram, flights, three of check points, two of control points, which are few, four of GNSS, \
+         three of coverage and precision, uncertainty and correlations of the camera"
     );
     assert_eq!((first.matches("<svg").count(), first.matches("</svg>").count()), (pictures, pictures));
     assert!(!first.contains("no data"));
