@@ -5,7 +5,7 @@ use super::added::Added;
 use super::candidate::{Addition, Candidate, candidates as all};
 use super::select::Searched;
 use crate::block::Block;
-use crate::effects::{Domain, Role, Stage};
+use crate::effects::{Descriptor, Domain, Role, Stage};
 use crate::model::EffectRef;
 use crate::problem::Problem;
 use crate::run::fit::Fit;
@@ -46,7 +46,7 @@ fn variants(problem: &Problem, candidate: Candidate) -> Vec<(Candidate, Searched
     if candidate.scanned() {
         return vec![(candidate, Searched::None)];
     }
-    let found = [lags, orders, frames].map(|variants| variants(problem, &candidate));
+    let found = [lags, options].map(|variants| variants(problem, &candidate));
     let found = found.into_iter().find(|variants| !variants.is_empty());
     found.unwrap_or_else(|| vec![(candidate, Searched::None)])
 }
@@ -68,30 +68,32 @@ fn lags(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Searched)> 
     values.into_iter().map(at).collect()
 }
 
-/// The candidate that follows the images' times, and their order: where the platform pauses, a drift in the camera's own
-/// steps is not one in time. The two columns are the ends of a range, so that the choice costs what their difference gives.
-fn orders(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Searched)> {
-    let Some(term) = candidate.term() else { return Vec::new() };
-    let Some(parameter) = term.effect.descriptor().parameters.iter().find(|p| p.name == "against") else {
-        return Vec::new();
-    };
-    let Role::Given(values) = &parameter.role else { return Vec::new() };
-    if problem.image_contexts.iter().all(|context| (context.tau - context.tau_order).abs() < EVEN) {
-        return Vec::new();
-    }
-    values.iter().map(|(_, value)| (with(candidate, "against", *value, false), Searched::Range(*value))).collect()
-}
-
-/// The candidate for each kind of coordinates that it may act on, where the block has both.
-fn frames(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Searched)> {
+/// The candidate at each value of an option, where they act differently. Time and order are the ends of a range: their
+/// choice costs what the angle between them gives. Kinds of coordinates are variants.
+fn options(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Searched)> {
     let Some(term) = candidate.term() else { return Vec::new() };
     let descriptor = term.effect.descriptor();
-    if descriptor.stage != Stage::Frame || problem.gnss.is_empty() || problem.control.is_empty() {
-        return Vec::new();
-    }
-    let Some(parameter) = descriptor.parameters.iter().find(|p| p.name == "in") else { return Vec::new() };
-    let Role::Given(values) = &parameter.role else { return Vec::new() };
-    values.iter().map(|(_, value)| (with(candidate, "in", *value, false), Searched::Variant)).collect()
+    let Some((place, values)) = option(problem, descriptor) else { return Vec::new() };
+    let is_range = descriptor.stage != Stage::Frame;
+    let searched = |value: f64| if is_range { Searched::Range(value) } else { Searched::Variant };
+    let name = &descriptor.parameters[place].name;
+    values.iter().map(|(_, value)| (with(candidate, name, *value, false), searched(*value))).collect()
+}
+
+/// The option of an effect whose values act differently in a block: its position among the parameters, and its named
+/// values. A drift may follow times or the order of the images: where the platform pauses, a drift in the camera's own
+/// steps is none in time. Coordinates of a map may be those of control or those of GNSS positions.
+pub(super) fn option<'a>(problem: &Problem, descriptor: &'a Descriptor) -> Option<(usize, &'a [(&'static str, f64)])> {
+    let even = || problem.image_contexts.iter().all(|context| (context.tau - context.tau_order).abs() < EVEN);
+    let differs = |name: &str| match name {
+        "against" => !even(),
+        "in" => descriptor.stage == Stage::Frame && !problem.gnss.is_empty() && !problem.control.is_empty(),
+        _ => false,
+    };
+    descriptor.parameters.iter().enumerate().find_map(|(place, parameter)| match &parameter.role {
+        Role::Given(values) if differs(&parameter.name) => Some((place, &**values)),
+        _ => None,
+    })
 }
 
 fn with(candidate: &Candidate, name: &str, value: f64, held: bool) -> Candidate {

@@ -5,7 +5,7 @@
 //! - [`hypothesis`]: everything that may be true, with prior and price; [`objective`]: what a set of hypotheses
 //!   leaves, and what it costs.
 //! - [`search`]: a beam over sets to first order; [`competition`]: a linearisation with its hypotheses;
-//!   [`refit`]: the objective of a fitted set, which counts; `descent`: a step of it; [`improvement`]: the model on
+//!   [`refit`]: the objective of a fitted set, which counts; `descent`: a step of it, `options` another; [`improvement`]: the model on
 //!   its way and its ledger.
 //! - [`settle`] fits without outliers; [`run`] is a whole diagnosis; [`look`]: one model as it stands, without the
 //!   descent.
@@ -36,6 +36,7 @@ pub mod look;
 pub mod models;
 pub mod moved;
 pub mod objective;
+mod options;
 pub mod pictures;
 pub mod priors;
 pub mod refit;

@@ -211,8 +211,10 @@ impl Descent {
             if improvement.steps.len() >= MOST_STEPS {
                 break linearised;
             }
-            // Weights and blunders are moves on the same objective: each step of causes is followed by theirs.
-            if !improvement.descend(&block, &linearised, settings)? {
+            // Options, weights and blunders are moves on the same objective: each step of causes is followed by theirs.
+            if improvement.descend(&block, &linearised, settings)? {
+                improvement.exchange_options(&block, settings)?;
+            } else {
                 if improvement.added.is_empty() || !judged_again(whole, &mut search, &mut improvement, settings)? {
                     break linearised;
                 }
