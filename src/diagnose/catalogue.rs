@@ -68,14 +68,17 @@ fn lags(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Searched)> 
     values.into_iter().map(at).collect()
 }
 
-/// The candidate at each value of an option, where they act differently. Time and order are the ends of a range: their
-/// choice costs what the angle between them gives. Kinds of coordinates are variants.
+/// The candidate at each value of an option, where they act differently. Kinds of coordinates are equally likely. What
+/// is not the default elsewhere costs more: where two options look alike, the default holds.
 fn options(problem: &Problem, candidate: &Candidate) -> Vec<(Candidate, Searched)> {
     let Some(term) = candidate.term() else { return Vec::new() };
     let descriptor = term.effect.descriptor();
     let Some((place, values)) = option(problem, descriptor) else { return Vec::new() };
-    let is_range = descriptor.stage != Stage::Frame;
-    let searched = |value: f64| if is_range { Searched::Range(value) } else { Searched::Variant };
+    let searched = |value: f64| match descriptor.stage {
+        Stage::Frame => Searched::Variant,
+        _ if value == descriptor.parameters[place].nominal => Searched::None,
+        _ => Searched::Option,
+    };
     let name = &descriptor.parameters[place].name;
     values.iter().map(|(_, value)| (with(candidate, name, *value, false), searched(*value))).collect()
 }

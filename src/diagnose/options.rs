@@ -3,11 +3,13 @@
 
 use super::catalogue::option;
 use super::error::DiagnoseError;
+use super::hypothesis::of_option;
 use super::improvement::Improvement;
 use super::models::at_solution;
 use super::search::SAME;
 use super::settings::Settings;
 use crate::block::Block;
+use crate::effects::Stage;
 use crate::run::fit::{Fit, fit};
 
 /// An option of an effect in a model, at another value.
@@ -16,6 +18,8 @@ struct Other {
     term: usize,
     parameter: String,
     value: f64,
+    /// How many parameters more it costs than the present one: 1, 0 or -1.
+    dearer: f64,
     /// For a person.
     words: String,
 }
@@ -35,9 +39,10 @@ impl Improvement {
                 Err(error) if settings.options.stop.is_raised() => return Err(error.into()),
                 Err(_) => continue,
             };
-            // Prices and weights are those of the model as it stands: the weighted sum of squares decides.
+            // Weights are those of the model as it stands: the weighted sum of squares decides, and the option's price.
             let variance = self.fit.chi_square() / self.fit.problem.redundancy().2 as f64;
-            let gain = (refitted.chi_square() - self.fit.chi_square()) / variance;
+            let price = other.dearer * of_option(settings.significance.ln());
+            let gain = (refitted.chi_square() - self.fit.chi_square()) / variance + price;
             if gain < -SAME {
                 self.replace(block, refitted, &other.words, gain, settings)?;
             }
@@ -52,11 +57,14 @@ fn others(fit: &Fit, own: usize) -> Vec<Other> {
         let descriptor = instance.effect.descriptor();
         let (place, values) = option(&fit.problem, descriptor)?;
         let parameter = &descriptor.parameters[place];
+        // Kinds of coordinates are equally likely.
+        let costs = |value: f64| f64::from(u8::from(descriptor.stage != Stage::Frame && value != parameter.nominal));
         let now = fit.solution.state.theta[instance.slots[place].1 as usize];
         let other = move |(name, value): &(&str, f64)| Other {
             term,
             parameter: parameter.name.to_string(),
             value: *value,
+            dearer: costs(*value) - costs(now),
             words: format!("{} with {}={name}", descriptor.id, parameter.name),
         };
         Some(values.iter().filter(|(_, value)| *value != now).map(other).collect::<Vec<_>>())

@@ -12,6 +12,8 @@
 
 mod price;
 
+pub(super) use price::of_option;
+
 use super::candidate::lower_terms;
 use super::linearised::Linearised;
 use super::select::{Nature, Searched, Situation};

@@ -39,6 +39,7 @@ impl Law {
             Searched::Placed { count } => best_of(f(drop - (dof - 1.0), 1.0), count),
             Searched::Range(_) if variants > 1.0 => best_over_range(f(drop, dof), drop, angle),
             Searched::Variant => best_of(f(drop, dof), variants),
+            Searched::Option => f(drop, dof + 1.0),
             _ => f(drop, dof),
         };
         let drop = match searched {
@@ -65,6 +66,12 @@ impl Law {
         let of = |dof: f64| Law { dof, ..*self }.price(ln_level, redundancy);
         of(smaller) + of(self.dof - smaller)
     }
+}
+
+/// What an option that is not the default costs beside the law with the default: one more parameter.
+pub fn of_option(ln_level: f64) -> f64 {
+    let of = |dof: f64| quantile(|drop| chi_square_ln_sf(drop, dof), ln_level);
+    of(2.0) - of(1.0)
 }
 
 /// Price of one variance: half of its chance values are zero. `design_effect`: see [`Law`].
@@ -94,6 +101,14 @@ mod tests {
 
     fn law(dof: f64, searched: Searched) -> Law {
         Law { dof, design_effect: 1.0, drop: 0.0, searched, variants: 1.0, angle: 0.0 }
+    }
+
+    #[test]
+    fn an_option_costs_one_more_parameter() {
+        let level: f64 = 1e-5;
+        let [default, other] = [Searched::None, Searched::Option].map(|search| law(1.0, search).price(level.ln(), 1e9));
+        assert_relative_eq!(other - default, of_option(level.ln()), max_relative = 1e-3);
+        assert!(of_option(level.ln()) > 2.0 && of_option(level.ln()) < 6.0);
     }
 
     #[test]

@@ -41,6 +41,8 @@ pub enum Searched {
     Range(f64),
     /// One of some variants.
     Variant,
+    /// With an option that is not the default: a choice that costs what one more parameter does.
+    Option,
 }
 
 impl Searched {
@@ -53,6 +55,7 @@ impl Searched {
             }
             // By the rule that let it in: of its size alone, less what chance gives to the estimate of a place.
             Searched::Placed { count } => ((drop / inflation - (dof - 1.0)).max(0.0), 1.0, count),
+            Searched::Option => (drop / ((dof + 1.0) * inflation), dof + 1.0, 1.0),
             _ => (drop / (dof * inflation), dof, 1.0),
         };
         multiple::best_of(f_ln_sf(statistic, dof, rest).min(0.0), count)
