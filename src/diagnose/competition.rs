@@ -48,7 +48,8 @@ impl Competition {
 
     /// Their objective with other priors of the columns.
     pub fn objective_under<'a>(&'a self, linearised: &Linearised, prior: &[f64]) -> Objective<'a> {
-        Objective::new(&linearised.system, prior, &self.hypotheses, &self.current, self.ln_level)
+        let (system, survey) = (&linearised.system, linearised.survey);
+        Objective::new(system, survey, prior, &self.hypotheses, &self.current, self.ln_level)
     }
 
     /// Sets with each law of the lens in the place of those that join with some members, and with each alone. A

@@ -35,7 +35,7 @@ impl Improvement {
         settings: &Settings<'_>,
     ) -> Result<bool, DiagnoseError> {
         let competition = Competition::new(linearised, &self.prices, settings);
-        competition.note_prices(&mut self.prices);
+        self.note_prices(&competition);
         let objective = competition.objective(linearised);
         let current = &competition.current;
         let (fit, added) = (&self.fit.clone(), &self.parts.clone());

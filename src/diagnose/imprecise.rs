@@ -101,10 +101,9 @@ impl Residuals<'_> {
     fn control(&self, axes: &[usize]) -> Vec<(f64, String)> {
         let Fit { problem, solution, .. } = self.fit;
         let of = |observed: &PositionObservation| {
-            let point = observed.index as usize;
-            let predicted = self.predictor.surveyed(&solution.state.points[point])?;
-            let off = (observed.position - predicted).component_div(&observed.sigma);
-            Some((axes.iter().map(|axis| off[*axis].powi(2)).sum(), problem.point_names[point].clone()))
+            let off = squares::of_control(&self.predictor, &solution.state, observed)?;
+            let name = problem.point_names[observed.index as usize].clone();
+            Some((axes.iter().map(|axis| off[*axis].powi(2)).sum(), name))
         };
         problem.control.iter().filter_map(of).collect()
     }
@@ -113,8 +112,7 @@ impl Residuals<'_> {
         let problem = &self.fit.problem;
         let off = |observed: &PositionObservation| {
             let image = observed.index as usize;
-            let predicted = self.predictor.antenna(image).filter(|_| of(image))?;
-            let off = (observed.position - predicted).component_div(&observed.sigma);
+            let off = squares::of_antenna(&self.predictor, observed).filter(|_| of(image))?;
             Some((axes.iter().map(|axis| off[*axis].powi(2)).sum(), problem.image_names[image].clone()))
         };
         problem.gnss.iter().filter_map(off).collect()

@@ -119,6 +119,18 @@ impl Improvement {
         Ok(())
     }
 
+    /// Notes the prices of a linearisation. Where that of a member has fallen the objective falls with it: before the
+    /// member was in, what it does looked like measurements that err together, and that made it dear.
+    pub(super) fn note_prices(&mut self, competition: &Competition) {
+        let ids = competition.current.all().map(|h| &competition.hypotheses[h].id);
+        let before: Vec<(&String, f64)> = ids.filter_map(|id| Some((id, *self.prices.get(id)?))).collect();
+        competition.note_prices(&mut self.prices);
+        self.objective -= before.iter().map(|(id, price)| price - self.prices[*id]).sum::<f64>();
+        if let Some(step) = self.steps.last_mut() {
+            step.objective = self.objective;
+        }
+    }
+
     /// Takes in what somebody asks for, whatever the objective says of it.
     ///
     /// # Errors

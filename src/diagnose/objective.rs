@@ -9,8 +9,9 @@
 //! `phi` is the variance factor of the model as it stands. It belongs to all observations, so that it may not follow
 //! the sets that compete: where a large cause spoils the images, their standard deviation was estimated too large,
 //! and a factor that falls with the cause would call GNSS and control too noisy, and ask for random effects that
-//! absorb them. The weights are estimated anew after each step, image by survey, and the objective falls by the
-//! likelihood of that too.
+//! absorb them. Nor may it follow what surveyed coordinates miss the model by: that is what causes explain, and an
+//! imprecise survey, whose weights are judged with `phi = 1`, would explain it for less. The weights are estimated anew
+//! after each step, image by survey, and the objective falls by the likelihood of that too.
 //!
 //! `chi(S)` is `v'Pv` of the fit with `S`, where every size of a law is a pseudo-observation of its nominal value (half
 //! its plausible range is the standard deviation) and every random value one of zero. `kappa_h` is the drop that `h`
@@ -21,6 +22,7 @@
 //! decides.
 
 use super::hypothesis::Hypothesis;
+use super::squares::Surveyed;
 use crate::score::{Penalised, System, variance_factor};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -96,7 +98,7 @@ pub struct Objective<'a> {
     law_columns: Vec<usize>,
     /// Columns of each law among those.
     pub(super) of_laws: Vec<Vec<usize>>,
-    /// Variance factor of the model as it stands.
+    /// Variance factor of the model as it stands, freed of what surveyed coordinates miss it by.
     pub(super) variance: f64,
     /// Logarithm of the level of a single hypothesis.
     pub ln_level: f64,
@@ -104,9 +106,16 @@ pub struct Objective<'a> {
 }
 
 impl<'a> Objective<'a> {
-    /// `system`: all columns at zero; `prior`: information that the prior of each column adds, zero where nothing is
-    /// known; `current`: the hypotheses in the model.
-    pub fn new(system: &System, prior: &[f64], hypotheses: &'a [Hypothesis], current: &Members, ln_level: f64) -> Self {
+    /// `system`: all columns at zero; `survey`: what surveyed coordinates have of `v'Pv`; `prior`: information that the
+    /// prior of each column adds, zero where nothing is known; `current`: the hypotheses in the model.
+    pub fn new(
+        system: &System,
+        survey: Surveyed,
+        prior: &[f64],
+        hypotheses: &'a [Hypothesis],
+        current: &Members,
+        ln_level: f64,
+    ) -> Self {
         let mut system = system.clone();
         let information = Arc::make_mut(&mut system.information);
         prior.iter().enumerate().for_each(|(c, own)| information[(c, c)] += own);
@@ -123,7 +132,10 @@ impl<'a> Objective<'a> {
         let variance = 1.0;
         let mut objective =
             Self { system, hypotheses, law_columns, of_laws, variance, ln_level, known: Mutex::default() };
-        objective.variance = variance_factor(objective.chi_square(current), objective.redundancy());
+        let (chi_square, redundancy) = (objective.chi_square(current), objective.redundancy());
+        // A surveyed coordinate has a redundancy of one at the most.
+        let of_images = variance_factor(chi_square - survey.chi_square, (redundancy - survey.count).max(1.0));
+        objective.variance = variance_factor(chi_square, redundancy).min(of_images);
         objective
     }
 

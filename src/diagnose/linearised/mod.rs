@@ -15,6 +15,7 @@ use super::priors::WEAK_PRIOR;
 use super::scan;
 use super::select::{Known, Nature, Searched, Set, Situation, Taken};
 use super::settings::Settings;
+use super::squares::Surveyed;
 use crate::block::Block;
 use crate::effects::{Role, Stage};
 use crate::model::EffectTerm;
@@ -47,6 +48,8 @@ pub struct Linearised {
     pub candidates: Vec<Option<Candidate>>,
     /// Candidates that the block cannot test, with what they need.
     pub untested: Vec<Candidate>,
+    /// What surveyed coordinates have of `v'Pv` in the fit.
+    pub survey: Surveyed,
     /// Values of the columns in the fit.
     pub values: Vec<f64>,
     /// What is in.
@@ -175,6 +178,7 @@ pub fn with_candidates(
         sets,
         candidates,
         untested,
+        survey: Surveyed::at(&fit.problem, &fit.solution.state)?,
         values,
         plausible,
         taken,

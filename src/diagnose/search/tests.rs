@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::diagnose::hypothesis::Hypothesis;
+use crate::diagnose::squares::Surveyed;
 use crate::math::statistics::chi_square_quantile;
 use crate::score::System;
 use nalgebra::{DMatrix, DVector};
@@ -105,6 +106,11 @@ impl Regression {
         }
     }
 
+    /// The objective with some members; nothing is surveyed.
+    fn objective(&self, current: &Members) -> Objective<'_> {
+        Objective::new(&self.system(), Surveyed::default(), &self.prior, &self.hypotheses, current, LEVEL.ln())
+    }
+
     /// Ids of the set at which the descent ends.
     fn best(&self) -> Vec<String> {
         self.best_from(&Members::default())
@@ -114,7 +120,7 @@ impl Regression {
     fn best_from(&self, start: &Members) -> Vec<String> {
         let mut current = start.clone();
         loop {
-            let objective = Objective::new(&self.system(), &self.prior, &self.hypotheses, &current, LEVEL.ln());
+            let objective = self.objective(&current);
             let now = objective.value(&current);
             let best = search(&objective, &current).into_iter().next().filter(|best| best.value < now - SAME);
             let Some(best) = best else { break };
@@ -221,12 +227,12 @@ fn an_implausible_size_is_dear() {
     assert_eq!(strong.best(), ["strong"]);
     // A size of 0.5 where 0.01 is its prior's standard deviation: the prior gives way to 0.06 and leaves the rest.
     strong.prior[0] = 0.02f64.powi(-2);
-    let shrunk = strong.system();
     let none = Members::default();
-    let objective = Objective::new(&shrunk, &strong.prior, &strong.hypotheses, &none, LEVEL.ln());
-    let free = Objective::new(&shrunk, &[0.0], &strong.hypotheses, &none, LEVEL.ln());
     let members = Members { laws: vec![0], random: vec![] };
-    assert!(objective.value(&members) > free.value(&members) + 100.0, "2500 v'Pv of a size 25 times its prior");
+    let with_prior = strong.objective(&none).value(&members);
+    strong.prior[0] = 0.0;
+    let free = strong.objective(&none).value(&members);
+    assert!(with_prior > free + 100.0, "2500 v'Pv of a size 25 times its prior");
 }
 
 #[test]
@@ -234,9 +240,26 @@ fn lower_terms_of_a_series_stay_while_a_higher_one_is_in() {
     let mut regression = Regression::new(5).law("free:radial", vec![normal(IMAGES * EACH, 6)]);
     regression = regression.law("radial-high", vec![normal(IMAGES * EACH, 7)]);
     regression.hypotheses[1].above = Some("free:radial");
-    let (system, both) = (regression.system(), Members { laws: vec![0, 1], random: vec![] });
-    let objective = Objective::new(&system, &regression.prior, &regression.hypotheses, &both, LEVEL.ln());
+    let both = Members { laws: vec![0, 1], random: vec![] };
+    let objective = regression.objective(&both);
     let reached: Vec<Members> = search(&objective, &both).into_iter().map(|ranked| ranked.members).collect();
     assert!(reached.iter().any(|members| members.laws.is_empty()), "without either");
     assert!(!reached.iter().any(|members| members.laws == [1]), "the higher one alone");
+}
+
+/// A cause that moves antennas leaves large residuals there, and these are no noise of the images.
+#[test]
+fn what_the_survey_is_missed_by_is_no_noise() {
+    let column = wave(2);
+    let block = Regression::new(8).law("law", vec![column.clone()]).truth(&column, 0.2);
+    let (system, none, members) = (block.system(), Members::default(), Members { laws: vec![0], random: vec![] });
+    let gain = |survey: Surveyed| {
+        let objective = Objective::new(&system, survey, &block.prior, &block.hypotheses, &none, LEVEL.ln());
+        objective.value(&none) - objective.value(&members)
+    };
+    let of_images = gain(Surveyed::default());
+    let n = system.redundancy;
+    assert_eq!(gain(Surveyed { chi_square: 20.0, count: 30.0 }), of_images, "as precise as stated");
+    let misses = Surveyed { chi_square: 0.5 * system.chi_square, count: 0.1 * n };
+    assert!(gain(misses) > 1.5 * of_images, "{} beside {of_images}", gain(misses));
 }
