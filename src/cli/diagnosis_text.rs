@@ -50,8 +50,8 @@ pub fn text(diagnosis: &Diagnosis, scaled: bool) -> String {
     for sentence in &diagnosis.left {
         text += &format!("  - {sentence}\n");
     }
-    if diagnosis.outliers > 0 {
-        text += &format!("{} measurements were set aside as outliers.\n", diagnosis.outliers);
+    if let Some(set_aside) = diagnosis.set_aside() {
+        text += &format!("{set_aside}\n");
     }
     text + "\n"
         + &candidates_table(&diagnosis.candidates, SHOWN, scaled).to_text()

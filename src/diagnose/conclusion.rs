@@ -71,6 +71,7 @@ pub fn diagnosis(
         flight_factors: improvement.fit.model.flight_factors.clone(),
         imprecise: imprecise::beyond(block, &improvement.fit)?,
         outliers,
+        outlier_points: Vec::new(),
         mistakes: Vec::new(),
         known: Vec::new(),
     })

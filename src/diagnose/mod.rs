@@ -37,6 +37,7 @@ pub mod models;
 pub mod moved;
 pub mod objective;
 mod options;
+mod outliers;
 pub mod pictures;
 pub mod priors;
 pub mod refit;

@@ -8,6 +8,7 @@ use super::knowledge::with_known;
 use super::left;
 use super::linearised::{Linearised, linearise};
 use super::moved;
+use super::outliers;
 use super::priors::with_priors;
 use super::screening;
 use super::search::SAME;
@@ -111,15 +112,16 @@ fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> R
         true => after.clone(),
         false => structure_of(&block, &improvement.base, settings)?,
     };
-    let outliers = search.outliers(whole);
+    let rejected = search.outliers(whole);
     let first = first.as_ref().unwrap_or(&linearised);
-    let found = diagnosis(&block, &improvement, first, &linearised, &rest, &after, outliers.rejected.len(), settings)?;
+    let found = diagnosis(&block, &improvement, first, &linearised, &rest, &after, rejected.rejected.len(), settings)?;
     let moved = match improvement.added.is_empty() {
         true => None,
         false => moved::between(&block, &improvement.base, &improvement.fit)?,
     };
-    let diagnosis = Diagnosis { known, moved, ..found };
-    Ok(Diagnosed { block, outliers, improvement, before, after, diagnosis })
+    let outlier_points = outliers::points(&rejected, whole);
+    let diagnosis = Diagnosis { known, moved, outlier_points, ..found };
+    Ok(Diagnosed { block, outliers: rejected, improvement, before, after, diagnosis })
 }
 
 /// The base of a diagnosis.

@@ -74,6 +74,9 @@ pub struct Diagnosis {
     pub imprecise: Vec<Imprecise>,
     /// Measurements that were set aside as outliers.
     pub outliers: usize,
+    /// Points of which measurements were set aside, where they are few.
+    #[serde(default)]
+    pub outlier_points: Vec<String>,
     /// Sizes that are known from elsewhere, held in every model.
     #[serde(default)]
     pub known: Vec<Known>,

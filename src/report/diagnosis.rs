@@ -28,8 +28,8 @@ pub(super) fn how(page: &mut Page, diagnosis: &Diagnosis) {
     if !slow.is_empty() {
         page.note(&slow);
     }
-    if diagnosis.outliers > 0 {
-        page.note(&format!("{} measurements were set aside as outliers.", diagnosis.outliers));
+    if let Some(set_aside) = diagnosis.set_aside() {
+        page.note(&set_aside);
     }
     for known in &diagnosis.known {
         page.paragraph(&format!(

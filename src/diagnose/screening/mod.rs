@@ -22,7 +22,7 @@ use crate::adjust::Options;
 use crate::block::Block;
 use crate::mistakes::{Mistake, screen};
 use crate::model::Model;
-use network::free_network;
+use network::{Oriented, free_network};
 use survey::Network;
 use undone::with_conventions;
 
@@ -52,8 +52,8 @@ fn of_survey(block: &Block, model: &Model, significance: f64, options: &Options)
     }
     let oriented = free_network(block, model, options);
     let Some(network) = oriented.as_ref().and_then(Network::new) else { return Vec::new() };
-    let of_images =
-        oriented.as_ref().map_or_else(Vec::new, |oriented| rays::of_images(block, &oriented.fit, significance));
+    let of_images = |oriented: &Oriented| rays::of_images(block, &oriented.fit, model, significance, options);
+    let of_images = oriented.as_ref().map_or_else(Vec::new, of_images);
     let (block, mut found) = network.marks(block, significance);
     found.extend(of_images);
     let survey = network.survey(&block);

@@ -1,10 +1,13 @@
 //! Conventions of image measurements, cameras and orientations, examined at the start values of a block; and single
 //! images beside a free network.
 
+use super::network::free_network;
+use crate::adjust::Options;
 use crate::block::{Block, ByPoint, Measurement, PointId};
 use crate::camera::Camera;
 use crate::mistakes::Mistake;
 use crate::mistakes::rays::{self, Scene, Sight, View, single};
+use crate::model::Model;
 use crate::run::fit::Fit;
 use nalgebra::Vector3;
 
@@ -42,17 +45,38 @@ pub fn of_own_points(block: &Block, reported_px: Option<f64>) -> Vec<Mistake> {
     rays::own_points(&scene, &places, &marks, reported_px)
 }
 
-/// Single images that do not fit a network of the block; the poses of the block are their approximate ones.
-pub fn of_images(block: &Block, network: &Fit, significance: f64) -> Vec<Mistake> {
+/// Single images that do not fit a network of the block; the poses of the block are their approximate ones. How far
+/// the measurements of one are shifted is asked of a network without it: with it, its neighbours gave way.
+pub fn of_images(block: &Block, network: &Fit, model: &Model, significance: f64, options: &Options) -> Vec<Mistake> {
+    let approximate: Vec<_> = block.images.iter().map(|image| image.pose).collect();
+    let Some(scene) = in_place(block, network) else { return Vec::new() };
+    let mut found = single::images(&scene, &approximate, significance);
+    let shifted = |mistake: &Mistake| (&*mistake.kind, &*mistake.subject) == ("offset", "images");
+    let names: Vec<&String> = found.iter().filter(|mistake| shifted(mistake)).flat_map(|own| &own.names).collect();
+    let images: Vec<usize> = (0..block.images.len()).filter(|k| names.contains(&&block.images[*k].name)).collect();
+    if images.is_empty() {
+        return found;
+    }
+    let others = block.ties.iter().filter(|row| !images.contains(&row.image.index())).copied().collect();
+    let without = free_network(&block.with_measurements(others, block.marks.clone()), model, options);
+    let refined = without.and_then(|own| in_place(block, &own.fit)).map(|scene| single::shifts_beside(&scene, &images));
+    for refined in refined.into_iter().flatten() {
+        let same = found.iter_mut().find(|own| shifted(own) && own.names == refined.names);
+        same.into_iter().for_each(|own| *own = refined.clone());
+    }
+    found
+}
+
+/// A part of the block with the images and cameras of a network.
+fn in_place(block: &Block, network: &Fit) -> Option<Scene> {
     let state = &network.solution.state;
     let mut scene = sample(block, &block.ties, block.tie_points.len(), RAYS_PER_SINGLE, RAYS_OF_SINGLES);
     if state.poses.len() != scene.views.len() || state.interiors.len() != scene.cameras.len() {
-        return Vec::new();
+        return None;
     }
-    let approximate: Vec<_> = scene.views.iter().map(|view| view.pose).collect();
     scene.views.iter_mut().zip(&state.poses).for_each(|(view, pose)| view.pose = *pose);
     scene.cameras.iter_mut().zip(&state.interiors).for_each(|(camera, interior)| camera.interior = *interior);
-    single::images(&scene, &approximate, significance)
+    Some(scene)
 }
 
 /// Images and cameras of the block, and so many points of a table that each image has `per_image` rays, as long as they

@@ -47,7 +47,7 @@ pub fn images(scene: &Scene, approximate: &[Pose], alpha: f64) -> Vec<Mistake> {
     if approximate.len() != scene.views.len() {
         return Vec::new();
     }
-    let Some(known) = known(scene) else { return Vec::new() };
+    let Some(known) = known(scene, &[]) else { return Vec::new() };
     let bad: Vec<usize> = (0..scene.views.len()).filter(|view| known.bad[*view]).collect();
     if bad.len() as f64 > MOST_BAD * scene.views.len() as f64 {
         return Vec::new();
@@ -70,6 +70,12 @@ pub fn images(scene: &Scene, approximate: &[Pose], alpha: f64) -> Vec<Mistake> {
         }
     }
     found
+}
+
+/// How far the measurements of some images are shifted, in a network that these images had no part in.
+pub fn shifts_beside(scene: &Scene, images: &[usize]) -> Vec<Mistake> {
+    let Some(known) = known(scene, images) else { return Vec::new() };
+    images.iter().filter_map(|view| shifted::shift_of(scene, &known, *view)).collect()
 }
 
 /// Share of measurements that fit.

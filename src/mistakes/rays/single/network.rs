@@ -34,8 +34,9 @@ pub struct Known {
     pub bad: Vec<bool>,
 }
 
-/// `None` where there is nothing to judge by.
-pub fn known(scene: &Scene) -> Option<Known> {
+/// What the rays of a network say without `suspects`, images that are known not to fit. `None` where there is nothing
+/// to judge by.
+pub fn known(scene: &Scene, suspects: &[usize]) -> Option<Known> {
     let all = |_: usize| true;
     let places: Vec<_> = scene.points.iter().map(|sights| place_of_most(scene, sights, &all, FEWEST_RAYS)).collect();
     let mut errors = vec![Vec::new(); scene.views.len()];
@@ -49,7 +50,7 @@ pub fn known(scene: &Scene) -> Option<Known> {
         let beyond = errors.iter().filter(|error| **error > BEYOND * usual).count();
         errors.len() >= FEWEST_ROWS && 2 * beyond > errors.len()
     };
-    let bad: Vec<bool> = errors.iter().map(is_bad).collect();
+    let bad: Vec<bool> = errors.iter().enumerate().map(|(view, own)| suspects.contains(&view) || is_bad(own)).collect();
     let good = |view: usize| !bad[view];
     let limit = FITS * usual;
     let again = |sights: &Vec<Sight>| {
@@ -117,7 +118,7 @@ mod tests {
     #[test]
     fn a_measurement_counts_beside_two_other_rays_alone() {
         let scene = made::scene();
-        let all = rows(&scene, &known(&scene).expect("points"), VIEW, &[]).len();
+        let all = rows(&scene, &known(&scene, &[]).expect("points"), VIEW, &[]).len();
         assert!(all >= FEWEST_ROWS, "{all}");
         // Points of the image keep one other ray each: they follow the image, whatever it measures.
         let mut pairs = scene.clone();
@@ -126,9 +127,9 @@ mod tests {
             sights.retain(|sight| sight.view == VIEW);
             sights.extend(other);
         }
-        assert_eq!(rows(&pairs, &known(&pairs).expect("points"), VIEW, &[]), []);
+        assert_eq!(rows(&pairs, &known(&pairs, &[]).expect("points"), VIEW, &[]), []);
         // Of suspects none is a witness.
         let others: Vec<usize> = (0..scene.views.len()).filter(|view| *view != VIEW).collect();
-        assert_eq!(rows(&scene, &known(&scene).expect("points"), VIEW, &others), []);
+        assert_eq!(rows(&scene, &known(&scene, &[]).expect("points"), VIEW, &others), []);
     }
 }

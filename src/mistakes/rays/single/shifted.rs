@@ -8,7 +8,7 @@ use super::resect::{Resected, Row, resect};
 use super::words::{self, Fitting};
 use crate::camera::Camera;
 use crate::math::statistics::median;
-use crate::mistakes::{BEYOND, Mistake, ln_p, price};
+use crate::mistakes::{Mistake, ln_p, price};
 use nalgebra::{Matrix2, Vector2};
 
 /// A shift of the image below this is nothing that a person did, px: lenses and sensors wobble by less.
@@ -24,20 +24,24 @@ pub fn shifted<'a>(scene: &'a Scene, known: &Known) -> Vec<Shifted<'a>> {
     good.filter_map(|view| Shifted::new(scene, known, view)).collect()
 }
 
-/// Cropped images: a shift of one image's measurements that is ten times as far beyond its standard deviation as those
-/// of the others are.
+/// Cropped images: a shift of one image's measurements that is significant beside how far those of all images spread,
+/// where that is more than noise gives.
 pub fn cropped(scene: &Scene, shifted: &[Shifted<'_>], alpha: f64) -> Vec<Mistake> {
-    let usual = median(&shifted.iter().map(Shifted::normalised).collect::<Vec<_>>()).max(1.0);
+    let usual = median(&shifted.iter().map(Shifted::normalised).collect::<Vec<_>>());
+    let spread = (usual / MEDIAN_OF_RAYLEIGH).max(1.0);
     let is_cropped = |shifted: &&Shifted<'_>| {
-        shifted.size() > LEAST_SHIFT_PX
-            && shifted.normalised() > BEYOND * usual
-            && shifted.drop > price(alpha, scene.views.len())
+        shifted.size() > LEAST_SHIFT_PX && shifted.drop / spread.powi(2) > price(alpha, scene.views.len())
     };
     let found: Vec<&Shifted<'_>> = shifted.iter().filter(is_cropped).collect();
     if found.len() as f64 > MOST_SHIFTED * shifted.len() as f64 {
         return Vec::new();
     }
     found.into_iter().map(|shifted| shifted.mistake(scene)).collect()
+}
+
+/// How far the measurements of an image are shifted that does not belong to the network.
+pub fn shift_of(scene: &Scene, known: &Known, view: usize) -> Option<Mistake> {
+    Some(Shifted::new(scene, known, view)?.mistake(scene))
 }
 
 /// An image with a shift of its measurements as an unknown.
