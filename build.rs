@@ -23,14 +23,14 @@ fn main() {
     // Dependents first: the linker reads from left to right.
     cxx_build::bridge("src/adjust/ceres/bridge.rs")
         .file("cpp/bridge.cc")
-        .file("cpp/faults.cc")
+        .file("cpp/exceptions.cc")
         .include("cpp")
         .include("/usr/include/eigen3")
         .std("c++17")
         .opt_level(2)
         .compile("misclosure_bridge");
     if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|system| system == "linux") {
-        // Libraries that the program loads find ours (cpp/faults.cc), not the C library's.
+        // Libraries that the program loads find ours (src/faults.rs), not the C library's.
         for symbol in ["_exit", "_Exit", "exit", "quick_exit"] {
             println!("cargo::rustc-link-arg-bins=-Wl,--export-dynamic-symbol={symbol}");
         }

@@ -169,10 +169,4 @@ CovarianceResult covariance_at(const View& view) {
   return result;
 }
 
-void map_large_allocations() {
-#ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, 4 << 20);
-#endif
-}
-
 }  // namespace misclosure::bridge

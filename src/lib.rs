@@ -137,6 +137,8 @@ pub mod lab;
 
 mod cli;
 
+mod faults;
+
 mod memory;
 
 /// The program: reads the command line, runs a command, gives its exit code.

@@ -37,8 +37,8 @@ pub use console::Console;
 pub use exit::{Exit, Usage};
 
 use crate::adjust::ceres;
-use crate::memory;
 use crate::report::tables;
+use crate::{faults, memory};
 use anyhow::Context;
 use clap::{Args, Parser, Subcommand};
 use std::io::Write;
@@ -107,10 +107,11 @@ pub struct Answer {
 
 /// Parses the command line, runs the command, prints its answer or the chain of errors, and gives the exit code.
 pub fn main() -> ExitCode {
-    ceres::map_large_allocations();
+    memory::map_large_allocations();
     let arguments = Arguments::parse();
     // Behind the parser, which ends the program itself.
-    ceres::watch_faults();
+    faults::watch();
+    ceres::watch_exceptions(faults::memory_was_refused, || faults::end_by_memory());
     memory::watch_panics();
     // A panic is a bug; it must still end with a code that scripts know, after the default hook's message.
     let exit = std::panic::catch_unwind(|| execute(arguments)).unwrap_or_else(|_| {
@@ -119,7 +120,7 @@ pub fn main() -> ExitCode {
         );
         Exit::Other
     });
-    ceres::work_is_done();
+    faults::work_is_done();
     exit.into()
 }
 

@@ -3,9 +3,9 @@
 use super::Usage;
 use super::console::printable;
 use super::text::path_text;
-use crate::adjust::ceres;
 use crate::block::{Block, Measurement};
 use crate::effects::{Descriptor, Effect, plugin};
+use crate::faults;
 use crate::model::EffectRef;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -42,7 +42,7 @@ fn fault(effect: &EffectRef, block: &Block) -> Option<String> {
 /// Says who it was where one of these libraries crashes the program or ends it, from now on.
 pub(super) fn suspect(libraries: &[PathBuf]) {
     let names: Vec<String> = libraries.iter().map(|path| printable(&path_text(path))).collect();
-    ceres::suspect(&names.join(", "));
+    faults::suspect(names.join(", "));
 }
 
 /// The effects of shared libraries, no two of one id.

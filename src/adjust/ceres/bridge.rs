@@ -150,7 +150,7 @@ pub mod ffi {
 
     unsafe extern "C++" {
         include!("bridge.h");
-        include!("faults.h");
+        include!("exceptions.h");
 
         #[namespace = ""]
         #[cxx_name = "misclosure_context"]
@@ -167,19 +167,9 @@ pub mod ffi {
         fn evaluate(view: &View<'_>) -> Result<EvaluateResult>;
         fn reduce(view: &View<'_>) -> Result<ReduceResult>;
         fn covariance_at(view: &View<'_>) -> Result<CovarianceResult>;
-        /// Large allocations go back to the system when they are let go: for a program, not for a library within one.
-        fn map_large_allocations();
 
-        /// A lack of memory that nobody can return as an error, and a library that ends the program, are said, with code 1.
-        fn watch_faults();
-        /// An allocation was refused: what ends the program next has this reason.
-        fn memory_was_refused();
-        /// Ends the program with the message about memory where memory is short.
-        fn end_if_memory_is_short();
-        /// Libraries that a crash is blamed on from now on.
-        fn suspect(libraries: &str);
-        /// The program ends by itself from now on.
-        fn work_is_done();
+        /// `refused` is called where `operator new` gets no memory; `end_by_memory` where that would end the program.
+        fn watch_exceptions(refused: fn(), end_by_memory: fn());
     }
 }
 

@@ -11,9 +11,7 @@ mod tests;
 
 use super::*;
 use crate::effects::{Context, Descriptor};
-pub use bridge::ffi::{
-    end_if_memory_is_short, map_large_allocations, memory_was_refused, suspect, watch_faults, work_is_done,
-};
+pub use bridge::ffi::watch_exceptions;
 use bridge::{builtin_effects, ffi};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use view::Arrays;

@@ -19,7 +19,7 @@ enum May {
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
 #[rustfmt::skip] // Lists of names side by side.
-const TABLE: [(&str, May); 32] = [
+const TABLE: [(&str, May); 33] = [
     ("files", May::Only(&[])),
     ("math", May::Only(&[])),
     ("score", May::Only(&["math"])),
@@ -60,7 +60,8 @@ const TABLE: [(&str, May); 32] = [
     ("study", May::AllBut(&["snooping", "residuals", "diagnose", "validate", "lab", "cli"])),
     ("validate", May::AllBut(&["snooping", "residuals", "diagnose", "kit", "report", "study", "lab", "cli"])),
     ("book", May::Only(&[])),
-    ("memory", May::Only(&["adjust"])),
+    ("faults", May::Only(&[])),
+    ("memory", May::Only(&["faults"])),
     ("lab", May::AllBut(&["study", "validate", "cli"])),
     ("cli", May::AllBut(&[])),
 ];
@@ -68,8 +69,8 @@ const TABLE: [(&str, May); 32] = [
 /// The two solvers are derived independently: neither may look into the other, not even in its tests.
 const STRANGERS: [[&str; 2]; 2] = [["adjust", "native"], ["adjust", "ceres"]];
 
-/// Where alone `unsafe` may stand: the cxx bridge, the mirror of the C ABI, the loader of plug-ins, the allocator.
-const UNSAFE: [&str; 4] = ["adjust/ceres/bridge.rs", "effects/abi", "effects/plugin.rs", "memory.rs"];
+/// Where alone `unsafe` may stand: the cxx bridge, the mirror of the C ABI, the loader of plug-ins, the signals, the allocator.
+const UNSAFE: [&str; 5] = ["adjust/ceres/bridge.rs", "effects/abi", "effects/plugin.rs", "faults.rs", "memory.rs"];
 
 /// The file of `src/effects` that stands for effects from elsewhere.
 const FROM_ELSEWHERE: [&str; 1] = ["plugin"];
