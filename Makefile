@@ -39,6 +39,7 @@ pictures: build ## the pictures of README and book, from runs on blocks of the r
 test: setup ## everything CI runs: format, lints, documentation, Rust and C++ tests, the laboratory's page where a Chromium is at hand
 	cargo fmt --check
 	cargo clippy --release --all-targets -- -D warnings
+	cargo clippy --release --all-targets --no-default-features --features lab -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps
 	cargo test --release
 	tests/lab_page/run.sh

@@ -4,7 +4,7 @@
 //! Headers of ours with only the id changed, one per stage that every measurement goes through, solved by turns with what is built in.
 
 use anyhow::{Context, Result, ensure};
-use misclosure::adjust::{CovarianceOf, Options, Solver, ceres::Ceres, native::Native};
+use misclosure::adjust::{BUILT, CovarianceOf, Options};
 use misclosure::block::Block;
 use misclosure::effects::{find, plugin};
 use misclosure::kit::build::build;
@@ -45,7 +45,7 @@ fn main() -> Result<()> {
             let model = Model { datum: Datum::All, tie_dc_to_pp: true, effects: vec![term], ..Model::default() };
             Problem::new(&block, &model)
         });
-        for solver in [&Native as &dyn Solver, &Ceres] {
+        for solver in BUILT {
             let mut fastest = [f64::INFINITY; 2];
             for _ in 0..TURNS {
                 for (time, problem) in fastest.iter_mut().zip(&problems) {

@@ -53,7 +53,9 @@ function draw() {
       node.agree && h("span.agree", { title: node.one_derivation ?? "Both solvers give the same result" },
         node.one_derivation ? "solvers agree; one derivation" : "solvers agree"),
       node.agree === false && h("span.disagree", { title: "The two solvers give different results: see the report" },
-        "solvers disagree")),
+        "solvers disagree"),
+      node.verdict && node.agree == null
+        && h("span.alone", { title: "One solver found a solution: nothing was compared" }, "one solver")),
     node.mistake && h("p.wrong", { title: node.mistake }, node.mistake),
     predictionLine() ?? h(`p.delta.${verdictOf(earlier?.figures, node.figures)}`, { title: node.delta_words },
       (!picked && node.delta_words) || size(node.figures)),

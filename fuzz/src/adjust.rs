@@ -5,9 +5,7 @@ mod faults;
 
 use super::folder::said;
 use arbitrary::{Result, Unstructured};
-use misclosure::adjust::ceres::Ceres;
-use misclosure::adjust::native::Native;
-use misclosure::adjust::{Covariance, Options, Solution};
+use misclosure::adjust::{BUILT, Covariance, Options, Solution};
 use misclosure::block::Block;
 use misclosure::model::{Datum, EffectRef, EffectTerm, Loss, Model};
 use misclosure::problem::State;
@@ -31,7 +29,7 @@ pub fn run(data: &[u8]) {
     let Ok(Some(block)) = spoilt_block(u) else { return };
     let Ok(model) = model(u) else { return };
     let options = Options { max_iterations: ITERATIONS, threads: 1, ..Options::default() };
-    let adjusted = run::adjust(&block, &model, &[&Native, &Ceres], &options, &mut |_, _| ControlFlow::Continue(()));
+    let adjusted = run::adjust(&block, &model, BUILT, &options, &mut |_, _| ControlFlow::Continue(()));
     let run = match adjusted {
         Ok(run) => run,
         Err(error) => return said(error),

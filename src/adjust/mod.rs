@@ -1,6 +1,7 @@
 //! Least squares: one problem, two solvers of independent derivation, and the check that they agree.
 
 pub mod agreement;
+#[cfg(feature = "ceres")]
 pub mod ceres;
 pub mod native;
 
@@ -302,6 +303,13 @@ fn observation(image: &Option<String>, point: &Option<String>) -> String {
         (None, None) => "an observation".into(),
     }
 }
+
+/// The solvers of this build. A build without Cargo's feature `ceres` has the native one alone.
+pub const BUILT: &[&dyn Solver] = &[
+    &native::Native,
+    #[cfg(feature = "ceres")]
+    &ceres::Ceres,
+];
 
 /// A solver of [`Problem`].
 pub trait Solver: Sync {

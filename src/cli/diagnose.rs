@@ -6,7 +6,7 @@ use super::mistakes::SIGNIFICANCE;
 use super::model_options::{ModelOptions, Treatment};
 use super::output::Output;
 use super::plugins::with_faults;
-use super::summary_text::{failure, warning};
+use super::summary_text::{failure, one_solver_line, warning};
 use super::{Answer, Console};
 use crate::adjust::Options;
 use crate::diagnose::handed_on::{HandedOn, Keep};
@@ -177,6 +177,7 @@ fn execute(
     let text = undone
         + &warning
         + &text(diagnosis, summary.has_scale())
+        + &one_solver_line(&summary)
         + next
         + &format!("\nRun: {}\n", arguments.output.display());
     Ok(Answer { text, json: serde_json::to_value(diagnosis)?, failure: failure(&run) })

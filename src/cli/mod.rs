@@ -36,7 +36,6 @@ mod words;
 pub use console::Console;
 pub use exit::{Exit, Usage};
 
-use crate::adjust::ceres;
 use crate::report::tables;
 use crate::{faults, memory};
 use anyhow::Context;
@@ -44,9 +43,16 @@ use clap::{Args, Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
 
+/// The version, and the solvers of this build ([`crate::adjust::BUILT`]).
+const LONG_VERSION: &str = if cfg!(feature = "ceres") {
+    concat!(env!("CARGO_PKG_VERSION"), "\nsolvers: native, ceres")
+} else {
+    concat!(env!("CARGO_PKG_VERSION"), "\nsolvers: native (this build has no Ceres)")
+};
+
 /// Finds why a photogrammetric adjustment does not fit its measurements.
 #[derive(Debug, Parser)]
-#[command(name = "misclosure", version, max_term_width = 120, arg_required_else_help = true)]
+#[command(name = "misclosure", version, long_version = LONG_VERSION, max_term_width = 120, arg_required_else_help = true)]
 #[command(after_help = "Exit codes: 0 done; 1 any other failure; 2 bad usage or bad input; 3 the adjustment failed \
 (not converged, singular); 4 the two solvers disagree, or results are not as certified.")]
 struct Arguments {
@@ -111,7 +117,8 @@ pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     // Behind the parser, which ends the program itself.
     faults::watch();
-    ceres::watch_exceptions(faults::memory_was_refused, || faults::end_by_memory());
+    #[cfg(feature = "ceres")]
+    crate::adjust::ceres::watch_exceptions(faults::memory_was_refused, || faults::end_by_memory());
     memory::watch_panics();
     // A panic is a bug; it must still end with a code that scripts know, after the default hook's message.
     let exit = std::panic::catch_unwind(|| execute(arguments)).unwrap_or_else(|_| {

@@ -3,6 +3,7 @@
 use super::plugins::load_plugins;
 use super::words::{effect_term, indices};
 use super::{Console, Usage};
+#[cfg(feature = "ceres")]
 use crate::adjust::ceres::Ceres;
 use crate::adjust::native::Native;
 use crate::adjust::{Options, Solver};
@@ -17,6 +18,7 @@ use crate::run::multistart::{best_start, doubtful_cameras};
 use crate::run::start_focal::focal_lengths;
 use crate::run::start_values::{Doubt, doubts};
 use crate::run::{Run, RunError, set_aside};
+use clap::builder::{EnumValueParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 
 /// Options that describe a model. What is not given stays as `--model` says, else as by default.
@@ -40,7 +42,7 @@ pub struct ModelOptions {
     #[arg(long, value_name = "EFFECT[:param=start,...]")]
     pub add: Vec<String>,
     /// Solver; `both` compares the two and ends with code 4 where they disagree
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_parser = SolverChoice::parser(), default_value = SolverChoice::DEFAULT)]
     pub solver: SolverChoice,
     /// Shared library of an effect, to be named with --add or in --model (repeatable)
     #[arg(long, value_name = "FILE.so")]
@@ -67,21 +69,44 @@ pub struct ModelOptions {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum SolverChoice {
     /// Both; results are compared.
-    #[default]
+    #[cfg_attr(feature = "ceres", default)]
+    #[cfg_attr(not(feature = "ceres"), value(hide = true))]
     Both,
     /// Ceres with SuiteSparse.
+    #[cfg_attr(not(feature = "ceres"), value(hide = true))]
     Ceres,
     /// The native solver.
+    #[cfg_attr(not(feature = "ceres"), default)]
     Native,
 }
 
 impl SolverChoice {
+    /// Its name on the command line, where none is given.
+    pub const DEFAULT: &str = if cfg!(feature = "ceres") { "both" } else { "native" };
+
+    /// Reads a choice and refuses one that this build does not have.
+    pub fn parser() -> impl TypedValueParser<Value = Self> {
+        EnumValueParser::<Self>::new().try_map(|choice| match choice.found() {
+            Some(_) => Ok(choice),
+            None => Err("this build has the native solver alone; build it with Cargo's feature ceres"),
+        })
+    }
+
     /// The solvers; results are taken from the first.
     pub fn solvers(self) -> Vec<&'static dyn Solver> {
+        self.found().expect("the parser refuses what this build does not have")
+    }
+
+    /// `None` where this build does not have them.
+    fn found(self) -> Option<Vec<&'static dyn Solver>> {
         match self {
-            SolverChoice::Both => vec![&Native, &Ceres],
-            SolverChoice::Ceres => vec![&Ceres],
-            SolverChoice::Native => vec![&Native],
+            SolverChoice::Native => Some(vec![&Native]),
+            #[cfg(feature = "ceres")]
+            SolverChoice::Both => Some(vec![&Native, &Ceres]),
+            #[cfg(feature = "ceres")]
+            SolverChoice::Ceres => Some(vec![&Ceres]),
+            #[cfg(not(feature = "ceres"))]
+            SolverChoice::Both | SolverChoice::Ceres => None,
         }
     }
 }

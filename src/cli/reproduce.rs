@@ -34,7 +34,7 @@ pub struct Arguments {
     #[arg(long, default_value = "all")]
     part: Part,
     /// Which solvers adjust each case
-    #[arg(long, default_value = "both")]
+    #[arg(long, value_parser = SolverChoice::parser(), default_value = SolverChoice::DEFAULT)]
     solver: SolverChoice,
 }
 

@@ -6,7 +6,7 @@ use super::text::paragraph;
 use crate::adjust::agreement::Agreement;
 use crate::report::numbers::{fixed, or_dash, px, significant};
 use crate::report::run_tables::{
-    camera_table, compared, effects_table, residuals_table, solvers_table, solvers_verdict,
+    camera_table, compared, effects_table, one_solver, residuals_table, solvers_table, solvers_verdict,
 };
 use crate::run::Run;
 use crate::run::summary::Summary;
@@ -39,6 +39,7 @@ pub fn text(summary: &Summary) -> String {
     if let Some(agreement) = &summary.agreement {
         text += &agreement_line(summary, agreement);
     }
+    text += &one_solver_line(summary);
     for plugin in &summary.plugins {
         text += &format!("plug-in {plugin}\n");
     }
@@ -58,6 +59,11 @@ pub fn text(summary: &Summary) -> String {
         text += &format!("after a 3D similarity from the control points, scale {}\n", fixed(similarity.scale, 6));
     }
     text
+}
+
+/// A line where one solver ran; empty where two did.
+pub fn one_solver_line(summary: &Summary) -> String {
+    one_solver(summary).map_or_else(String::new, |text| text + "\n")
 }
 
 fn agreement_line(summary: &Summary, a: &Agreement) -> String {

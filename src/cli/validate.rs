@@ -35,7 +35,7 @@ pub struct Arguments {
     #[arg(long)]
     quick: bool,
     /// Which of our solvers
-    #[arg(long, default_value = "both")]
+    #[arg(long, value_parser = SolverChoice::parser(), default_value = SolverChoice::DEFAULT)]
     solver: SolverChoice,
     /// Digits of sigma that a result needs
     #[arg(long, value_name = "N", default_value_t = crate::validate::solve::DIGITS)]

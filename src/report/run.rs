@@ -11,7 +11,7 @@ use super::html::Page;
 use super::numbers::{fixed, or_dash, px, significant};
 use super::pictures::{GnssAgainst, RunFolder};
 use super::run_tables::{
-    Conclusion, camera_table, compared, effects_table, residuals_table, solvers_table, solvers_verdict,
+    Conclusion, camera_table, compared, effects_table, one_solver, residuals_table, solvers_table, solvers_verdict,
 };
 use super::sensor_section::sensor_figures;
 use super::tables::Table;
@@ -168,10 +168,11 @@ fn adjustment(page: &mut Page, run: &RunFolder) {
                  An error there would be the same in both.",
             );
         }
-        None if summary.solvers.0.len() == 1 => {
-            page.note("One solver ran alone: nothing was compared.");
+        None => {
+            if let Some(text) = one_solver(summary) {
+                page.note(&format!("{text} Nothing was compared."));
+            }
         }
-        None => {}
     }
     for plugin in &summary.plugins {
         page.note(&format!("Plug-in {plugin}"));

@@ -53,6 +53,17 @@ pub fn solvers_verdict(summary: &Summary) -> Option<Conclusion> {
     Some(Conclusion { sound: agreement.agree, text })
 }
 
+/// That one solver ran, and why; `None` where two did.
+pub fn one_solver(summary: &Summary) -> Option<String> {
+    let [(name, _)] = summary.solvers.0.as_slice() else { return None };
+    Some(match summary.solvers_built.as_slice() {
+        // Nothing tells why in a folder of before this was noted.
+        [] => format!("One solver ran: {name}."),
+        [_] => format!("One solver ran: {name} (this build has no Ceres)."),
+        _ => format!("One solver ran, by choice: {name}."),
+    })
+}
+
 /// See [`solvers_verdict`].
 pub struct Conclusion {
     /// Two solvers found the same.

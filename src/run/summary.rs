@@ -1,7 +1,7 @@
 //! `summary.json`: what a run found, in the keys that scripts rely on.
 
 use crate::adjust::agreement::Agreement;
-use crate::adjust::{AdjustError, Covariance, Solution};
+use crate::adjust::{AdjustError, BUILT, Covariance, Solution};
 use crate::block::Block;
 use crate::camera::{DCX, DCY, PARAMETER_COUNT, PARAMETERS, PPX, PPY};
 use crate::effects::{Role, Scope};
@@ -43,6 +43,9 @@ pub struct Summary {
     pub tie_rms_px: Option<f64>,
     /// By solver.
     pub solvers: Named<SolverSummary>,
+    /// Names of the solvers that the program had; empty in a folder of before this was noted.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub solvers_built: Vec<String>,
     /// Of the two solvers; null when one ran alone.
     pub agreement: Option<Agreement>,
     /// By camera and parameter.
@@ -175,6 +178,7 @@ impl Summary {
             solvers: (run.solutions.iter().map(|(name, solution)| (name.to_string(), solver(solution))))
                 .chain(run.failures.iter().map(|(name, failure)| (name.to_string(), failed(failure))))
                 .collect(),
+            solvers_built: BUILT.iter().map(|solver| solver.name().to_string()).collect(),
             agreement: run.agreement.clone(),
             cameras: cameras(&run.problem, run.solution(), sigma0),
             effects: effects(&run.problem, run.solution(), sigma0),

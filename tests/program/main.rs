@@ -5,8 +5,11 @@ mod common;
 #[path = "../common/transcript.rs"]
 mod transcript;
 
+// Pages show what a build with both solvers prints.
+#[cfg(feature = "ceres")]
 mod book;
 mod cli;
+#[cfg(feature = "ceres")]
 mod cli_adjust;
 mod examples;
 mod hostile;

@@ -6,6 +6,7 @@ mod beside;
 mod common;
 
 mod adjust;
+#[cfg(feature = "ceres")]
 mod effects_derivations;
 mod effects_laws;
 mod effects_vectors;
@@ -13,5 +14,6 @@ mod inject;
 mod real_data;
 mod scenario;
 mod start_values;
+#[cfg(feature = "ceres")]
 mod study;
 mod validate;

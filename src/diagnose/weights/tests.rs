@@ -1,9 +1,7 @@
 //! Weights that the residuals ask for, of a flight by itself and of all together.
 
 use super::*;
-use crate::adjust::Options;
-use crate::adjust::ceres::Ceres;
-use crate::adjust::native::Native;
+use crate::adjust::{BUILT, Options};
 use crate::block::Role;
 use crate::diagnose::imprecise;
 use crate::diagnose::run::{base, diagnose};
@@ -91,9 +89,9 @@ fn based(block: &Block, by_flight: bool) -> Fit {
     let settings = Settings { plugins: &[], options, significance: 0.001, snoop: false, tell: &|_| {} };
     let fit = base(block, &model, &settings).expect("a base").fit;
     let near = Some(fit.solved());
-    let solvers: [&dyn crate::adjust::Solver; 2] = [&Native, &Ceres];
-    let run = adjust_from(block, &fit.model, near, &solvers, &settings.options, &mut |_, _| ControlFlow::Continue(()));
-    assert!(run.expect("a run").agreement.expect("two solvers").agree);
+    let run = adjust_from(block, &fit.model, near, BUILT, &settings.options, &mut |_, _| ControlFlow::Continue(()));
+    let run = run.expect("a run");
+    assert!(BUILT.len() == 1 || run.agreement.expect("two solvers").agree);
     fit
 }
 

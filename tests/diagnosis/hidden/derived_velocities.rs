@@ -2,9 +2,7 @@
 //! metre give them. The cause is found with nothing beside it, and its standard deviation holds.
 
 use crate::common::disagreement;
-use misclosure::adjust::Options;
-use misclosure::adjust::ceres::Ceres;
-use misclosure::adjust::native::Native;
+use misclosure::adjust::{BUILT, Options};
 use misclosure::block::Block;
 use misclosure::diagnose::run::diagnose;
 use misclosure::diagnose::settings::Settings;
@@ -61,14 +59,10 @@ fn judge(preset: &str, position_sigma_m: f64, seed: u64) -> Result<f64, String> 
         Settings { plugins: &[], options: Options::default(), significance: SIGNIFICANCE, snoop: true, tell: &|_| {} };
     let diagnosed = diagnose(&block, &model, &settings).map_err(|error| error.to_string())?;
     let fit = &diagnosed.improvement.fit;
-    let both = run::adjust_from(
-        &diagnosed.block,
-        &fit.model,
-        Some(fit.solved()),
-        &[&Native, &Ceres],
-        &Options::default(),
-        &mut |_, _| ControlFlow::Continue(()),
-    );
+    let both =
+        run::adjust_from(&diagnosed.block, &fit.model, Some(fit.solved()), BUILT, &Options::default(), &mut |_, _| {
+            ControlFlow::Continue(())
+        });
     if let Some(text) = disagreement(&both.map_err(|error| error.to_string())?) {
         return Err(text);
     }

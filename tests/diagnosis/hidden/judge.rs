@@ -7,9 +7,7 @@
 
 use super::models::{Named, base_model, check_rms_mm, estimates, selected};
 use crate::common::disagreement;
-use misclosure::adjust::ceres::Ceres;
-use misclosure::adjust::native::Native;
-use misclosure::adjust::{Options, Solver};
+use misclosure::adjust::{BUILT, Options};
 use misclosure::block::Block;
 use misclosure::diagnose::run::{Diagnosed, diagnose};
 use misclosure::diagnose::settings::Settings;
@@ -87,8 +85,7 @@ fn judge(named: &Named) -> Result<Vec<String>, String> {
 
 /// The program's own result first, as the command line takes it.
 fn solve_both(block: &Block, model: &Model) -> Result<Run, String> {
-    let solvers: [&dyn Solver; 2] = [&Native, &Ceres];
-    run::adjust(block, model, &solvers, &Options::default(), &mut |_, _| ControlFlow::Continue(()))
+    run::adjust(block, model, BUILT, &Options::default(), &mut |_, _| ControlFlow::Continue(()))
         .map_err(|error| error.to_string())
 }
 

@@ -95,6 +95,7 @@ fn a_run_folder_has_what_scripts_read() {
             "sigma0",
             "tie_rms_px",
             "solvers",
+            "solvers_built",
             "agreement",
             "cameras",
             "effects",

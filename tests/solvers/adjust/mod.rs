@@ -1,5 +1,6 @@
 //! Adjustment: with known truth, of every kind of block and model, in both solvers.
 
+#[cfg(feature = "ceres")]
 mod agreement;
 mod building;
 mod covariance;
@@ -8,6 +9,7 @@ mod found_again;
 mod moved;
 mod noisy;
 mod null_model;
+#[cfg(feature = "ceres")]
 mod place;
 mod reduced;
 mod singular;

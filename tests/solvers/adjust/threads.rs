@@ -2,6 +2,7 @@
 
 use crate::adjust::null_model::null_model;
 use crate::common::{effect, preset, solve_both_with};
+#[cfg(feature = "ceres")]
 use misclosure::adjust::ceres::Ceres;
 use misclosure::adjust::native::Native;
 use misclosure::adjust::{Options, Solution, Solver};
@@ -128,6 +129,7 @@ fn null_model_has_the_same_bits_on_any_number_of_threads_and_in_registers_of_any
 }
 
 /// Ceres sums in the order in which its threads finish; on one thread the order is fixed, on several the rounding is not.
+#[cfg(feature = "ceres")]
 #[test]
 fn ceres_repeats_itself_on_one_thread_and_agrees_on_several() {
     let block = block();

@@ -1,8 +1,6 @@
 //! Certificates are what extended precision finds anew, and both solvers meet them.
 
-use misclosure::adjust::ceres::Ceres;
-use misclosure::adjust::native::Native;
-use misclosure::adjust::{Solver, agreement};
+use misclosure::adjust::{BUILT, agreement};
 use misclosure::math::DoubleDouble;
 use misclosure::problem::Problem;
 use misclosure::validate::certificate::Certificate;
@@ -10,8 +8,6 @@ use misclosure::validate::forward::ExtendedState;
 use misclosure::validate::lineariser::{Curvature, Lineariser};
 use misclosure::validate::problems::{Size, find, problems};
 use misclosure::validate::solve::{DIGITS, certify_anew, solve};
-
-const SOLVERS: [&dyn Solver; 2] = [&Native, &Ceres];
 
 /// A part of the suite: every datum, loss and stage once. `misclosure validate` runs all of it.
 const PART: [&str; 12] = [
@@ -32,7 +28,7 @@ const PART: [&str; 12] = [
 #[test]
 fn both_solvers_meet_the_certificates() -> anyhow::Result<()> {
     for name in PART {
-        for outcome in solve(find(name)?, &SOLVERS, 2)? {
+        for outcome in solve(find(name)?, BUILT, 2)? {
             assert!(outcome.passes(DIGITS), "{name}: {outcome:?}");
         }
     }
@@ -124,7 +120,7 @@ fn the_forward_model_of_certificates_is_that_of_the_solvers() -> anyhow::Result<
             }
         }
         let normal = Lineariser::new(&problem)?.linearise(&ExtendedState::from(&problem.start), Curvature::Weights)?;
-        for solver in SOLVERS {
+        for solver in BUILT {
             let rows = solver.evaluate(&problem, &problem.start)?;
             let mut descent = vec![0.0; problem.layout().total()];
             let mut size = vec![0.0; problem.layout().total()];
