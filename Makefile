@@ -14,7 +14,7 @@ setup: ## install what is missing (Debian, Ubuntu) or list it (elsewhere)
 build: setup ## build the program: target/release/misclosure
 	cargo build --release
 
-install: build ## program, header, CMake package and pkg-config file: PREFIX=/usr/local
+install: build ## program, manual pages, completions, header, CMake package and pkg-config file: PREFIX=/usr/local
 	scripts/install.sh "$(or $(PREFIX),/usr/local)"
 
 demo: build ## what is missing in a block of the repository, in half a minute

@@ -6,6 +6,7 @@ mod adjust;
 mod blunders;
 mod check;
 mod compare;
+mod completions;
 mod console;
 mod diagnose;
 pub mod diagnosis_text;
@@ -18,6 +19,7 @@ mod inject_list;
 mod inject_text;
 #[cfg(feature = "lab")]
 mod lab;
+mod man;
 mod mend;
 mod mistakes;
 pub mod model_options;
@@ -96,6 +98,8 @@ enum Command {
     Import(import::Arguments),
     Export(export::Arguments),
     Validate(validate::Arguments),
+    Completions(completions::Arguments),
+    Man(man::Arguments),
     #[cfg(feature = "lab")]
     Lab(lab::Arguments),
 }
@@ -167,9 +171,6 @@ fn execute(arguments: Arguments) -> Exit {
 
 impl Command {
     fn run(self, console: &Console, threads: usize, as_json: bool) -> anyhow::Result<Answer> {
-        // Of the laboratory alone: it prints its address and goes on.
-        #[cfg(not(feature = "lab"))]
-        let _ = as_json;
         match self {
             Command::Simulate(arguments) => simulate::run(&arguments, console),
             Command::Inject(arguments) => inject::run(&arguments),
@@ -185,6 +186,8 @@ impl Command {
             Command::Import(arguments) => import::run(&arguments, console, threads),
             Command::Export(arguments) => export::run(&arguments, console),
             Command::Validate(arguments) => validate::run(&arguments, console, threads),
+            Command::Completions(arguments) => completions::run(&arguments, as_json),
+            Command::Man(arguments) => man::run(&arguments),
             #[cfg(feature = "lab")]
             Command::Lab(arguments) => lab::run(&arguments, console, threads, as_json),
         }
