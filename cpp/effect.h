@@ -451,6 +451,21 @@ int Eval(void*, const misclosure_context* context, const double* in, const doubl
   return MISCLOSURE_DONE;
 }
 
+// Whoever loads a plug-in may be no C++: an exception ends here. What is built in is called through guarded.h.
+template <class E>
+int Call(void* self, const misclosure_context* context, const double* in, const double* theta, double* out, double* d_in,
+         double* d_theta) {
+#if defined(MISCLOSURE_PLUGIN) && defined(__cpp_exceptions)
+  try {
+    return Eval<E>(self, context, in, theta, out, d_in, d_theta);
+  } catch (...) {
+    return MISCLOSURE_THREW;
+  }
+#else
+  return Eval<E>(self, context, in, theta, out, d_in, d_theta);
+#endif
+}
+
 template <class E>
 struct Table {
   static constexpr auto needs = Numbers(E::needs);
@@ -472,7 +487,7 @@ struct Table {
       std::data(E::parameters),
       needs.data(),
       nullptr,
-      &Eval<E>,
+      &Call<E>,
       static_cast<uint32_t>(PictureOf<E>::value),
       static_cast<uint32_t>(ByOf<E>::value),
       WordsOf<E>::value.what,

@@ -2,40 +2,10 @@
 
 #![allow(unsafe_code)] // the ABI
 
+use super::guarded::{DONE, fault_of, guarded_eval};
 use super::layout::RawEffect;
 use super::{ABI_VERSION, AbiError, EvalFault, RawContext, table};
 use crate::effects::{Context, Descriptor};
-use std::ffi::c_int;
-
-/// `MISCLOSURE_DONE`: what an effect answers where it has written its values.
-pub(super) const DONE: c_int = 1;
-/// `MISCLOSURE_NOT_FINITE`.
-const NOT_FINITE: c_int = 2;
-/// `MISCLOSURE_THREW`.
-const THREW: c_int = 3;
-
-unsafe extern "C" {
-    /// `eval` of an effect; see `cpp/guarded.h`.
-    #[link_name = "misclosure_guarded_eval"]
-    pub(super) fn guarded_eval(
-        effect: *const RawEffect,
-        context: *const RawContext,
-        input: *const f64,
-        theta: *const f64,
-        out: *mut f64,
-        d_in: *mut f64,
-        d_theta: *mut f64,
-    ) -> c_int;
-}
-
-/// What an answer that is not [`DONE`] says.
-pub(super) fn fault_of(answer: c_int) -> EvalFault {
-    match answer {
-        NOT_FINITE => EvalFault::NotFinite,
-        THREW => EvalFault::Threw,
-        _ => EvalFault::Outside,
-    }
-}
 
 /// An effect behind the C ABI.
 pub struct CEffect {

@@ -48,6 +48,18 @@ pub(super) type RawEval = unsafe extern "C" fn(
     d_theta: *mut f64,
 ) -> c_int;
 
+/// [`RawEval`] as Rust has to call it where nobody else catches an exception.
+#[cfg(not(feature = "ceres"))]
+pub(super) type RawEvalThatThrows = unsafe extern "C-unwind" fn(
+    this: *mut c_void,
+    context: *const RawContext,
+    input: *const f64,
+    theta: *const f64,
+    out: *mut f64,
+    d_in: *mut f64,
+    d_theta: *mut f64,
+) -> c_int;
+
 /// `misclosure_effect` of version 2; its first five numbers are the same in every version.
 #[derive(Clone, Copy)]
 #[repr(C)]

@@ -4,6 +4,7 @@
 #![allow(unsafe_code)] // the ABI
 
 mod c_effect;
+mod guarded;
 mod layout;
 mod rust_effect;
 mod table;

@@ -2,7 +2,7 @@
 
 #![allow(unsafe_code)] // the ABI
 
-use super::c_effect::{DONE, fault_of, guarded_eval};
+use super::guarded::{DONE, fault_of, guarded_eval};
 use super::layout::{RawEffect, RawEffect2};
 use super::{CEffect, RawContext};
 use crate::effects::plugin::Fault;

@@ -138,7 +138,12 @@ fn what_shows_only_in_an_adjustment_is_an_error_there() {
     };
     adjusted(load("SLOPE=1.0")).expect("nothing is wrong with it");
     let text = adjusted(load("SLOPE=1.1")).expect_err("a derivative that is wrong");
-    assert!(text.starts_with("the solvers disagree: ") && text.contains("in column longer.a"), "{text}");
+    // One solver is held against the plug-in's values.
+    let (begins, column) = match common::SOLVERS.len() {
+        1 => ("the derivative by longer.a ", "is not that of the effect's values"),
+        _ => ("the solvers disagree: ", "in column longer.a"),
+    };
+    assert!(text.starts_with(begins) && text.contains(column), "{text}");
     for value in ["NAN", "INFINITY"] {
         let effect = load(&format!("LENGTH=a==0.0?f:{value}"));
         adjusted(effect.clone()).expect_err("no numbers");
