@@ -2,7 +2,7 @@
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
 
-.PHONY: help setup build install demo check docs pictures test test-sanitize test-hidden test-cases test-fresh test-null hit-rates test-blunders test-lab fuzz bench clean
+.PHONY: help setup build install demo check docs pictures test test-sanitize test-hidden test-cases test-fresh test-null hit-rates test-blunders test-lab fuzz bench dist try-dist clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -87,6 +87,12 @@ bench: setup ## both solvers side by side, with the reference for speed where th
 	cargo bench --bench screening
 	cargo bench --bench structure
 	cargo bench --bench plugin
+
+dist: setup ## what others install: a Debian package with both solvers, a tarball with the native one
+	scripts/dist.sh
+
+try-dist: ## install both in clean roots and run them there (as root, with debootstrap)
+	scripts/try_dist.sh
 
 clean: ## remove everything that was built
 	cargo clean
