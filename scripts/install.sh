@@ -7,12 +7,7 @@ set -euo pipefail
 prefix=${DESTDIR:-}$1
 cd "$(dirname "$0")/.."
 program=${2:-target/release/misclosure}
-[ -x "$program" ] || { "$program" --quiet man "$prefix/share/man/man1" >/dev/null
-completions() { mkdir -p "$prefix/$2" && "$program" completions "$1" >"$prefix/$2/$3"; }
-completions bash share/bash-completion/completions misclosure
-completions zsh share/zsh/site-functions _misclosure
-completions fish share/fish/vendor_completions.d misclosure.fish
-echo "install: no $program: make build compiles it" >&2; exit 1; }
+[ -x "$program" ] || { echo "install: no $program: make build compiles it" >&2; exit 1; }
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
 
 into() { mkdir -p "$prefix/$1" && install -m "$2" "${@:3}" "$prefix/$1"; }
@@ -26,4 +21,9 @@ mkdir -p "$prefix/lib/pkgconfig"
 with_version misclosure.pc lib/pkgconfig
 into share/doc/misclosure 644 README.md CONVENTIONS.md docs/*.md
 into share/doc/misclosure/effects 644 examples/effects/*.h examples/effects/*.c
+"$program" --quiet man "$prefix/share/man/man1" >/dev/null
+completions() { mkdir -p "$prefix/$2" && "$program" completions "$1" >"$prefix/$2/$3"; }
+completions bash share/bash-completion/completions misclosure
+completions zsh share/zsh/site-functions _misclosure
+completions fish share/fish/vendor_completions.d misclosure.fish
 echo "install: $prefix/bin/misclosure, include/misclosure, lib/cmake/misclosure, lib/pkgconfig/misclosure.pc, share/man, completions, share/doc/misclosure"

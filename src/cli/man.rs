@@ -31,7 +31,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
 }
 
 /// File name and text of each page: of the program, of its commands, and of theirs.
-fn pages_of(program: clap::Command) -> std::io::Result<Vec<(String, Vec<u8>)>> {
+fn pages_of(program: clap::Command) -> std::io::Result<Vec<(String, String)>> {
     // No pages of `help`, which repeat the others.
     let mut program = program.disable_help_subcommand(true);
     program.build();
@@ -42,6 +42,8 @@ fn pages_of(program: clap::Command) -> std::io::Result<Vec<(String, Vec<u8>)>> {
         let name = command.get_display_name().unwrap_or(command.get_name()).to_owned();
         let mut page = Vec::new();
         clap_mangen::Man::new(command).render(&mut page)?;
+        // The examples stand in columns: their lines are not to be filled.
+        let page = String::from_utf8_lossy(&page).replace(".SH EXTRA\n", ".SH EXTRA\n.nf\n");
         pages.push((format!("{name}.1"), page));
     }
     pages.sort();
@@ -56,12 +58,12 @@ mod tests {
     fn every_command_has_a_page_with_its_options() {
         let pages = pages_of(crate::cli::Arguments::command()).expect("pages");
         let page = |name: &str| {
-            let found = pages.iter().find(|(file, _)| file == name).unwrap_or_else(|| panic!("no {name}"));
-            String::from_utf8(found.1.clone()).expect("UTF-8")
+            let found = pages.iter().find(|(file, _)| file == name);
+            found.unwrap_or_else(|| panic!("no {name}")).1.as_str()
         };
         assert!(page("misclosure.1").contains("misclosure\\-adjust(1)"));
         assert!(page("misclosure-adjust.1").contains("\\-\\-solver"));
-        assert!(page("misclosure-effects-build.1").contains("Examples:"));
+        assert!(page("misclosure-effects-build.1").contains(".nf\nExamples:"));
         assert!(!pages.iter().any(|(name, _)| name.contains("help")), "pages of help repeat the others");
     }
 }
