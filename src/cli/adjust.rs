@@ -22,7 +22,7 @@ use std::path::PathBuf;
 /// Adjusts a block once and compares it with control and check points
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  misclosure adjust dike -o run                                   everything free, both solvers
+  misclosure adjust dike -o run                                   everything free
   misclosure adjust dike -o run --tie dc=pp --fix affinity,k3     fewer camera parameters
   misclosure adjust dike -o run --add focal-time --datum all      with an effect, control and GNSS
   misclosure adjust dike -o again --model run/model.toml          the same model once more")]

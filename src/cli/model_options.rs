@@ -41,7 +41,8 @@ pub struct ModelOptions {
     /// Effect to add, with start values where the nominal ones do not serve (repeatable; see `misclosure effects`)
     #[arg(long, value_name = "EFFECT[:param=start,...]")]
     pub add: Vec<String>,
-    /// Solver; `both` compares the two and ends with code 4 where they disagree
+    #[cfg_attr(feature = "ceres", doc = "Solver; `both` compares the two and ends with code 4 where they disagree")]
+    #[cfg_attr(not(feature = "ceres"), doc = "Solver; this build has no Ceres")]
     #[arg(long, value_parser = SolverChoice::parser(), default_value = SolverChoice::DEFAULT)]
     pub solver: SolverChoice,
     /// Shared library of an effect, to be named with --add or in --model (repeatable)

@@ -148,6 +148,23 @@ mod tests {
     }
 
     #[test]
+    fn a_run_of_one_solver_says_so_and_why() {
+        let mut alone = summary(true, None);
+        let both = text(&alone);
+        assert!(!both.contains("One solver"), "{both}");
+        alone.agreement = None;
+        alone.solvers.0.remove(0);
+        let mut line = |built: &[&str]| {
+            alone.solvers_built = built.iter().map(|name| name.to_string()).collect();
+            let text = text(&alone);
+            text.lines().find(|line| line.starts_with("One solver")).expect("the line").to_owned()
+        };
+        assert_eq!(line(&["native"]), "One solver ran: native (this build has no Ceres).");
+        assert_eq!(line(&["native", "ceres"]), "One solver ran, by choice: native.");
+        assert_eq!(line(&[]), "One solver ran: native.");
+    }
+
+    #[test]
     fn what_went_wrong_between_the_solvers_comes_first() {
         let text = |agree, failure| super::text(&summary(agree, failure)).replace('\n', " ");
         assert!(text(false, None).starts_with("WARNING: The solvers disagree; one derivation: solvers not independent here (mine): solutions: difference 0.50 at k1"));

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// Checks the solvers, or the result of any program, on problems with a certified solution
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  misclosure validate                     both solvers on every problem
+  misclosure validate                     every problem
   misclosure validate --quick             without the problems of thousands of images
   misclosure validate pair huber          these alone
   misclosure validate --nist DIR          the native solver's loop on NIST's regression sets, whose files are in DIR

@@ -47,7 +47,10 @@ impl Diagnosed {
         tolerance_m: Option<f64>,
         settings: &Settings<'_>,
     ) -> Result<HandedOn, DiagnoseError> {
-        (settings.tell)("adjusting the final model with both solvers");
+        (settings.tell)(match solvers {
+            [_] => "adjusting the final model with one solver",
+            _ => "adjusting the final model with both solvers",
+        });
         let ended = match keep {
             Keep::Base => &self.improvement.base,
             Keep::Improved => &self.improvement.fit,

@@ -58,6 +58,36 @@ fn bad_usage_ends_with_2_and_help_with_0() {
 }
 
 #[test]
+fn the_version_names_the_solvers_of_the_build() {
+    let names: Vec<&str> = misclosure::adjust::BUILT.iter().map(|solver| solver.name()).collect();
+    let alone = if names.len() == 1 { " (this build has no Ceres)" } else { "" };
+    let expected = format!("misclosure {}\nsolvers: {}{alone}\n", env!("CARGO_PKG_VERSION"), names.join(", "));
+    assert_eq!(misclosure(&["--version"]), (0, expected, String::new()));
+}
+
+/// A script that asks for two solvers must not get the result of one.
+#[cfg(not(feature = "ceres"))]
+#[test]
+fn a_solver_that_the_build_lacks_is_refused() {
+    for solver in ["both", "ceres"] {
+        let (code, stdout, stderr) = misclosure(&["adjust", "block", "-o", "run", "--solver", solver]);
+        assert_eq!((code, stdout.as_str()), (2, ""));
+        let why = "this build has the native solver alone; build it with Cargo's feature ceres";
+        assert!(stderr.contains(why), "{stderr}");
+    }
+}
+
+#[test]
+fn completions_are_scripts_that_name_the_commands() {
+    for shell in ["bash", "zsh", "fish"] {
+        let (code, script, stderr) = misclosure(&["completions", shell]);
+        assert_eq!((code, stderr.as_str()), (0, ""), "{shell}");
+        assert!(script.contains("improve") && script.contains("tolerance-mm"), "{shell}");
+    }
+    assert_eq!(json(&["--json", "completions", "bash"])["script"], misclosure(&["completions", "bash"]).1);
+}
+
+#[test]
 fn an_error_is_one_line_per_cause_on_standard_error() {
     let (code, stdout, stderr) = misclosure(&["check", "no/such/folder"]);
     assert_eq!((code, stdout.as_str()), (2, ""));
