@@ -267,8 +267,9 @@ impl Snooping {
     pub fn judge(&mut self, block: &Block, fit: Solved<'_>, strictness: Strictness) -> Result<Round, AdjustError> {
         let barred: Vec<bool> = self.apart.iter().map(|apart| *apart == Apart::Again).collect();
         let lost = lost::lost_points(block, &self.left.ties, &self.outliers.rejected, &barred);
+        let lost_control = lost::lost_control(block, &self.outliers.rejected, fit)?;
         let number = self.outliers.rounds.len() + 1;
-        let sight = Sight::new(block, &self.left, &lost, fit)?;
+        let sight = Sight::new(block, &self.left, &lost, &lost_control, fit)?;
         let rejected = &mut self.outliers.rejected;
         let Judged { round, changed } = round::judge(&sight, strictness, self.significance, number, rejected);
         drop(sight);

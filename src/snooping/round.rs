@@ -179,7 +179,7 @@ mod tests {
         let mut left = Kept::all(&block);
         left.ties[7] = false;
         let solved = Solved { problem: &problem, state: &state };
-        let sight = Sight::new(&block, &left, &[], solved).expect("a solution");
+        let sight = Sight::new(&block, &left, &[], &[], solved).expect("a solution");
         let Judged { round, changed } = judge(&sight, Strictness::Loose, SIGNIFICANCE, 2, &mut Vec::new());
         (round, changed.contains(&(MeasurementKind::Tie, 7, true)))
     }

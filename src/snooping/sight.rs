@@ -1,5 +1,6 @@
 //! A block's measurements at a solution, as the search for outliers sees them.
 
+use super::lost::LostControl;
 use super::majority::meeting;
 use super::point::{Seen, SeenPoint};
 use super::{Kept, Solved};
@@ -22,6 +23,9 @@ pub(super) struct Sight<'a> {
     points: Vec<(PointSource, Vector3<f64>)>,
     /// How many of them the problem has.
     taking_part: usize,
+    /// Position of the first control point that takes no part, and the weights of these.
+    first_control: usize,
+    weights_of_lost: Vec<Vector3<f64>>,
     control: &'a [PositionObservation],
     ties: ByPoint,
     marks: ByPoint,
@@ -32,8 +36,14 @@ pub(super) struct Sight<'a> {
 }
 
 impl<'a> Sight<'a> {
-    /// `lost`: tie points that take no part and are to be judged anew.
-    pub(super) fn new(block: &'a Block, left: &'a Kept, lost: &[bool], fit: Solved<'a>) -> Result<Self, AdjustError> {
+    /// `lost`: tie points that take no part and are to be judged anew; `lost_control`: control points.
+    pub(super) fn new(
+        block: &'a Block,
+        left: &'a Kept,
+        lost: &[bool],
+        lost_control: &[LostControl],
+        fit: Solved<'a>,
+    ) -> Result<Self, AdjustError> {
         let Solved { problem, state } = fit;
         let ties = ByPoint::new(&block.ties, block.tie_points.len());
         let idle = problem.unoriented_images();
@@ -45,6 +55,8 @@ impl<'a> Sight<'a> {
                 points.push((PointSource::Tie(point), position));
             }
         }
+        let first_control = points.len();
+        points.extend(lost_control.iter().map(|own| (PointSource::Control(own.point), own.place)));
         let mut position = [vec![None; block.tie_points.len()], vec![None; block.surveyed.len()]];
         for (j, (source, _)) in points.iter().enumerate() {
             match source {
@@ -58,6 +70,8 @@ impl<'a> Sight<'a> {
             predictor: Predictor::new(problem, state)?,
             points,
             taking_part: problem.point_sources.len(),
+            first_control,
+            weights_of_lost: lost_control.iter().map(|own| own.weight).collect(),
             control: &problem.control,
             ties,
             marks: ByPoint::new(&block.marks, block.surveyed.len()),
@@ -98,8 +112,9 @@ impl<'a> Sight<'a> {
             })
         };
         let control = self.control.binary_search_by_key(&(j as u32), |observation| observation.index);
-        let surveyed = control
-            .map_or(Matrix3::zeros(), |c| Matrix3::from_diagonal(&self.control[c].sigma.map(|sigma| sigma.powi(-2))));
+        let taking_part = control.ok().map(|c| self.control[c].sigma.map(|sigma| sigma.powi(-2)));
+        let lost = j.checked_sub(self.first_control).map(|k| self.weights_of_lost[k]);
+        let surveyed = Matrix3::from_diagonal(&taking_part.or(lost).unwrap_or_default());
         let seen = numbers.iter().zip(self.predictor.image_points(sighted)).filter_map(seen).collect();
         SeenPoint { seen, surveyed, lost: j >= self.taking_part }
     }
