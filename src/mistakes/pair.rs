@@ -2,7 +2,7 @@
 
 use super::align::{of_majority, usual_square};
 use super::judged::{Few, Judged};
-use super::relation::{Difference, GEOID_M, Relation, relations};
+use super::relation::{Difference, GEOID_M, Relation, Tilt, relations};
 use super::survey::{Focal, Subject, Survey};
 use super::words;
 use super::{BEYOND, Mistake, ln_p, price};
@@ -66,29 +66,60 @@ pub fn judge_all(judged: &[Judged], few: &[Few], survey: &Survey, alpha: f64) ->
         found.extend(judge(gnss, &points, survey, alpha));
     }
     if let (Some(control), Some(check)) = (find(Subject::Control), tested(Subject::Check)) {
-        found.extend(judge(control, &check, survey, alpha));
+        // Of two lists of points the one that is further from the antennas is held against the other one.
+        let apart = |points: &Tested<'_>| find(Subject::Gnss).map_or(0.0, |gnss| Held::new(gnss, points).apart());
+        let other = find(Subject::Check).filter(|_| apart(&Tested::judged(control)) > apart(&check));
+        found.extend(match other {
+            Some(check) => judge(check, &Tested::judged(control), survey, alpha),
+            None => judge(control, &check, survey, alpha),
+        });
     }
     found
 }
 
+/// A group beside the place that another one gives it.
+struct Held {
+    /// Members that are not wrong by themselves.
+    right: Vec<usize>,
+    recorded: Vec<Vector3<f64>>,
+    expected: Vec<Vector3<f64>>,
+    /// Standard deviations of a misfit, m.
+    deviation: Vector3<f64>,
+}
+
+impl Held {
+    fn new(reference: &Judged, tested: &Tested<'_>) -> Self {
+        let right: Vec<usize> = (0..tested.targets.len()).filter(|k| !tested.wrong.contains(k)).collect();
+        let recorded = right.iter().map(|k| tested.targets[*k]).collect();
+        let expected = right.iter().map(|k| reference.aligned.similarity.apply(&tested.computed[*k])).collect();
+        // What the images do to the shape of a block is some pixels: control around check points shows a dome as an
+        // offset.
+        let deviation = deviation(reference, tested, &right).map(|own| own.hypot(reference.pixel));
+        Self { right, recorded, expected, deviation }
+    }
+
+    /// Variance factor of misfits, one where they are as expected.
+    fn variance(&self, misfits: &[Vector3<f64>]) -> f64 {
+        let squares = misfits.iter().map(|misfit| square(misfit, &self.deviation)).collect();
+        (of_majority(squares) / usual_square(self.right.len())).max(1.0)
+    }
+
+    /// The same of what is recorded.
+    fn apart(&self) -> f64 {
+        self.variance(&Relation::Same.misfits(&self.recorded, &self.expected))
+    }
+}
+
 /// Holds `tested` against the place that `reference` gives it.
 fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64) -> Option<Mistake> {
-    let right: Vec<usize> = (0..tested.targets.len()).filter(|k| !tested.wrong.contains(k)).collect();
-    let recorded: Vec<Vector3<f64>> = right.iter().map(|k| tested.targets[*k]).collect();
-    let expected: Vec<Vector3<f64>> =
-        right.iter().map(|k| reference.aligned.similarity.apply(&tested.computed[*k])).collect();
-    // What the images do to the shape of a block is some pixels: control around check points shows a dome as an offset.
-    let deviation = deviation(reference, tested, &right).map(|own| own.hypot(reference.pixel));
-    let usual = usual_square(right.len());
-    let variance = |misfits: &[Vector3<f64>]| {
-        let squares = misfits.iter().map(|misfit| square(misfit, &deviation)).collect();
-        (of_majority(squares) / usual).max(1.0)
-    };
-    let before = Relation::Same.misfits(&recorded, &expected);
+    let held = Held::new(reference, tested);
+    let variance = |misfits: &[Vector3<f64>]| held.variance(misfits);
+    let Held { right, recorded, expected, deviation } = &held;
+    let before = Relation::Same.misfits(recorded, expected);
     if variance(&before) < BEYOND * BEYOND {
         return None;
     }
-    let all = relations().into_iter().map(|relation| (relation, relation.misfits(&recorded, &expected)));
+    let all = relations().into_iter().map(|relation| (relation, relation.misfits(recorded, expected)));
     let all: Vec<(Relation, Vec<Vector3<f64>>)> = all.collect();
     let least = all.iter().map(|(_, misfits)| variance(misfits)).fold(f64::INFINITY, f64::min);
     // One or two members cannot outvote each other: a blunder in all of them and an offset are the same.
@@ -97,7 +128,7 @@ fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64) -
         members => chi_square_quantile(1.0 - alpha / members as f64, 3.0),
     };
     let objective = |misfits: &[Vector3<f64>]| {
-        misfits.iter().map(|misfit| (square(misfit, &deviation) / least).min(cap)).sum::<f64>()
+        misfits.iter().map(|misfit| (square(misfit, deviation) / least).min(cap)).sum::<f64>()
     };
     let cost = |relation: &Relation| match relation.freedom() {
         (_, 0) => 0.0,
@@ -112,13 +143,15 @@ fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64) -
     // What is left beside it is less than what would be a mistake by itself, and an order of magnitude less than it.
     let left = variance(after);
     if pays && left < BEYOND * BEYOND && variance(&before) >= BEYOND * BEYOND * left {
-        let sigma = Vector3::from_fn(|axis, _| sigma_of_shift(reference, tested, &right, axis));
+        let sigma = Vector3::from_fn(|axis, _| sigma_of_shift(reference, tested, right, axis));
         let ln_p = ln_p(drop - cost(relation), alternatives);
-        let found = named(reference, tested, survey, &Difference { relation: *relation, shift, sigma, drop, ln_p });
+        let tilt = Tilt::of(&before, expected).map_or(0.0, |tilt| tilt.angle());
+        let difference = Difference { relation: *relation, shift, sigma, tilt, drop, ln_p };
+        let found = named(reference, tested, survey, &difference);
         let is_of_one = |own: &Mistake| right.len() == 1 && own.kind == "height-offset";
         return found.map(|own| if is_of_one(&own) { words::of_one_point(own) } else { own });
     }
-    let drop = before.iter().map(|misfit| square(misfit, &deviation).min(cap)).sum();
+    let drop = before.iter().map(|misfit| square(misfit, deviation).min(cap)).sum();
     other_frame(reference, tested, shift, drop)
 }
 
@@ -126,7 +159,8 @@ fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64) -
 pub fn with_value(mistake: &Mistake, value: f64, sigma: f64, focal: Option<f64>) -> Mistake {
     let subject = if mistake.subject == Subject::Check.key() { Subject::Check } else { Subject::Control };
     let [shift, sigma] = [value, sigma].map(|own| Vector3::new(0.0, 0.0, own));
-    let difference = Difference { relation: Relation::Height, shift, sigma, drop: mistake.drop, ln_p: mistake.ln_p };
+    let Mistake { drop, ln_p, .. } = *mistake;
+    let difference = Difference { relation: Relation::Height, shift, sigma, tilt: 0.0, drop, ln_p };
     let offset = words::height_offset(Subject::Gnss, subject, &difference, focal);
     if words::is_of_one_point(mistake) { words::of_one_point(offset) } else { offset }
 }
@@ -159,6 +193,7 @@ fn named(reference: &Judged, tested: &Tested<'_>, survey: &Survey, difference: &
             (shift.norm() > DATUMS_M).then(|| words::other_frame(one, other, shift.norm(), difference))
         }
         Relation::Height => Some(words::height_offset(one, other, difference, None)),
+        Relation::Tilt => Some(words::tilt(one, other, difference)),
         Relation::Plan | Relation::Shift => Some(words::plan_offset(one, other, difference)),
         _ => Some(words::recorded_otherwise(one, other, difference)),
     }
@@ -169,7 +204,7 @@ fn other_frame(reference: &Judged, tested: &Tested<'_>, shift: Vector3<f64>, dro
     let [one, other] = [reference.group.subject, tested.subject];
     let between: Similarity = tested.similarity?.after(&reference.aligned.similarity.inverse());
     let difference =
-        Difference { relation: Relation::Shift, shift, sigma: Vector3::zeros(), drop, ln_p: ln_p(drop, 1) };
+        Difference { relation: Relation::Shift, shift, sigma: Vector3::zeros(), tilt: 0.0, drop, ln_p: ln_p(drop, 1) };
     let vertical = (between.rotation * Vector3::z()).angle(&Vector3::z());
     let angle = between.rotation.angle();
     let scaled = between.scale.ln().abs() > MAP_SCALE;

@@ -49,7 +49,7 @@ const FIX: usize = 3;
 /// Where control and GNSS disagree and neither is known to be wrong, the diagnosis goes on with control, if there is
 /// enough of it.
 fn subject_left_out<'a>(block: &Block, mistake: &'a Mistake) -> &'a str {
-    let between = ["height-offset", "plan-offset", "other-frame", "rotation"].contains(&mistake.kind.as_str());
+    let between = ["height-offset", "plan-offset", "other-frame", "rotation", "tilt"].contains(&mistake.kind.as_str());
     let gnss = block.images.iter().any(|image| image.gnss.is_some());
     match mistake.subject.as_str() {
         "control" if between && gnss && block.count(Role::Control) >= FIX => "gnss",

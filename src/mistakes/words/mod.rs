@@ -10,6 +10,6 @@ pub use common::list;
 pub use group::{changed, collapsed};
 pub use members::{exchanged, flight_offset, wrong_coordinate, wrong_position, wrong_positions};
 pub use pair::{
-    height_offset, is_of_one_point, of_one_point, other_frame, plan_offset, recorded_otherwise, rotation, scale,
+    height_offset, is_of_one_point, of_one_point, other_frame, plan_offset, recorded_otherwise, rotation, scale, tilt,
 };
 pub use set_aside::{images_set_aside, points_set_aside, share_set_aside};

@@ -151,3 +151,16 @@ pub fn rotation(one: Subject, other: Subject, degrees: f64, difference: &Differe
     let found = mistake("rotation", other.key(), Vec::new(), difference.drop, difference.ln_p, [sentence, remedy]);
     with(found, degrees, None, "deg")
 }
+
+/// A group that is tilted.
+pub fn tilt(one: Subject, other: Subject, difference: &Difference) -> Mistake {
+    let degrees = difference.tilt.to_degrees();
+    let sentence = format!(
+        "{} are tilted by {degrees:.3} degrees against {}, while both agree with the images. The images do not tell which of the two is wrong.",
+        other.words(),
+        lower(one)
+    );
+    let remedy = format!("Look at the coordinate system and the heights of both ({}; {}).", one.place(), other.place());
+    let found = mistake("tilt", other.key(), Vec::new(), difference.drop, difference.ln_p, [sentence, remedy]);
+    with(found, degrees, None, "deg")
+}

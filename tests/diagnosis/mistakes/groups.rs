@@ -107,3 +107,20 @@ fn all_at_one_place() {
         assert!(names.iter().eq(expected), "{what}: {names:?}");
     }
 }
+
+#[test]
+fn a_tilt_between_control_and_gnss_is_named_with_its_angle() {
+    for (preset, seed) in BLOCKS {
+        let sound = block(preset, seed);
+        let middle = sound.surveyed.iter().map(|p| p.position).sum::<Vector3<f64>>() / sound.surveyed.len() as f64;
+        let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::x_axis(), 1f64.to_radians());
+        let mut tilted = sound.clone();
+        points(&mut tilted, Role::Control, |p| middle + turn * (p - middle));
+        let found = named(&tilted);
+        let tilts: Vec<_> = found.iter().filter(|own| own.kind == "tilt").collect();
+        let brief: Vec<_> = found.iter().map(|own| (&own.kind, &own.subject, own.value)).collect();
+        assert!(!tilts.is_empty() && tilts.len() == found.len(), "{preset}, seed {seed}: {brief:?}");
+        let angle = tilts[0].value.expect("an angle");
+        assert!((angle - 1.0).abs() < 0.1, "{preset}, seed {seed}: {angle} degrees");
+    }
+}
