@@ -125,13 +125,19 @@ impl Improvement {
     }
 }
 
-/// Of the sets that a search found those that are worth a refit.
+/// Of the sets that a search found those that are worth a refit. What adds to a better one waits for the next step.
 fn preferred(competition: &Competition, found: Vec<Ranked>, objective: &Objective<'_>) -> Vec<Ranked> {
     let now = objective.value(&competition.current);
     let gain = |set: &Ranked| now - set.value;
     let most = found.first().map_or(0.0, gain);
     let near = |set: &Ranked| gain(set) > SAME && gain(set) > (1.0 - NEAR) * most;
-    found.into_iter().filter(near).take(REFITS).collect()
+    let mut sets: Vec<Ranked> = Vec::new();
+    for set in found.into_iter().filter(near) {
+        if sets.len() < REFITS && !sets.iter().any(|better| set.members.contains(&better.members)) {
+            sets.push(set);
+        }
+    }
+    sets
 }
 
 /// What a set changes, in words.

@@ -6,7 +6,7 @@ use super::weights::MOST;
 use crate::block::Block;
 use crate::measure::Predictor;
 use crate::model::{FlightFactors, SigmaFactors};
-use crate::problem::PositionObservation;
+use crate::problem::{PointSource, PositionObservation};
 use crate::run::fit::Fit;
 use serde::{Deserialize, Serialize};
 
@@ -43,12 +43,14 @@ type Group = (String, f64, Vec<(f64, String)>);
 /// # Errors
 /// A state that cannot be predicted.
 pub fn beyond(block: &Block, fit: &Fit) -> Result<Vec<Imprecise>, DiagnoseError> {
-    let SigmaFactors { image, control, control_z, gnss, gnss_z } = fit.model.sigma_factors;
+    let SigmaFactors { image, mark, control, control_z, gnss, gnss_z } = fit.model.sigma_factors;
     let residuals = Residuals { fit, predictor: Predictor::new(&fit.problem, &fit.solution.state)? };
     let any = |_: usize| true;
     let mut groups: Vec<Group> = Vec::new();
     if image >= MOST {
         groups.push(("image measurements".into(), image, residuals.images(any)?));
+    } else if image * mark >= MOST {
+        groups.push(("marks of control points".into(), image * mark, residuals.marks()?));
     }
     for (group, factor, axes) in [("control in plan", control, PLAN), ("control in height", control_z, HEIGHT)] {
         if factor >= MOST {
@@ -96,6 +98,20 @@ impl Residuals<'_> {
         })?;
         let seen = sums.into_iter().enumerate().filter(|(image, (_, count))| *count > 0.0 && of(*image));
         Ok(seen.map(|(image, (sum, count))| (sum / count, self.fit.problem.image_names[image].clone())).collect())
+    }
+
+    /// Mean over the marks of each control point.
+    fn marks(&self) -> Result<Vec<(f64, String)>, DiagnoseError> {
+        let problem = &self.fit.problem;
+        let mut sums = vec![(0.0, 0.0); problem.point_names.len()];
+        squares::each(self.fit, |point, _, square| {
+            let (sum, count) = &mut sums[point];
+            *sum += square;
+            *count += 1.0;
+        })?;
+        let is_control = |point: &usize| matches!(problem.point_sources[*point], PointSource::Control(_));
+        let marked = (0..sums.len()).filter(is_control).filter(|point| sums[*point].1 > 0.0);
+        Ok(marked.map(|point| (sums[point].0 / sums[point].1, problem.point_names[point].clone())).collect())
     }
 
     fn control(&self, axes: &[usize]) -> Vec<(f64, String)> {

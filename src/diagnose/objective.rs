@@ -46,6 +46,11 @@ impl Members {
         self.all().any(|own| own == hypothesis)
     }
 
+    /// Are all members of another set among them?
+    pub fn contains(&self, other: &Self) -> bool {
+        other.all().all(|own| self.has(own))
+    }
+
     /// The same without one.
     pub fn without(&self, hypothesis: usize) -> Self {
         let mut members = self.clone();

@@ -135,9 +135,9 @@ pub struct Base {
 }
 
 impl Base {
-    /// The same with the survey as precise as `model` states; `None` where it is. What a cause does to surveyed points
-    /// looks like a survey that is less precise than stated, and beside one the cause does not pay: the objective
-    /// decides between the two once causes are in.
+    /// The same with the survey as precise as `model` states; `None` where it is at least as precise. What a cause does
+    /// to surveyed points looks like a survey that is less precise than stated, and beside one the cause does not pay:
+    /// the objective decides between the two once causes are in. A survey that is more precise hides nothing.
     ///
     /// # Errors
     /// A wish to stop.
@@ -147,6 +147,9 @@ impl Base {
         model: &Model,
         settings: &Settings<'_>,
     ) -> Result<Option<Self>, DiagnoseError> {
+        if !weights::is_looser(&self.fit.model, model) {
+            return Ok(None);
+        }
         let Some(stated) = weights::with_survey_of(&self.fit.model, model) else { return Ok(None) };
         match fit(&self.search.block(whole), &stated, Some(&self.fit), &settings.options) {
             Ok(fit) => Ok(Some(Self { search: self.search.clone(), fit, objective: 0.0 })),

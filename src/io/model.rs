@@ -55,7 +55,7 @@ const DC_TO_PP: &str = "dc=pp";
 
 const KEYS: [&str; 10] =
     ["format", "free", "tie", "datum", "loss", "tie_weights", "sigma_factors", "camera", "effect", "prior"];
-const SIGMA_FACTORS: [&str; 5] = ["image", "control", "control_z", "gnss", "gnss_z"];
+const SIGMA_FACTORS: [&str; 6] = ["image", "mark", "control", "control_z", "gnss", "gnss_z"];
 const FLIGHT_FACTORS: [&str; 3] = ["image", "gnss", "gnss_z"];
 /// Key of `[sigma_factors]` that holds those of single flights.
 const OF_FLIGHT: &str = "flight";
@@ -123,6 +123,7 @@ fn sigma_factors(factors: &Table<'_>) -> Result<SigmaFactors, Error> {
     let (control, gnss) = (factor(factors, "control", None)?, factor(factors, "gnss", None)?);
     Ok(SigmaFactors {
         image: factor(factors, "image", None)?,
+        mark: factor(factors, "mark", None)?,
         control,
         control_z: factor(factors, "control_z", Some(control))?,
         gnss,
@@ -260,7 +261,7 @@ pub fn write_model(model: &Model, path: &Path) -> Result<(), Error> {
     let effect_values = model.effects.iter().flat_map(|term| term.values.values());
     let priors = model.priors.iter().flat_map(|prior| [&prior.value, &prior.sigma]);
     let factors = &model.sigma_factors;
-    let factors = [&factors.image, &factors.control, &factors.control_z, &factors.gnss, &factors.gnss_z];
+    let factors = [&factors.image, &factors.mark, &factors.control, &factors.control_z, &factors.gnss, &factors.gnss_z];
     let of_flights = model.flight_factors.values().flat_map(|of| [&of.image, &of.gnss, &of.gnss_z]);
     let factors = factors.into_iter().chain(of_flights);
     if let Some(number) =
@@ -285,10 +286,10 @@ fn text(model: &Model) -> String {
         let _ = writeln!(text, "tie = {}", quoted(DC_TO_PP));
     }
     let _ = writeln!(text, "datum = {}\nloss = {}\ntie_weights = {}", word(datum), word(loss), word(weights));
-    let SigmaFactors { image, control, control_z, gnss, gnss_z } = model.sigma_factors;
+    let SigmaFactors { image, mark, control, control_z, gnss, gnss_z } = model.sigma_factors;
     let _ = writeln!(
         text,
-        "\n[sigma_factors]\nimage = {image:?}\ncontrol = {control:?}\ncontrol_z = {control_z:?}\ngnss = {gnss:?}\ngnss_z = {gnss_z:?}"
+        "\n[sigma_factors]\nimage = {image:?}\nmark = {mark:?}\ncontrol = {control:?}\ncontrol_z = {control_z:?}\ngnss = {gnss:?}\ngnss_z = {gnss_z:?}"
     );
     for (id, FlightFactors { image, gnss, gnss_z }) in &model.flight_factors {
         let _ = writeln!(

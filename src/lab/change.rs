@@ -99,6 +99,9 @@ pub struct Factors {
     pub image: Option<f64>,
     /// See `image`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub mark: Option<f64>,
+    /// See `image`.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub control: Option<f64>,
     /// See `image`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -116,12 +119,13 @@ impl Factors {
         let pick = |own: Option<f64>, other: f64| own.unwrap_or(other);
         let all = SigmaFactors {
             image: pick(self.image, to.image),
+            mark: pick(self.mark, to.mark),
             control: pick(self.control, to.control),
             control_z: pick(self.control_z, to.control_z),
             gnss: pick(self.gnss, to.gnss),
             gnss_z: pick(self.gnss_z, to.gnss_z),
         };
-        for value in [all.image, all.control, all.control_z, all.gnss, all.gnss_z] {
+        for value in [all.image, all.mark, all.control, all.control_z, all.gnss, all.gnss_z] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(format!("a factor of {value} on a standard deviation: expected a number above 0"));
             }

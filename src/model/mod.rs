@@ -146,6 +146,8 @@ pub struct Prior {
 pub struct SigmaFactors {
     /// Tie points and marks.
     pub image: f64,
+    /// Marks of surveyed points, on top of `image`: people measure them, programs tie points.
+    pub mark: f64,
     /// Control coordinates, horizontal.
     pub control: f64,
     /// Heights of control points.
@@ -176,7 +178,7 @@ impl Default for FlightFactors {
 
 impl Default for SigmaFactors {
     fn default() -> Self {
-        Self { image: 1.0, control: 1.0, control_z: 1.0, gnss: 1.0, gnss_z: 1.0 }
+        Self { image: 1.0, mark: 1.0, control: 1.0, control_z: 1.0, gnss: 1.0, gnss_z: 1.0 }
     }
 }
 

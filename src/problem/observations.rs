@@ -70,6 +70,7 @@ pub(super) fn collect_points(block: &Block, model: &Model, uses_control: bool, r
     let flights = flight_factors(block, model);
     let factor =
         |row: &Measurement| model.sigma_factors.image * flights[block.images[row.image.index()].flight.index()].image;
+    let mark = model.sigma_factors.mark;
     let ties = ByPoint::new(&block.ties, block.tie_points.len());
     let mut order: Vec<(u32, u32, PointId)> = (0..ties.points())
         .map(PointId::from)
@@ -103,7 +104,8 @@ pub(super) fn collect_points(block: &Block, model: &Model, uses_control: bool, r
                 continue;
             }
             let rows = marks.of(id).map(|m| &block.marks[m]);
-            let rows = rows.map(|row| observation(row, MeasurementKind::Mark, block.sigma.mark_px, 1.0 / factor(row)));
+            let rows = rows
+                .map(|row| observation(row, MeasurementKind::Mark, block.sigma.mark_px, 1.0 / (mark * factor(row))));
             points.push(PointSource::Control(id), rows, ranks);
         }
     }

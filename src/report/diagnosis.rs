@@ -43,10 +43,11 @@ pub(super) fn how(page: &mut Page, diagnosis: &Diagnosis) {
     let factors = &diagnosis.sigma_factors;
     page.paragraph(&format!(
         "Tests are at the level {} over the whole catalogue. The stated standard deviations were multiplied by {} \
-         (image), {} and {} (control, plan and height), {} and {} (GNSS, plan and height), as the residuals ask for; 1 \
+         (image), {} beside that (marks), {} and {} (control, plan and height), {} and {} (GNSS, plan and height), as the residuals ask for; 1 \
          means as stated.",
         diagnosis.significance,
         fixed(factors.image, 3),
+        fixed(factors.mark, 3),
         fixed(factors.control, 3),
         fixed(factors.control_z, 3),
         fixed(factors.gnss, 3),

@@ -99,7 +99,7 @@ fn full() -> Model {
         datum: Datum::Gnss,
         loss: Loss::Cauchy,
         tie_weights: TieWeights::Pairs,
-        sigma_factors: SigmaFactors { image: 0.75, control: 2.0, control_z: 1.5, gnss: 1.25, gnss_z: 2.5 },
+        sigma_factors: SigmaFactors { image: 0.75, mark: 1.75, control: 2.0, control_z: 1.5, gnss: 1.25, gnss_z: 2.5 },
         flight_factors: [("second flight".to_owned(), FlightFactors { image: 1.5, gnss: 0.5, gnss_z: 3.0 })].into(),
     }
 }
@@ -132,6 +132,7 @@ tie_weights = "unit"
 
 [sigma_factors]
 image = 1.0
+mark = 1.0
 control = 1.0
 control_z = 1.0
 gnss = 1.0

@@ -6,11 +6,15 @@
 //! beyond [`MOST`] times the stated standard deviation it is no question of precision any more but a finding, and the
 //! block would bend freely.
 //!
+//! Marks have a factor of their own beside that of the images (`marks.rs`): a person measures them, and their stated
+//! precision seldom stands to that of tie points as it is stated.
+//!
 //! Where the model has factors of single flights, those of images and GNSS are estimated by flight.
 //!
 //! Source: Förstner and Wrobel, Photogrammetric Computer Vision (2016), sec. 4.2.4.
 
 mod flights;
+mod marks;
 #[cfg(test)]
 mod tests;
 
@@ -158,13 +162,19 @@ pub fn reweighted(
 /// `model` with the precision of the survey that another model states; `None` where it is the same.
 pub fn with_survey_of(model: &Model, stated: &Model) -> Option<Model> {
     let mut other = model.clone();
-    other.sigma_factors = SigmaFactors { image: model.sigma_factors.image, ..stated.sigma_factors };
+    let SigmaFactors { image, mark, .. } = model.sigma_factors;
+    other.sigma_factors = SigmaFactors { image, mark, ..stated.sigma_factors };
     for (flight, own) in &mut other.flight_factors {
         if let Some(stated) = stated.flight_factors.get(flight) {
             (own.gnss, own.gnss_z) = (stated.gnss, stated.gnss_z);
         }
     }
     (!same(&other, model)).then_some(other)
+}
+
+/// Is a group of the survey less precise in `model` than stated?
+pub fn is_looser(model: &Model, stated: &Model) -> bool {
+    of_coordinates(model).into_iter().zip(of_coordinates(stated)).any(|(own, stated)| own > stated)
 }
 
 /// What the groups of the survey cost, whose precision in `model` is not the stated one, when they compete with causes:
@@ -218,12 +228,15 @@ fn weighed(
             ));
         }
     } else {
-        // What is left of the redundancy and of v'Pv is the images'.
+        // What is left of the redundancy and of v'Pv is that of the tie points.
         let mut images = Share { chi_square: linearised.null.chi_square(), redundancy: problem.redundancy().2 as f64 };
         for column in of_coordinates {
             images.redundancy -= linearised.system.information[(column, column)];
             images.chi_square -= residual(linearised, column).powi(2);
         }
+        let marks = marks::with_control(fit)?;
+        images.chi_square -= marks.chi_square;
+        images.redundancy -= marks.redundancy;
         factors.image = images.factor(now.image);
         gain_of_images = images.gain(now.image, factors.image);
         let all = |_| true;
@@ -231,6 +244,13 @@ fn weighed(
             (coordinates.gnss(false, all), now.gnss),
             (coordinates.gnss(true, all), now.gnss_z),
         ));
+    }
+    // Marks are as precise as stated beside the tie points, unless that is improbable.
+    if near(&images(&next), &images(&fit.model), IMAGES_FIRST) {
+        let marks = marks::alone(fit)?;
+        let most = (MOST / next.sigma_factors.image).max(1.0);
+        next.sigma_factors.mark = marks.factor(now.mark).min(most);
+        gain_of_images += marks.gain(now.mark, next.sigma_factors.mark);
     }
     Ok(Weights { model: next, gain, gain_of_images })
 }
@@ -273,7 +293,7 @@ fn near(a: &[f64], b: &[f64], change: f64) -> bool {
 /// Factors of the images.
 fn images(model: &Model) -> Vec<f64> {
     let flights = model.flight_factors.values().map(|of| of.image);
-    std::iter::once(model.sigma_factors.image).chain(flights).collect()
+    [model.sigma_factors.image, model.sigma_factors.mark].into_iter().chain(flights).collect()
 }
 
 /// Factors of the groups of coordinates.

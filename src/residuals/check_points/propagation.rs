@@ -163,7 +163,7 @@ impl Chain<'_> {
                 by_point: Matrix2x3::from_fn(|i, k| prediction.d_point[i][k]),
                 image,
                 weight: sigma.powi(-2),
-                variance: (sigma * model.sigma_factors.image * of_flight).powi(2),
+                variance: (sigma * model.sigma_factors.image * model.sigma_factors.mark * of_flight).powi(2),
             });
         }
         Some(rows)

@@ -312,7 +312,7 @@ impl Folder<'_> {
             self.model.flight_factors.get(flight).map_or(1.0, |factors| factors.image).powi(2)
         };
         let of_flights = seen.measurements.iter().map(of_flight).sum::<f64>() / seen.measurements.len() as f64;
-        let marks = row.covariance.diagonal() * ((sigma0 * factors.image).powi(2) * of_flights);
+        let marks = row.covariance.diagonal() * ((sigma0 * factors.image * factors.mark).powi(2) * of_flights);
         let own = &block.surveyed[row.point.index()];
         let xy = factors.control * own.sigma_xy.unwrap_or(block.sigma.control_xy_m);
         let z = factors.control_z * own.sigma_z.unwrap_or(block.sigma.control_z_m);

@@ -1,6 +1,6 @@
 //! What a diagnosis makes of a mistake.
 
-use super::made::{block, points};
+use super::made::{block, gnss, points};
 use misclosure::adjust::Options;
 use misclosure::block::Role;
 use misclosure::diagnose::run::diagnose;
@@ -9,6 +9,7 @@ use misclosure::diagnose::settings::Settings;
 use misclosure::diagnose::verdict::{Diagnosis, Verdict};
 use misclosure::mistakes::Mistake;
 use misclosure::model::{Datum, Model};
+use nalgebra::Vector3;
 
 fn diagnosis(block: &misclosure::block::Block) -> Diagnosis {
     let options = Options::default();
@@ -61,4 +62,25 @@ fn a_control_point_that_was_set_aside_is_named() {
     let lost = found.mistakes.iter().any(|m| m.names.contains(&wrong.surveyed[2].name));
     assert!(lost || found.imprecise.iter().any(|i| format!("{i:?}").contains("ontrol")), "{:?}", found.mistakes);
     assert_eq!(found.verdict == Verdict::Mistake, lost);
+}
+
+/// What is stated of tie points stands to what is stated of marks as nobody measured it: that is no cause.
+#[test]
+fn tie_points_that_are_better_than_stated_have_no_cause() {
+    let mut block = block("mapping", 3);
+    block.sigma.tie_px *= 5.0;
+    let found = diagnosis(&block);
+    assert_eq!((found.verdict, &found.recommended[..]), (Verdict::Adequate, &[][..]), "{:?}", found.mistakes);
+    let mark = found.sigma_factors.mark;
+    assert!((mark / 5.0).ln().abs() < 0.3, "marks are as stated, five times the tie points: {mark}");
+}
+
+/// A base station with wrong coordinates: control contradicts GNSS, and is right.
+#[test]
+fn control_is_not_accused_of_what_a_shift_of_gnss_does() {
+    let mut shifted = block("mapping", 3);
+    gnss(&mut shifted, |_, p| p + Vector3::new(3.0, -2.0, 0.0));
+    let found = diagnosis(&shifted);
+    assert_eq!(found.recommended, ["gnss-shift"]);
+    assert_eq!((found.mistakes.len(), found.outliers), (0, 0), "{:?}", found.mistakes);
 }

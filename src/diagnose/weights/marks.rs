@@ -1,0 +1,66 @@
+//! Marks of control points: how precise they are by themselves, whatever the survey says of their points.
+
+use super::super::error::DiagnoseError;
+use super::super::squares;
+use super::flights::Share;
+use crate::measure::Predictor;
+use crate::problem::PointSource;
+use crate::run::fit::Fit;
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+/// Fewest marks of a point that say how precise they are: two meet within one number.
+const FEWEST: usize = 2;
+
+/// Redundancy that the three coordinates of a control point have beside its marks: between none and three.
+const OF_COORDINATES: f64 = 1.5;
+
+/// What the marks have of `v'Pv` where each point is intersected by its marks alone, with the images as adjusted: a
+/// wrong or imprecise survey is no part of it.
+pub(super) fn alone(fit: &Fit) -> Result<Share, DiagnoseError> {
+    let (problem, state) = (&fit.problem, &fit.solution.state);
+    let predictor = Predictor::new(problem, state)?;
+    let mut sum = Share::default();
+    for point in control_points(fit) {
+        let rows = &problem.observations[problem.point_start[point]..problem.point_start[point + 1]];
+        let (mut normal, mut right, mut squares, mut count) = (Matrix3::zeros(), Vector3::zeros(), 0.0, 0);
+        for seen in rows {
+            let Some((xy, by_point)) = predictor.image_point(seen.image as usize, &state.points[point]) else {
+                continue;
+            };
+            let residual = Vector2::new(seen.x - xy[0], seen.y - xy[1]) * seen.inverse_sigma;
+            let by_point = by_point * seen.inverse_sigma;
+            normal += by_point.transpose() * by_point;
+            right += by_point.transpose() * residual;
+            squares += residual.norm_squared();
+            count += 1;
+        }
+        if count < FEWEST {
+            continue;
+        }
+        if let Some(factor) = normal.cholesky() {
+            sum.chi_square += squares - right.dot(&factor.solve(&right));
+            sum.redundancy += (2 * count - 3) as f64;
+        }
+    }
+    Ok(sum)
+}
+
+/// What they have of `v'Pv` and of the redundancy in the adjustment itself, where the survey holds their points.
+pub(super) fn with_control(fit: &Fit) -> Result<Share, DiagnoseError> {
+    let mut is_control = vec![false; fit.problem.point_sources.len()];
+    control_points(fit).for_each(|point| is_control[point] = true);
+    let mut sum = Share::default();
+    squares::each(fit, |point, _, square| {
+        if is_control[point] {
+            sum.chi_square += square;
+            sum.redundancy += 2.0;
+        }
+    })?;
+    sum.redundancy -= OF_COORDINATES * control_points(fit).count() as f64;
+    Ok(sum)
+}
+
+fn control_points(fit: &Fit) -> impl Iterator<Item = usize> {
+    let sources = &fit.problem.point_sources;
+    (0..sources.len()).filter(|point| matches!(sources[*point], PointSource::Control(_)))
+}
