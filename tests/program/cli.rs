@@ -65,6 +65,18 @@ fn the_version_names_the_solvers_of_the_build() {
     assert_eq!(misclosure(&["--version"]), (0, expected, String::new()));
 }
 
+/// What the list offers, the build reads; a build that lacks it says so.
+#[test]
+fn the_list_of_formats_is_that_of_the_build() {
+    let (code, list, _) = misclosure(&["import", "--list"]);
+    assert_eq!(code, 0);
+    let lacks = "not in this build";
+    assert_eq!(list.contains(lacks), !cfg!(feature = "database"), "{list}");
+    let manifest = include_str!("../../Cargo.toml");
+    let default = manifest.lines().find(|line| line.starts_with("default = ")).expect("default features");
+    assert!(default.contains("\"database\""), "{default}");
+}
+
 /// A script that asks for two solvers must not get the result of one.
 #[cfg(not(feature = "ceres"))]
 #[test]

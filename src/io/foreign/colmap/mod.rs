@@ -118,8 +118,5 @@ fn add_database(imported: &mut Imported, path: &Path) -> Result<(), Error> {
 
 #[cfg(not(feature = "database"))]
 fn add_database(_: &mut Imported, path: &Path) -> Result<(), Error> {
-    Err(refuse(
-        path,
-        "this program was built without the reading of databases (cargo build --release --features database)",
-    ))
+    Err(refuse(path, "this build reads no databases: build it with Cargo's feature database"))
 }
