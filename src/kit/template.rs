@@ -5,8 +5,18 @@ use crate::effects::{Stage, find};
 
 /// The contract of an effect in Rust, and the numbers of its formula, for a package of one's own.
 const RUST_CONTRACT: &str = include_str!("../../rust/effect.rs");
-/// What a template says of its plausible ranges.
-const RANGE: &str = "where the limit comes from, a data sheet or a formula";
+/// What a template says of itself, for the author to replace: an effect must not go out with the words of an example.
+const SUMMARY: &str = "TODO: what happens, in one sentence.";
+/// See [`SUMMARY`].
+const SOURCE: &str = "TODO: where the formula comes from";
+/// See [`SUMMARY`].
+const RANGE: &str = "TODO: where the limit comes from, a data sheet or a formula";
+/// See [`SUMMARY`]: what it is, what to do about it, what would tell it from its like.
+const WORDS: [&str; 3] = [
+    "TODO: what it is, in two sentences for the reader of a report.",
+    "TODO: what to do about it.",
+    "TODO: what would tell it from effects that look like it",
+];
 /// See [`RUST_CONTRACT`].
 const RUST_NUMBER: &str = include_str!("../../rust/number.rs");
 
@@ -52,25 +62,16 @@ fn type_name(name: &str) -> String {
 /// [`NameError`].
 pub fn cpp(name: &str, stage: Stage) -> Result<Vec<File>, NameError> {
     check_name(name)?;
-    let Sketch { values, summary, formula, estimated, given, needs, words, cpp: body, .. } = sketch(stage);
-    let estimated = estimated.iter().map(|(parameter, unit, typical, most)| {
-        format!(
-            "      UpTo(Estimated(\"{parameter}\", \"{unit}\", Scope::kGlobal, 0.0, {typical:?}), {most:?},\n\
-             {:11}\"{RANGE}\"),\n",
-            ""
-        )
-    });
-    let given =
-        given.iter().map(|(parameter, unit, value)| format!("      Given(\"{parameter}\", \"{unit}\", {value:?}),\n"));
-    let parameters: String = estimated.chain(given).collect();
+    let Sketch { values, example, formula, estimated, needs, cpp: body, .. } = sketch(stage);
+    let (parameter, unit, typical, most) = estimated;
     let count = needs.len();
-    let [what, remedy, tell] = words;
+    let [what, remedy, tell] = WORDS;
     let needs: Vec<String> = needs.iter().map(|need| format!("Need::k{need}")).collect();
     // A parameter that is not used is a warning.
     let context = if body.contains("context") { "context" } else { "/*context*/" };
     let text = format!(
         "\
-// {summary}
+// {SUMMARY}
 //
 //   misclosure effects build {name}.h -o {name}.so        compiles it
 //   misclosure effects check {name}.so                    does it keep the laws?
@@ -87,15 +88,17 @@ struct {type_name} {{
   static constexpr Stage stage = Stage::k{stage};
   // kPhysical names a cause; kEmpirical takes a shape away, and a block that only it explains stays unexplained.
   static constexpr Kind kind = Kind::kPhysical;
-  static constexpr const char* summary = \"{summary}\";
+  static constexpr const char* summary = \"{SUMMARY}\";
   static constexpr const char* formula = \"{formula}\";
   static constexpr const char* confused_with = \"\";
-  static constexpr const char* source = \"where the formula comes from\";
+  static constexpr const char* source = \"{SOURCE}\";
   // Estimated: name, unit, scope (one value in all, per camera, flight, image), nominal value, a size met in practice.
   // UpTo (on both sides of zero) and Within: what is plausible if this cause is at work, and where that comes from.
   // Given: name, unit, value: `--add {name}:NAME=VALUE` gives another. Searched and Random ones: see effect.h.
   static constexpr Parameter parameters[] = {{
-{parameters}  }};
+      UpTo(Estimated(\"{parameter}\", \"{unit}\", Scope::kGlobal, 0.0, {typical:?}), {most:?},
+           \"{RANGE}\"),
+  }};
   // What it is, what to do about it, and what would tell it from its like: the report says so. `picture` chooses
   // another picture than that of the stage: see effect.h.
   static constexpr Words words = {{
@@ -111,6 +114,7 @@ struct {type_name} {{
   // std::array reads = {{0, 1}};
   template <class T>
   static bool Apply(const Context& {context}, const T* in, const T* theta, T* out) {{
+    // TODO: your formula in place of this example: {example}.
 {body}  }}
 }};
 MISCLOSURE_EFFECT({type_name})
@@ -130,24 +134,14 @@ MISCLOSURE_EFFECT({type_name})
 /// [`NameError`].
 pub fn rust(name: &str, stage: Stage) -> Result<Vec<File>, NameError> {
     check_name(name)?;
-    let Sketch { values, summary, formula, estimated, given, needs, words, rust: body, .. } = sketch(stage);
-    let estimated = estimated.iter().map(|(parameter, unit, typical, most)| {
-        format!(
-            "        Parameter::estimated(c\"{parameter}\", c\"{unit}\", Scope::Global, 0.0, {typical:?})\n\
-             {:12}.up_to({most:?}, c\"{RANGE}\"),\n",
-            ""
-        )
-    });
-    let given = given.iter().map(|(parameter, unit, value)| {
-        format!("        Parameter::given(c\"{parameter}\", c\"{unit}\", {value:?}),\n")
-    });
-    let parameters: String = estimated.chain(given).collect();
+    let Sketch { values, example, formula, estimated, needs, rust: body, .. } = sketch(stage);
+    let (parameter, unit, typical, most) = estimated;
     let needs: Vec<String> = needs.iter().map(|need| format!("Need::{need}")).collect();
     let context = if body.contains("context") { "context" } else { "_context" };
-    let [what, remedy, tell] = words;
+    let [what, remedy, tell] = WORDS;
     let source = format!(
         "\
-//! {summary}
+//! {SUMMARY}
 //!
 //!   misclosure effects build {name} -o {name}.so          compiles it
 //!   misclosure effects check {name}.so                    does it keep the laws?
@@ -164,14 +158,16 @@ impl Effect for {type_name} {{
     const STAGE: Stage = Stage::{stage};
     // Physical names a cause; Empirical takes a shape away, and a block that only it explains stays unexplained.
     const KIND: Kind = Kind::Physical;
-    const SUMMARY: &CStr = c\"{summary}\";
+    const SUMMARY: &CStr = c\"{SUMMARY}\";
     const FORMULA: &CStr = c\"{formula}\";
     const CONFUSED_WITH: &CStr = c\"\";
-    const SOURCE: &CStr = c\"where the formula comes from\";
+    const SOURCE: &CStr = c\"{SOURCE}\";
     // Estimated: name, unit, scope (one value in all, per camera, flight, image), nominal value, a size met in practice.
     // up_to (on both sides of zero) and within: what is plausible if this cause is at work, and where that comes from.
     const PARAMETERS: &[Parameter] = &[
-{parameters}    ];
+        Parameter::estimated(c\"{parameter}\", c\"{unit}\", Scope::Global, 0.0, {typical:?})
+            .up_to({most:?}, c\"{RANGE}\"),
+    ];
     // What it is, what to do about it, and what would tell it from its like: the report says so.
     const WORDS: Option<Words> = Some(Words {{
         what: c\"{what}\",
@@ -183,6 +179,7 @@ impl Effect for {type_name} {{
 
     // {values}. T is f64, or a number that carries derivatives; false where the formula has no meaning.
     fn apply<T: Number>({context}: &Context, input: &[T], theta: &[T], out: &mut [T]) -> bool {{
+        // TODO: your formula in place of this example: {example}.
 {body}    }}
 }}
 plugin!({type_name});
@@ -223,6 +220,21 @@ fn capitalised(stage: Stage) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Whoever forgets to replace a text of the example finds it by one word.
+    #[test]
+    fn every_text_of_the_example_is_marked() {
+        for stage in Stage::ALL {
+            for (language, files) in [("C++", cpp("mine", stage)), ("Rust", rust("mine", stage))] {
+                let files = files.expect("a template");
+                let source = files.iter().find(|file| file.path.ends_with("mine.h") || file.path.ends_with("lib.rs"));
+                let text = &source.expect("a source").text;
+                // Twice the summary, then source, range, three words, formula.
+                assert_eq!(text.matches("TODO: ").count(), 8, "{language}, {stage:?}:\n{text}");
+                assert!(!text.contains("wave") && !text.contains("sin("), "{language}, {stage:?}:\n{text}");
+            }
+        }
+    }
 
     #[test]
     fn names_are_those_of_effects() {

@@ -63,14 +63,14 @@ fn rust_packages_compile_at_every_stage() {
 #[test]
 fn a_rust_package_is_built_and_keeps_the_laws() {
     let place = Place::new();
-    let written = place.run("effects new my-wave --stage image --rust");
+    let written = place.run("effects new my-effect --stage image --rust");
     assert_eq!(written.code, Some(0), "{}", written.errors);
-    let built = place.run("effects build my-wave -o my-wave.so");
+    let built = place.run("effects build my-effect -o my-effect.so");
     assert_eq!(built.code, Some(0), "{}", built.errors);
-    let checked = place.json("effects check my-wave.so");
-    assert_eq!((&checked["holds"], &checked["effect"]), (&true.into(), &"my-wave".into()), "{checked}");
+    let checked = place.json("effects check my-effect.so");
+    assert_eq!((&checked["holds"], &checked["effect"]), (&true.into(), &"my-effect".into()), "{checked}");
     assert_eq!((&checked["remarks"], &checked["abi_version"]), (&serde_json::json!([]), &3.into()), "{checked}");
     // Nothing is written over.
-    let again = place.run("effects new my-wave --stage ray --rust");
+    let again = place.run("effects new my-effect --stage ray --rust");
     assert!(again.code == Some(2) && again.errors.contains("Cargo.toml: is there already"), "{}", again.errors);
 }
