@@ -203,7 +203,7 @@ function sizes(estimate) {
 }
 
 function sure(c) {
-  const p = probability(c.p_value, c.ln_p_value);
+  const p = probability(c.p_value);
   if (!c.significant) return ["not significant, ", h("span.p", {}, p)];
   return [c.p_value < 1e-9 ? "beyond doubt, " : "significant, ",
     h("span.p", { title: "Probability that chance alone shows as much" }, p)];

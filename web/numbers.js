@@ -40,11 +40,11 @@ export function withSigma(value, sigma) {
   return minus(scale === 1 ? text : `(${text})e${power}`);
 }
 
-/** A probability; below what a double holds, from its logarithm. */
-export function probability(p, ln) {
-  if (!known(p) && !known(ln)) return NONE;
-  if (p > 1e-300) return `p = ${p >= 0.001 ? significant(p, 2) : minus(p.toExponential(0))}`;
-  return known(ln) ? `p = 1e−${Math.round(-ln / Math.LN10)}` : "p < 1e−300";
+/** A probability, with the bound that the report has: the tail below it is not known. */
+export function probability(p) {
+  if (!known(p)) return NONE;
+  if (p < 1e-300) return "p < 1e−300";
+  return `p = ${p >= 0.001 ? significant(p, 2) : minus(p.toExponential(0))}`;
 }
 
 /** Units as written: powers raised, the unit of a pure number left out. */

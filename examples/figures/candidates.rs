@@ -1,5 +1,6 @@
 //! Candidates: which look alike, and their table.
 
+use misclosure::math::probability::p_value;
 use misclosure::report::figures::*;
 use misclosure::report::html::Page;
 use misclosure::report::{numbers, tables::Table};
@@ -59,14 +60,14 @@ pub fn draw(page: &mut Page) {
         "1".into(),
         "rolling-shutter".into(),
         "512".into(),
-        numbers::p_value(0.0),
+        p_value(0.0),
         numbers::with_sigma(0.0312, 0.0011) + " s",
     ]);
     table.row([
         "2".into(),
         "gnss-delay".into(),
         "498".into(),
-        numbers::p_value(3e-88),
+        p_value(3e-88),
         numbers::with_sigma(-0.0301, 0.0011) + " s",
     ]);
     page.table(&table);

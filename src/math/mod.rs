@@ -1,4 +1,4 @@
-//! Rotations, statistics, smoothing, finite differences and small linear algebra; knows nothing of images.
+//! Rotations, statistics, probabilities in words, smoothing, finite differences and small linear algebra; knows nothing of images.
 
 pub mod double_double;
 pub mod finite_difference;
@@ -7,6 +7,7 @@ pub mod jet;
 pub mod lane;
 mod number;
 pub mod pieces;
+pub mod probability;
 pub mod rotation;
 pub mod smoothing_spline;
 pub mod statistics;

@@ -1,8 +1,9 @@
 //! The verdict as a sentence, and the tables of a diagnosis, alike in the terminal and on its page.
 
-use super::numbers::{fixed, mm, or_dash, p_value, significant, unit_of};
+use super::numbers::{fixed, mm, or_dash, significant, unit_of};
 use super::tables::Table;
 use crate::diagnose::verdict::{CandidateEntry, Diagnosis, Verdict};
+use crate::math::probability::p_value;
 use crate::mistakes::Mistake;
 
 /// The verdict as a sentence.

@@ -5,12 +5,13 @@
 use super::figures::{Arrow, Axis, LineChart, LineStyle, Panel, Series, VectorField, line_chart, vector_field};
 use super::headline::in_words;
 use super::html::Page;
-use super::numbers::{fixed, mm, p_value, significant, unit_of, with_sigma};
+use super::numbers::{fixed, mm, significant, unit_of, with_sigma};
 use super::pictures::RunFolder;
 use super::words;
 use crate::diagnose::impact::Impact;
 use crate::diagnose::imprecise::Imprecise;
 use crate::diagnose::verdict::{Diagnosis, EstimateEntry, FoundEntry};
+use crate::math::probability::p_is;
 use crate::run::folder::{BASE, FoundRow, WITH, WITHOUT};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -56,7 +57,7 @@ pub fn sentences(found: &FoundEntry, scaled: bool) -> Vec<String> {
         significant(found.size_px, 2)
     );
     sentences.push(size);
-    sentences.push(format!("Significance, conditional on the rest of the model: {}.", probability(found)));
+    sentences.push(format!("Significance, conditional on the rest of the model: {}.", p_is(found.p_value)));
     let tell = words.map_or(String::new(), |words| format!(" To tell: {}.", words.tell));
     sentences.push(match found.inseparable_from.as_slice() {
         [] => format!("No other effect of the catalogue looks like it in this block.{tell}"),
@@ -64,13 +65,6 @@ pub fn sentences(found: &FoundEntry, scaled: bool) -> Vec<String> {
     });
     sentences.extend(words.map(|words| format!("What to do: {}", words.remedy)));
     sentences
-}
-
-fn probability(found: &FoundEntry) -> String {
-    match p_value(found.p_value) {
-        bound if bound.starts_with('<') => format!("p {bound}"),
-        value => format!("p = {value}"),
-    }
 }
 
 fn sizes(estimate: &BTreeMap<String, EstimateEntry>) -> String {

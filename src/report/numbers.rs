@@ -34,19 +34,6 @@ pub fn px(pixels: f64) -> String {
     significant(pixels, 3)
 }
 
-/// A probability. Anything below 1e-300, zero included, is "< 1e-300": the tail is not known better than that.
-pub fn p_value(p: f64) -> String {
-    if !(0.0..=1.0).contains(&p) {
-        "not a probability".into()
-    } else if p < 1e-300 {
-        "< 1e-300".into()
-    } else if p < 1e-3 {
-        format!("{p:.0e}")
-    } else {
-        format!("{p:.3}")
-    }
-}
-
 /// A value with its standard deviation, both to the deviation's second significant digit: `5510.095 ± 0.012`.
 pub fn with_sigma(value: f64, sigma: f64) -> String {
     if !value.is_finite() || !sigma.is_finite() || sigma <= 0.0 {
@@ -110,11 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn probabilities() {
-        assert_eq!(p_value(0.0), "< 1e-300");
-        assert_eq!(p_value(2.6e-7), "3e-7");
-        assert_eq!(p_value(0.0321), "0.032");
-        assert_eq!(p_value(f64::NAN), "not a probability");
+    fn dashes_shares_and_zeros() {
         assert_eq!(or_dash(None, mm), "-");
         assert_eq!(percent(0.9731), "97.3 %");
         assert_eq!(fixed(-0.0001, 2), "0.00");

@@ -1,7 +1,7 @@
 //! What is left, in words.
 
-use super::probability::probability;
 use super::{Structure, StructureTest};
+use crate::math::probability::p_is;
 use crate::math::statistics::normal_two_sided;
 
 /// Cells that a sentence names at most.
@@ -15,7 +15,7 @@ pub(super) fn unexplained(structure: &Structure) -> Vec<String> {
 }
 
 fn sentence(structure: &Structure, test: &StructureTest) -> String {
-    let p = probability(test.ln_p_value);
+    let p = p_is(test.p_value);
     let detail = match test.against {
         "sensor" => place_on_sensor(structure),
         "spectrum" => periods(structure),

@@ -6,6 +6,7 @@ use super::context::Context;
 use super::found::Found;
 use super::pictures::ImageValue;
 use super::place::Place;
+use crate::math::probability::p_is;
 use crate::math::statistics::normal_two_sided;
 
 /// Images up to which shift and scale are tested for each; beyond it the scale alone.
@@ -105,10 +106,10 @@ pub(super) fn judge(context: &Context<'_>, values: &mut [ImageValue], asked: &As
     let description = worst.map_or(String::new(), |worst| {
         format!(
             "shift and scale of each of {images} images; largest scale residual {:.3} px at half the diagonal in image {} \
-             (p = {:.1e} alone)",
+             ({} alone)",
             worst.scale,
             context.problem.image_names[worst.image],
-            normal_two_sided(worst.scale / worst.scale_sigma)
+            p_is(normal_two_sided(worst.scale / worst.scale_sigma))
         )
     });
     let single = worst.and_then(|worst| asked.test(&[each * worst.image]));

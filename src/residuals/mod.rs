@@ -28,7 +28,6 @@ mod image;
 mod layout;
 mod pictures;
 mod place;
-mod probability;
 mod row_spectrum;
 mod rows;
 mod sensor;

@@ -1,8 +1,8 @@
 //! The check points in one sentence.
 
-use super::super::probability::probability;
 use super::patterns::DOME;
 use super::{Heights, PatternTest};
+use crate::math::probability::p_is;
 use crate::problem::Problem;
 
 /// Of tested heights of a fit at a level of significance.
@@ -11,7 +11,7 @@ pub(super) fn sentence(heights: &Heights, problem: &Problem, significance: f64) 
     let Heights { dome, plane, dome_allowed_m, coefficients_m: [mean, east, north, height], .. } = heights;
     let (shape, allowed) = (if height.is_sign_negative() { "dome" } else { "bowl" }, millimetres(*dome_allowed_m));
     let size = millimetres(heights.coefficients_m[DOME].abs());
-    let p = |test: &PatternTest| probability(test.ln_p_value);
+    let p = |test: &PatternTest| p_is(test.p_value);
     if dome.p_value < significance {
         // The plane is fitted by itself: beside such a dome it is a part of it.
         let p = p(dome);

@@ -2,9 +2,10 @@
 
 use super::tables::{check_table, judged_row, residual_figures};
 use crate::camera::F;
+use crate::math::probability::p_value;
 use crate::report::figures::{Axis, LineChart, LineStyle, Panel, Series, line_chart};
 use crate::report::html::Page;
-use crate::report::numbers::{fixed, mm, or_dash, p_value, percent, significant};
+use crate::report::numbers::{fixed, mm, or_dash, percent, significant};
 use crate::report::tables::Table;
 use crate::study::cases::{
     FLIGHTS, FLIGHTS_FOCAL_ERROR_PX, GROWTH, LENGTHS_M, REALISTIC_K, flight_choices, flights_key, length_key,

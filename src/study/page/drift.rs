@@ -2,9 +2,10 @@
 
 use super::tables::{case_rows, check_table, judged_row, published_row, residual_figures};
 use crate::camera::F;
+use crate::math::probability::p_value;
 use crate::report::figures::{Axis, LineChart, LineStyle, Panel, Series, line_chart};
 use crate::report::html::Page;
-use crate::report::numbers::{fixed, mm, p_value, percent};
+use crate::report::numbers::{fixed, mm, percent};
 use crate::scenario::Simulation;
 use crate::study::published;
 use crate::study::results::Results;

@@ -1,7 +1,8 @@
 //! The publication's statements, each held against our figures.
 
 use crate::camera::F;
-use crate::report::numbers::{fixed, mm, p_value, percent, px, significant};
+use crate::math::probability::p_value;
+use crate::report::numbers::{fixed, mm, percent, px, significant};
 use crate::study::cases::{FOCAL_ERRORS_PX, s1_key};
 use crate::study::outcome::Adjusted;
 use crate::study::published;
