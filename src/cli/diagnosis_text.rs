@@ -23,7 +23,7 @@ pub fn mistakes_text(mistakes: &[Mistake]) -> String {
     text
 }
 
-/// The whole text; without lengths on the ground where the block has no scale.
+/// The whole text; without lengths on the ground where the block has no scale, or a mistake may have moved it.
 pub fn text(diagnosis: &Diagnosis, scaled: bool) -> String {
     let scaled = diagnosis.has_lengths(scaled);
     let mut text = format!("{}\n", verdict_sentence(diagnosis));
@@ -56,5 +56,5 @@ pub fn text(diagnosis: &Diagnosis, scaled: bool) -> String {
     text + "\n"
         + &candidates_table(&diagnosis.candidates, SHOWN, scaled).to_text()
         + "\n"
-        + &ledger_table(diagnosis).to_text()
+        + &ledger_table(diagnosis, scaled).to_text()
 }

@@ -122,10 +122,10 @@ pub(super) fn candidates(page: &mut Page, diagnosis: &Diagnosis, scaled: bool) {
 /// Steps of a search beyond which its first and last are shown, and the others folded.
 const LONG_SEARCH: usize = 12;
 
-/// The ledger as table and curves.
-pub(super) fn ledger_section(page: &mut Page, diagnosis: &Diagnosis) {
+/// The ledger as table and curves; without check points where lengths on the ground mean nothing.
+pub(super) fn ledger_section(page: &mut Page, diagnosis: &Diagnosis, lengths: bool) {
     page.section("Ledger");
-    let table = ledger_table(diagnosis);
+    let table = ledger_table(diagnosis, lengths);
     match table.rows.len() > LONG_SEARCH {
         true => {
             let last = table.rows.len() - 1;
@@ -145,12 +145,12 @@ pub(super) fn ledger_section(page: &mut Page, diagnosis: &Diagnosis) {
             Some(name) => format!("+ {name}"),
         },
         heldout_px: row.heldout_rms_px.unwrap_or(f64::NAN),
-        check_mm: row.check_rms_m.map(|rms| 1e3 * rms),
+        check_mm: row.check_rms_m.filter(|_| lengths).map(|rms| 1e3 * rms),
         sigma0: row.sigma0,
     });
     let steps: Vec<LedgerStep> = steps.collect();
     if steps.len() > 1 {
-        let curves = Ledger { title: "What each step did".into(), steps, width: None };
+        let curves = Ledger { title: "What each step did".into(), steps, without_lengths: !lengths, width: None };
         page.figure("ledger", ledger(&curves), "Left-out measurements are predicted by the model, not fitted.");
     }
 }

@@ -103,30 +103,30 @@ pub fn candidates_table(candidates: &[CandidateEntry], shown: usize, scaled: boo
     table
 }
 
-/// The ledger; drops are those of the weighted sum of squares. Its steps are numbered by their place.
-pub fn ledger_table(diagnosis: &Diagnosis) -> Table {
+/// The ledger; drops are those of the weighted sum of squares. Its steps are numbered by their place. Without check points
+/// where lengths on the ground mean nothing.
+pub fn ledger_table(diagnosis: &Diagnosis, lengths: bool) -> Table {
     let mut table = Table::new("Ledger")
         .number("step", "")
         .text("added", "")
         .number("sigma0", "")
         .number("tie RMS", "px")
-        .number("held-out RMS", "px")
-        .number("check points RMS", "mm")
-        .number("drop", "")
-        .number("objective", "")
-        .number("p", "");
+        .number("held-out RMS", "px");
+    if lengths {
+        table = table.number("check points RMS", "mm");
+    }
+    table = table.number("drop", "").number("objective", "").number("p", "");
     for (step, row) in diagnosis.ledger.iter().enumerate() {
-        table.row([
+        let misfit = [
             step.to_string(),
             row.added.clone().unwrap_or_else(|| "(base)".into()),
             fixed(row.sigma0, 5),
             fixed(row.tie_rms_px, 5),
             or_dash(row.heldout_rms_px, |rms| fixed(rms, 5)),
-            or_dash(row.check_rms_m, mm),
-            fixed(row.statistic, 1),
-            fixed(row.objective, 1),
-            p_value(row.p_value),
-        ]);
+        ];
+        let check = lengths.then(|| or_dash(row.check_rms_m, mm));
+        let gain = [fixed(row.statistic, 1), fixed(row.objective, 1), p_value(row.p_value)];
+        table.row(misfit.into_iter().chain(check).chain(gain));
     }
     table.note("drop: of the weighted sum of squares");
     table
@@ -160,4 +160,23 @@ pub fn untested_table(candidates: &[CandidateEntry]) -> Table {
         table.row([candidate.effect.clone(), candidate.needs.join(", ")]);
     }
     table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_lengths_the_ledger_has_no_millimetres() {
+        let text = r#"{"format": 1, "verdict": "mistake", "significance": 0.001, "candidates": [], "recommended": [],
+            "structure": [], "left": [], "outliers": 0,
+            "ledger": [{"step": 0, "added": null, "sigma0": 1.0, "tie_rms_px": 0.3, "heldout_rms_px": 0.4,
+                "check_rms_m": 21.312, "statistic": 0.0, "p_value": 1.0}],
+            "sigma_factors": {"image": 1.0, "control": 1.0, "control_z": 1.0, "gnss": 1.0, "gnss_z": 1.0}}"#;
+        let diagnosis: Diagnosis = serde_json::from_str(text).expect("a diagnosis");
+        let with = ledger_table(&diagnosis, true).to_text();
+        assert!(with.contains("check points RMS") && with.contains("21312"), "{with}");
+        let without = ledger_table(&diagnosis, false).to_text();
+        assert!(!without.contains("mm") && !without.contains("21312") && without.contains("0.40000"), "{without}");
+    }
 }

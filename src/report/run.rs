@@ -110,11 +110,12 @@ pub fn page(run: &RunFolder, ties: TieResiduals, coverage: &Coverage) -> Page {
     }
     checks_section(&mut page, run);
     if let Some(found) = &run.diagnosis {
-        diagnosis::ledger_section(&mut page, found);
+        let lengths = found.has_lengths(run.summary.has_scale());
+        diagnosis::ledger_section(&mut page, found, lengths);
         diagnosis::how(&mut page, found);
         diagnosis::structure(&mut page, run, found);
-        diagnosis::candidates(&mut page, found, found.has_lengths(run.summary.has_scale()));
-        detectable::section(&mut page, found, found.has_lengths(run.summary.has_scale()));
+        diagnosis::candidates(&mut page, found, lengths);
+        detectable::section(&mut page, found, lengths);
     }
     adjustment(&mut page, run);
     parameters(&mut page, run);

@@ -17,7 +17,7 @@ pub(super) fn draw_ledger(lab: &Lab, id: u32, width: Option<f64>) -> Result<Stri
             sigma0: saved.figures.sigma0.unwrap_or(f64::NAN),
         });
     }
-    Ok(ledger(&Ledger { title: format!("From the root to step {id}"), steps, width }))
+    Ok(ledger(&Ledger { title: format!("From the root to step {id}"), steps, width, ..Ledger::default() }))
 }
 
 /// What became smaller or larger from one node to the next.

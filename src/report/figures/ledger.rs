@@ -11,7 +11,7 @@ pub struct LedgerStep {
     pub name: String,
     /// RMS of held-out measurements, px.
     pub heldout_px: f64,
-    /// 3D RMS at check points, mm; `None` without check points.
+    /// 3D RMS at check points, mm; `None` without check points, and where lengths mean nothing.
     pub check_mm: Option<f64>,
     /// Standard deviation of unit weight.
     pub sigma0: f64,
@@ -24,6 +24,8 @@ pub struct Ledger {
     pub title: String,
     /// Models tried.
     pub steps: Vec<LedgerStep>,
+    /// Lengths on the ground mean nothing: the block has no scale, or a mistake may have moved it.
+    pub without_lengths: bool,
     /// Width of the picture, pixels; `None` is that of a page. Text keeps its size.
     pub width: Option<f64>,
 }
@@ -45,10 +47,10 @@ pub fn ledger(ledger: &Ledger) -> String {
     let mut panels = vec![panel("Held-out measurements, RMS (px)", "px", each(&|s| Some(s.heldout_px)))];
     let check = each(&|s| s.check_mm);
     let check_points = !check.is_empty();
-    let note = if check.is_empty() {
-        "The block has no check points."
-    } else {
-        "Check points only watch: no decision uses them."
+    let note = match (ledger.without_lengths, check_points) {
+        (true, _) => "Check points are left out: without a scale, or beside a mistake, mm mean nothing.",
+        (false, false) => "The block has no check points.",
+        (false, true) => "Check points only watch: no decision uses them.",
     };
     if !check.is_empty() {
         panels.push(panel("Check points, 3D RMS (mm)", "mm", check));

@@ -119,7 +119,10 @@ fn all(values: &[f64], title: &str) -> Vec<(&'static str, String)> {
         ("lines", line_chart(&chart(false))),
         ("log_lines", line_chart(&chart(true))),
         ("profile", profile(&binned)),
-        ("ledger", ledger(&Ledger { title: title.clone(), steps: values.iter().map(step).collect(), width: None })),
+        (
+            "ledger",
+            ledger(&Ledger { title: title.clone(), steps: values.iter().map(step).collect(), ..Ledger::default() }),
+        ),
         ("histogram", histogram(&hist(vec![sample(&title)]))),
         ("histograms", histogram(&hist(vec![sample("a"), sample("b")]))),
         ("image_bars", image_bars(&bars)),
@@ -383,8 +386,18 @@ fn a_width_is_kept_and_text_keeps_its_size() {
     assert!(histogram(&Histogram { width: Some(f64::NAN), ..wide }).contains("width=\"760\""));
     let step = |v: f64| LedgerStep { name: "s".into(), heldout_px: v, check_mm: Some(v), sigma0: v };
     let steps = vec![step(2.0), step(1.0)];
-    let small = ledger(&Ledger { title: "t".into(), steps: steps.clone(), width: Some(250.0) });
+    let small = ledger(&Ledger { title: "t".into(), steps: steps.clone(), width: Some(250.0), ..Ledger::default() });
     assert!(small.contains("Check points, 3D RMS (mm)") && !small.contains("sigma0"), "one panel: {small}");
-    let large = ledger(&Ledger { title: "t".into(), steps, width: Some(820.0) });
+    let large = ledger(&Ledger { title: "t".into(), steps, width: Some(820.0), ..Ledger::default() });
     assert!(large.contains("sigma0"));
+}
+
+#[test]
+fn a_ledger_without_lengths_says_why_it_has_no_check_points() {
+    let step = LedgerStep { name: "s".into(), heldout_px: 1.0, check_mm: None, sigma0: 1.0 };
+    let of = |without_lengths: bool| {
+        ledger(&Ledger { steps: vec![step.clone(), step.clone()], without_lengths, ..Ledger::default() })
+    };
+    assert!(of(false).contains("The block has no check points."));
+    assert!(of(true).contains("beside a mistake") && !of(true).contains("has no check points"));
 }
