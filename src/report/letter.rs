@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Parameters of an effect that are named one by one; of more, their number and their sizes in px and mm say it better.
 const NAMED_PARAMETERS: usize = 4;
-/// More marks than this per component are single values, not a curve.
+/// More marks than this per component are no curve.
 const MARKS_JOINED: usize = 60;
 
 /// One section per effect that was found.
@@ -119,10 +119,14 @@ fn profiles(found: &FoundEntry, rows: &[&FoundRow]) -> LineChart {
             components.push(&row.component);
         }
     }
-    let single = rows.iter().filter(|row| row.stage == WITH).count() > MARKS_JOINED * components.len();
+    // A mark of one residual has no deviation: lines between such marks would show their scatter alone.
+    let single = rows.iter().all(|row| row.sigma.is_none())
+        || rows.iter().filter(|row| row.stage == WITH).count() > MARKS_JOINED * components.len();
     let series = |component: &str, stage: &str, label: &str| {
         let own = rows.iter().filter(|row| row.stage == stage && row.component == component);
-        let own: Vec<&&FoundRow> = own.collect();
+        let mut own: Vec<&&FoundRow> = own.collect();
+        // Images come in the order of the block, and the line goes along the axis.
+        own.sort_by(|a, b| a.x.total_cmp(&b.x));
         let series = Series::new(label, own.iter().map(|row| [row.x, row.mean]).collect());
         match single {
             true => series.style(LineStyle::Markers),
@@ -195,4 +199,45 @@ pub fn weights_sentence(diagnosis: &Diagnosis) -> Option<String> {
             groups.join("; ")
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(effect: &str) -> FoundEntry {
+        let text = format!(
+            r#"{{"effect": "{effect}", "estimate": {{}}, "drop": 1, "p_value": 0, "ln_p_value": -900, "size_px": 1,
+                "inseparable_from": [], "impact": null, "plausible": true}}"#
+        );
+        serde_json::from_str(&text).expect("a finding")
+    }
+
+    /// Marks at 3, 1, 2, each of one residual or of several.
+    fn row(k: usize, sigma: Option<f64>) -> FoundRow {
+        FoundRow {
+            effect: "earth-curvature".into(),
+            stage: WITH.into(),
+            against: "distance (m)".into(),
+            component: "up".into(),
+            unit: "m".into(),
+            camera: String::new(),
+            x: [3.0, 1.0, 2.0][k],
+            y: None,
+            n: 1,
+            mean: k as f64,
+            sigma,
+        }
+    }
+
+    #[test]
+    fn marks_of_one_residual_are_not_joined_and_lines_go_along_the_axis() {
+        for (sigma, style) in [(None, LineStyle::Markers), (Some(0.1), LineStyle::LineAndMarkers)] {
+            let rows: Vec<FoundRow> = (0..3).map(|k| FoundRow { stage: WITHOUT.into(), ..row(k, sigma) }).collect();
+            let chart = profiles(&found("earth-curvature"), &rows.iter().collect::<Vec<_>>());
+            let series = &chart.panels[0].series[0];
+            assert_eq!(series.points, [[1.0, 1.0], [2.0, 2.0], [3.0, 0.0]]);
+            assert_eq!((series.style, chart.note.is_empty()), (style, sigma.is_none()));
+        }
+    }
 }
