@@ -59,6 +59,7 @@ function draw() {
     node.mistake && h("p.wrong", { title: node.mistake }, node.mistake),
     predictionLine() ?? h(`p.delta.${verdictOf(earlier?.figures, node.figures)}`, { title: node.delta_words },
       (!picked && node.delta_words) || size(node.figures)),
+    !peeked && node.moved && h("p.moved", { title: node.moved }, node.moved),
     h("dl.numbers", {}, FIGURES.filter(([, , of]) => known(of(figures)))
       .map(([name, unit, of, write, title]) => figure(name, unit, write, title,
       earlier?.figures ? of(earlier.figures) : null, of(figures)))));

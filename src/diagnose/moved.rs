@@ -33,6 +33,9 @@ pub struct Moved {
     pub points: usize,
     /// Their kind.
     pub of: Kind,
+    /// Row of the ledger whose adjustment has none of the effects.
+    #[serde(default)]
+    pub step: usize,
 }
 
 /// Distances between the points of two fits of a block; `None` where they have no points in common.
@@ -85,7 +88,13 @@ fn similarity_of(before: &Points, after: &Points) -> Option<Similarity> {
 fn distances(before: &Points, after: &Points, alignment: &Similarity, of: Kind) -> Option<Moved> {
     let moves: Vec<Vector3<f64>> = pairs(before, after).map(|(from, to)| alignment.apply(&to) - from).collect();
     let mean = |square: fn(&Vector3<f64>) -> f64| (moves.iter().map(square).sum::<f64>() / moves.len() as f64).sqrt();
-    let moved = || Moved { rms_m: mean(Vector3::norm_squared), height_m: mean(|d| d.z * d.z), points: moves.len(), of };
+    let moved = || Moved {
+        rms_m: mean(Vector3::norm_squared),
+        height_m: mean(|d| d.z * d.z),
+        points: moves.len(),
+        of,
+        step: 0,
+    };
     (!moves.is_empty()).then(moved)
 }
 

@@ -22,7 +22,7 @@ pub fn tree(lab: &Lab) -> Value {
             "id": id, "parent": node.parent, "state": state(&node.state), "change": node.change,
             "words": node.change.words(),
             "figures": null, "delta_words": null, "verdict": null, "agree": null, "one_derivation": null,
-            "mistake": null,
+            "moved": null, "mistake": null,
             "error": null, "seconds": null,
         });
         let Value::Object(mut all) = base else { return base };
@@ -36,6 +36,7 @@ pub fn tree(lab: &Lab) -> Value {
                 all.insert("verdict".into(), json!(saved.verdict));
                 all.insert("agree".into(), json!(saved.agree));
                 all.insert("one_derivation".into(), json!(saved.one_derivation));
+                all.insert("moved".into(), json!(saved.moved));
                 all.insert("mistake".into(), json!(saved.mistake));
                 all.insert("seconds".into(), json!(saved.seconds));
             }

@@ -19,6 +19,7 @@
 //!     "figures": { "tie_rms_px": 0.241, "heldout_px": 0.331, "check_rms_m": 0.00438, "check_height_rms_m": 0.0033,
 //!                  "gnss_rms_m": 0.051, "sigma0": 0.888, "unknowns": 1234, "observations": 4567, "outliers": 38 },
 //!     "delta_words": "check points 17.1 → 4.4 mm, tie points 0.274 → 0.241 px",
+//!     "moved": "Rolling shutter (19.2 ms) moved your points by 17.2 mm (4 check points, 3D RMS).",
 //!     "verdict": "missing", "agree": true, "one_derivation": null, "mistake": null, "error": null,
 //!     "seconds": 4.2 } ] }
 //! ```
@@ -26,7 +27,8 @@
 //! `seconds` is what a step took, or, of one that runs, what it has taken so far. `state` is `waiting`, `running`,
 //! `done`, `failed` (with `error`) or `cancelled`; of any but `done` the keys from `figures` to `mistake` are null,
 //! except that a `running` one has `figures` and `delta_words` as soon as both solvers are done: what is left is tested
-//! after that. What failed or was cancelled is in the tree until the server ends, without a folder. `verdict` is
+//! after that. `moved` says what the effects of the model did to the points, in the sentences of the report; null
+//! without any. What failed or was cancelled is in the tree until the server ends, without a folder. `verdict` is
 //! `mistake` where something is recorded wrongly (`mistake` says what, in a sentence), `missing` where a candidate is
 //! significant, `unexplained` where structure is left and no candidate is, else `adequate`. `agree` says whether the
 //! two solvers do (null where one ran), `one_derivation` what has to be said with it where the model has a plug-in.

@@ -49,6 +49,7 @@ mod kept;
 mod known;
 mod longest;
 mod mending;
+mod moved;
 mod points;
 mod restore;
 mod routes;

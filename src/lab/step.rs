@@ -17,9 +17,10 @@ use crate::diagnose::pictures::Shown;
 use crate::diagnose::settings::Settings;
 use crate::diagnose::verdict::{Diagnosis, LedgerRow};
 use crate::mistakes::Mistake;
+use crate::report::headline::of_effects;
 use crate::report::run::Diagnosed;
 use crate::run::fit::Fit;
-use crate::run::{self, gnss_residuals, gnss_rms_m};
+use crate::run::{self, Run, gnss_residuals, gnss_rms_m};
 use anyhow::{Result, bail};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -76,6 +77,7 @@ impl Step<'_> {
             Some(_) => Vec::new(),
         };
         source.judge(&mut look.diagnosis, lost);
+        look.diagnosis.moved = self.moved(&changed)?;
         look.diagnosis.complete(&mut handed_on.run, None);
         lab.tell(Event::told(id, "writing", "writing the folder of the run"));
         let seconds = began.elapsed().as_secs_f64();
@@ -147,6 +149,7 @@ impl Step<'_> {
             own: parts.own,
             freed: parts.freed.clone(),
             placed: parts.placed.clone(),
+            moved: of_effects(diagnosis, handed_on.run.has_scale(), check_points(&handed_on.run)),
             mistake: in_words(&diagnosis.mistakes),
             mistakes: of_block(&source.mistakes),
             undone: of_block(&source.undone),
@@ -169,6 +172,11 @@ impl Step<'_> {
         }
         .write(dir)
     }
+}
+
+/// The number of check points that a run compares.
+fn check_points(run: &Run) -> Option<usize> {
+    run.comparison.as_ref()?.check.as_ref().map(|check| check.n)
 }
 
 fn figures(changed: &Changed, handed_on: &HandedOn) -> Result<Figures> {

@@ -78,6 +78,9 @@ pub struct Saved {
     pub freed: BTreeMap<String, Vec<(usize, Vec<f64>)>>,
     /// Effects that were searched over the sensor, with the number of places.
     pub placed: BTreeMap<String, f64>,
+    /// What the effects of its model did to the points, in the sentences of the report.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moved: Option<String>,
     /// What is recorded wrongly in its block, in a sentence.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mistake: Option<String>,
@@ -235,6 +238,7 @@ mod tests {
             own: 0,
             freed: BTreeMap::new(),
             placed: BTreeMap::new(),
+            moved: None,
             mistake: None,
             mistakes: Vec::new(),
             undone: Vec::new(),

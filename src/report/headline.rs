@@ -19,8 +19,7 @@ pub(super) fn headline(run: &RunFolder) -> String {
     if diagnosis.verdict == Verdict::Unexplained {
         sentences.push("Residual patterns remain that no effect of the catalogue explains.".into());
     }
-    let effects: Vec<&FoundEntry> = diagnosis.found.iter().collect();
-    if effects.is_empty() {
+    if diagnosis.found.is_empty() {
         if diagnosis.verdict == Verdict::Adequate {
             sentences.push("This block shows no missing effect.".into());
         }
@@ -30,11 +29,24 @@ pub(super) fn headline(run: &RunFolder) -> String {
             _ => checked,
         });
     } else {
-        let measured = diagnosis.moved.as_ref().filter(|_| diagnosis.has_lengths(run.summary.has_scale()));
-        sentences.push(format!("{}.", moved(&effects, measured)));
-        sentences.extend(gained(run, diagnosis));
+        let check = run.summary.check.as_ref().map(|check| check.n);
+        sentences.extend(of_effects(diagnosis, run.summary.has_scale(), check));
     }
     sentences.join(" ")
+}
+
+/// What the effects of the model did to the points, and what the model with them gains; `None` where it has none.
+/// `scaled`: the block has a scale; `check`: its number of check points.
+pub fn of_effects(diagnosis: &Diagnosis, scaled: bool, check: Option<usize>) -> Option<String> {
+    let effects: Vec<&FoundEntry> = diagnosis.found.iter().collect();
+    if effects.is_empty() {
+        return None;
+    }
+    let lengths = diagnosis.has_lengths(scaled);
+    let measured = diagnosis.moved.as_ref().filter(|_| lengths);
+    let mut sentences = vec![format!("{}.", moved(&effects, measured))];
+    sentences.extend(gained(diagnosis, check.filter(|_| lengths)));
+    Some(sentences.join(" "))
 }
 
 fn of_adjustment(summary: &Summary) -> String {
@@ -110,20 +122,21 @@ fn enumerated(mut names: Vec<String>, total: usize) -> String {
 
 /// An error before and after, as the last step of the ledger has it: of the check points, else of predicted image
 /// measurements.
-fn gained(run: &RunFolder, diagnosis: &Diagnosis) -> Option<String> {
-    let (first, last) = (diagnosis.ledger.first()?, diagnosis.ledger.last()?);
+fn gained(diagnosis: &Diagnosis, check: Option<usize>) -> Option<String> {
+    let without = diagnosis.moved.as_ref().map_or(0, |moved| moved.step);
+    let (first, last) = (diagnosis.ledger.get(without)?, diagnosis.ledger.last()?);
     let what = match diagnosis.found.len() {
         1 => "it",
         2 => "both",
         _ => "them",
     };
     let goes = |from: f64, to: f64| if to <= from { "falls" } else { "rises" };
-    if let (Some(from), Some(to), Some(check)) = (first.check_rms_m, last.check_rms_m, &run.summary.check) {
+    if let (Some(from), Some(to), Some(n)) = (first.check_rms_m, last.check_rms_m, check) {
         let [before, after] = [short_mm(from), short_mm(to)];
         let goes = goes(from, to);
         return Some(format!(
             "With {what} in the model the check-point error {goes} from {before} to {after} mm ({}).",
-            counted(check.n)
+            counted(n)
         ));
     }
     let (from, to) = (first.heldout_rms_px?, last.heldout_rms_px?);
@@ -206,7 +219,7 @@ mod tests {
     fn what_moved_the_points_is_measured_and_the_largest_effect_stands_first() {
         let small = found("focal-time", 5.98, "px", 0.11);
         let large = found("rolling-shutter", 0.0199, "s", 0.228);
-        let measured = Moved { rms_m: 0.0457, height_m: 0.01, points: 50, of: Kind::Check };
+        let measured = Moved { rms_m: 0.0457, height_m: 0.01, points: 50, of: Kind::Check, step: 0 };
         assert_eq!(
             moved(&[&large], Some(&measured)),
             "Rolling shutter (19.9 ms) moved your points by 45.7 mm (50 check points, 3D RMS)"
@@ -222,6 +235,44 @@ mod tests {
         let sentence =
             "Rolling shutter (19.9 ms): 0.23 px in the images (RMS, after the part that camera and poses absorb)";
         assert_eq!(moved(&[&large], None), sentence);
+    }
+
+    fn diagnosis() -> Diagnosis {
+        let row = |check: f64, heldout: f64| {
+            format!(
+                r#"{{"step": 0, "added": null, "sigma0": 1.0, "tie_rms_px": 0.3, "heldout_rms_px": {heldout},
+                    "check_rms_m": {check}, "statistic": 0.0, "p_value": 1.0}}"#
+            )
+        };
+        let text = format!(
+            r#"{{"format": 1, "verdict": "adequate", "significance": 0.001, "candidates": [], "recommended": [],
+                "structure": [], "left": [], "outliers": 0, "ledger": [{}, {}, {}],
+                "sigma_factors": {{"image": 1.0, "control": 1.0, "control_z": 1.0, "gnss": 1.0, "gnss_z": 1.0}}}}"#,
+            row(0.05, 0.5),
+            row(0.0292, 0.4),
+            row(0.0034, 0.3)
+        );
+        serde_json::from_str(&text).expect("a diagnosis")
+    }
+
+    #[test]
+    fn what_is_gained_begins_with_the_step_that_the_points_moved_from() {
+        let moved = Moved { rms_m: 0.028, height_m: 0.01, points: 50, of: Kind::Check, step: 1 };
+        let found = vec![found("rolling-shutter", 0.0199, "s", 0.228)];
+        assert_eq!(of_effects(&diagnosis(), true, Some(50)), None);
+        let of = |verdict: Verdict, scaled: bool| {
+            let (found, moved) = (found.clone(), Some(moved.clone()));
+            of_effects(&Diagnosis { verdict, found, moved, ..diagnosis() }, scaled, Some(50)).expect("sentences")
+        };
+        assert_eq!(
+            of(Verdict::Adequate, true),
+            "Rolling shutter (19.9 ms) moved your points by 28.0 mm (50 check points, 3D RMS). With it in the model the \
+             check-point error falls from 29.2 to 3.4 mm (50 points, 3D RMS)."
+        );
+        for sentence in [of(Verdict::Mistake, true), of(Verdict::Adequate, false)] {
+            assert!(sentence.ends_with("falls from 0.400 to 0.300 px (left out of the fit, RMS)."), "{sentence}");
+            assert!(!sentence.contains(" mm"), "{sentence}");
+        }
     }
 
     #[test]

@@ -27,6 +27,7 @@
 pub mod compare;
 pub mod diagnosis_tables;
 pub mod figures;
+pub mod headline;
 pub mod html;
 pub mod letter;
 pub mod numbers;
@@ -45,7 +46,6 @@ mod finding;
 mod frame;
 mod geojson;
 mod glossary;
-mod headline;
 mod html_text;
 mod points;
 mod provenance;

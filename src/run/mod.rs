@@ -95,6 +95,12 @@ impl Run {
         (self.chi_square() / self.problem.redundancy().2 as f64).sqrt()
     }
 
+    /// Does the block have a scale?
+    pub fn has_scale(&self) -> bool {
+        let similarity = self.comparison.as_ref().is_some_and(|comparison| comparison.similarity.is_some());
+        summary::has_scale(self.problem.datum_defect, similarity)
+    }
+
     /// Why the surveyed points of a block are not compared with it; `None` where they are, or there are none.
     pub fn why_not_compared(&self, block: &Block) -> Option<String> {
         if self.comparison.is_some() || block.surveyed.is_empty() {

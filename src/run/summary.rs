@@ -157,9 +157,9 @@ pub struct SimilaritySummary {
 }
 
 impl Summary {
-    /// Does the block have a scale? Without control and GNSS its unit of length is that of the start values.
+    /// Does the block have a scale?
     pub fn has_scale(&self) -> bool {
-        self.datum_defect < 7 || self.similarity.is_some()
+        has_scale(self.datum_defect, self.similarity.is_some())
     }
 
     /// Of a run and its residuals.
@@ -199,6 +199,11 @@ impl Summary {
             }),
         }
     }
+}
+
+/// Does a block have a scale? Without control and GNSS its unit of length is that of the start values.
+pub(super) fn has_scale(datum_defect: usize, similarity: bool) -> bool {
+    datum_defect < 7 || similarity
 }
 
 /// A-posteriori standard deviation of unit weight; `None` without redundancy.

@@ -96,6 +96,7 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
     assert.ok(base["check points"] > 15, `${base["check points"]} mm before`);
     assert.equal(after["check points"].toFixed(1), "4.4");
     assert.match(await page.locator("#headline .delta").textContent(), /check points .* → 4\.4 mm/);
+    assert.match(await page.locator("#headline .moved").textContent(), /^Rolling shutter .* moved your points by .* mm/);
     assert.equal(await page.locator("#headline .agree").count(), 1, "the solvers agree");
     await page.picture("story-5-after");
   });

@@ -27,11 +27,20 @@ fn an_effect_is_added_removed_and_the_error_follows() {
     assert!((check_mm(&right) - 4.4).abs() < 0.1, "{right}");
     assert!(right["delta_words"].as_str().expect("words").starts_with("check points 17.5 → 4.4 mm"), "{right}");
 
+    // The sentence of the report, which the report of the step has, too.
+    let moved = right["moved"].as_str().expect("a sentence");
+    assert!(moved.starts_with("Rolling shutter (19.") && moved.contains(" moved your points by "), "{moved}");
+    assert!(moved.contains("With it in the model the check-point error falls from 17.5 to 4.4 mm"), "{moved}");
+    let page = fs::read_to_string(folder.path().join("lab/step-0002/report.html")).expect("a page");
+    let told: String = page.split('<').map(|part| part.split_once('>').map_or(part, |(_, text)| text)).collect();
+    assert!(told.contains(moved), "{moved}");
+    assert_eq!(base["moved"], Value::Null);
+
     let wrong = lab.done(lab.step(1, json!({ "kind": "add", "effect": "gnss-shift" })));
     assert!(check_mm(&wrong) > 10.0, "{wrong}");
     let removed = lab
         .done(lab.step(wrong["id"].as_u64().expect("a number"), json!({ "kind": "remove", "effect": "gnss-shift" })));
-    assert!((check_mm(&removed) - check_mm(&base)).abs() < 0.1, "{removed}");
+    assert!((check_mm(&removed) - check_mm(&base)).abs() < 0.1 && removed["moved"].is_null(), "{removed}");
 
     // What cannot be is said, and leaves no folder.
     for (change, said) in [
