@@ -5,14 +5,18 @@
 
 mod adjusted;
 mod covariance;
+mod measured;
 mod provenance;
 mod read;
 mod rows;
+mod solved;
 mod source;
+mod surveyed;
 mod write;
 
 pub use crate::io::write_atomically;
 pub use adjusted::Adjusted;
+pub use measured::gnss_rows;
 pub use read::{RunFolder, each_residual, read_outliers, read_points};
 use rows::Row;
 pub use rows::{
@@ -23,7 +27,8 @@ pub use source::{
     Provenance, is_laboratory, is_run, left_by_a_failure, read_laboratory, read_provenance, read_source,
     write_laboratory, write_source,
 };
-pub use write::{Pictures, checks_by_model, gnss_rows, write, write_diagnosis, write_outliers, write_residuals};
+pub use surveyed::checks_by_model;
+pub use write::{Pictures, write, write_diagnosis, write_outliers, write_residuals};
 
 /// Every file that a run may have, its last apart.
 pub const FILES: [&str; 18] = [
