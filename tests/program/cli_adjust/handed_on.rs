@@ -152,7 +152,8 @@ fn without_chromium_the_command_says_what_to_install(scene: &Scene, run: &Path) 
     assert!(stderr.contains("apt install chromium"), "{stderr}");
 }
 
-/// Opens the page in a frame of this width, with the rules of a medium, and measures every table.
+/// Opens the page in a frame of this width, with the rules of a medium, and measures every table, and the page itself:
+/// the text of a cell may leave a table that does not leave the page.
 fn no_table_leaves_its_page(chromium: &Path, run: &Path, page: &str, width: u32, media: &str) {
     let page = match media {
         "print" => page.replace("@media screen", "@media speech").replace("@media print", "@media all"),
@@ -163,6 +164,8 @@ fn no_table_leaves_its_page(chromium: &Path, run: &Path, page: &str, width: u32,
         const wide = tables.filter(t => t.getBoundingClientRect().right > document.documentElement.clientWidth + 1);
         const text = t => t.innerText.slice(0, 60).replaceAll('\\n', ' ');
         const said = wide.map(t => text(t) + ' ' + t.getBoundingClientRect().right);
+        const { scrollWidth, clientWidth } = document.documentElement;
+        if (scrollWidth > clientWidth + 1) said.push('the page ' + scrollWidth);
         parent.postMessage(tables.length + ' tables; wide: ' + said.join(' | '), '*');</script></body>";
     let framed = run.join("framed.html");
     fs::write(&framed, page.replace("</body>", MEASURE)).expect("written");
