@@ -1,6 +1,7 @@
 //! The pages of the catalogue in the book, one for each effect, made from what `misclosure effects --json` prints.
 
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// Width of a line of text.
@@ -10,11 +11,11 @@ const MOST: usize = 12;
 /// How many stand for the rest.
 const FIRST: usize = 3;
 
-/// Name and Markdown of each page: the index first, then one for each effect. `has_picture` says of an id whether there
+/// Name and Markdown of each page: the index first, then the references and one for each effect. `has_picture` says of an id whether there
 /// is a picture of its residuals beside the pages.
 pub fn pages(effects: &[Value], has_picture: impl Fn(&str) -> bool) -> Vec<(String, String)> {
     let ids: Vec<&str> = effects.iter().map(|effect| text(effect, "id")).collect();
-    let mut pages = vec![("README.md".to_owned(), index(effects))];
+    let mut pages = vec![("README.md".to_owned(), index(effects)), ("references.md".to_owned(), references(effects))];
     for effect in effects {
         let id = text(effect, "id");
         pages.push((format!("{id}.md"), page(effect, &ids, has_picture(id))));
@@ -34,6 +35,35 @@ fn index(effects: &[Value]) -> String {
         let (id, stage, kind) = (text(effect, "id"), text(effect, "stage"), text(effect, "kind"));
         let summary = cell(text(effect, "summary"));
         writeln!(page, "| [`{id}`]({id}.md) | {stage} | {kind} | {summary} |").expect("a string");
+    }
+    page += "\nLiterature: [references](references.md).\n";
+    page
+}
+
+/// The literature, each with the effects that rest on it.
+fn references(effects: &[Value]) -> String {
+    // `de Boor` stands beside `Daakir`.
+    let mut all: BTreeMap<(String, &str), Vec<String>> = BTreeMap::new();
+    for effect in effects {
+        let id = text(effect, "id");
+        for reference in list(effect, "literature").iter().filter_map(Value::as_str) {
+            all.entry((reference.to_lowercase(), reference)).or_default().push(format!("[{id}]({id}.md)"));
+        }
+    }
+    let mut page = String::from("# References\n\n");
+    page += &paragraph(
+        "Literature on the effects of the catalogue, by author. `misclosure effects book docs/effects` writes this page \
+         from the effects themselves. An effect that stands nowhere here comes from practice; its page says from where.",
+    );
+    page += "\n";
+    for ((_, reference), effects) in all {
+        // Markdown makes a link of an address between angle brackets, and leaves its brackets alone.
+        let reference = match reference.split_once(" https://") {
+            Some((work, address)) => format!("{work} <https://{address}>"),
+            None => reference.to_owned(),
+        };
+        page += &textwrap::fill(&format!("- {reference} ({})", effects.join(", ")), lines().subsequent_indent("  "));
+        page.push('\n');
     }
     page
 }
@@ -145,8 +175,37 @@ fn cell(text: &str) -> String {
     text.replace('|', "\\|")
 }
 
-/// Lines break between words alone: a break behind a hyphen would cut links.
 fn paragraph(text: &str) -> String {
-    let options = textwrap::Options::new(WIDTH).word_splitter(textwrap::WordSplitter::NoHyphenation);
-    textwrap::fill(text, options) + "\n"
+    textwrap::fill(text, lines()) + "\n"
+}
+
+/// Lines break between words alone: a break behind a hyphen would cut links.
+fn lines() -> textwrap::Options<'static> {
+    textwrap::Options::new(WIDTH).word_splitter(textwrap::WordSplitter::NoHyphenation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_work_stands_once_with_its_address_and_its_effects() {
+        let work = "Fraser, C. S. (1997): Digital camera self-calibration. ISPRS Journal 52(4). https://doi.org/10.1016/S0(97)5";
+        let effect = |id: &str, literature: &[&str]| json!({ "id": id, "literature": literature });
+        let page = references(&[
+            effect("one", &[work]),
+            effect("two", &[work, "Brown (1966): Lenses."]),
+            effect("three", &[]),
+        ]);
+        let items: Vec<&str> = page.split("\n- ").skip(1).collect();
+        assert_eq!(items.len(), 2, "{page}");
+        assert_eq!(items[0], "Brown (1966): Lenses. ([two](two.md))");
+        assert!(items[1].contains("<https://doi.org/10.1016/S0(97)5>"), "{page}");
+        assert!(
+            items[1].split_whitespace().collect::<Vec<_>>().join(" ").ends_with("([one](one.md), [two](two.md))"),
+            "{page}"
+        );
+        assert!(page.lines().all(|line| line.len() <= WIDTH), "{page}");
+    }
 }
