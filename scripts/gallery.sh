@@ -39,7 +39,7 @@ feet() {
   "$program" --quiet simulate mapping -o "$place/mapping" >/dev/null
   "$program" --quiet inject "$place/mapping" -o "$place/block-feet" --error noise:px=0.3 \
     --mistake scale:of=control,unit=feet >/dev/null
-  finding feet block-feet 730
+  finding feet block-feet 705
 }
 
 wanted() {
