@@ -74,6 +74,8 @@ pub fn judge_all(judged: &[Judged], few: &[Few], survey: &Survey, alpha: f64) ->
             None => judge(control, &check, survey, alpha),
         });
     }
+    // What contradicts both other groups has one mistake.
+    found.dedup_by(|second, first| (&second.kind, &second.subject) == (&first.kind, &first.subject));
     found
 }
 

@@ -54,8 +54,14 @@ fn of_survey(block: &Block, model: &Model, significance: f64, options: &Options)
     let Some(network) = oriented.as_ref().and_then(Network::new) else { return Vec::new() };
     let of_images = |oriented: &Oriented| rays::of_images(block, &oriented.fit, model, significance, options);
     let of_images = oriented.as_ref().map_or_else(Vec::new, of_images);
-    let (block, mut found) = network.marks(block, significance);
+    let (mut block, mut found) = network.marks(block, significance);
     found.extend(of_images);
+    // An image that was measured wrongly stands elsewhere in the network than its antenna says.
+    let wrong = |name: &String| found.iter().any(|own| own.subject == "images" && own.names.contains(name));
+    if block.images.iter().any(|image| wrong(&image.name)) {
+        let images = block.to_mut().images.iter_mut();
+        images.filter(|image| wrong(&image.name)).for_each(|image| image.gnss = None);
+    }
     let survey = network.survey(&block);
     found.extend(screen(&survey, significance));
     heights::refined(found, &block, model, &survey, options)

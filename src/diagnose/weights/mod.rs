@@ -29,6 +29,8 @@ use crate::null_model::{Columns, Coordinate, Entries, Measured};
 use crate::problem::Problem;
 use crate::run::fit::Fit;
 use crate::score::{System, random};
+use faer::Mat;
+use faer::linalg::solvers::Solve;
 use flights::{Flights, Share};
 
 /// A group's stated precision is believed unless its variance factor is improbable at this level.
@@ -201,13 +203,19 @@ fn weighed(
     let groups = Coordinated::of(linearised, of_coordinates.start, settings);
     let coordinates = &extra.coordinates;
     let mut next = fit.model.clone();
-    let (mut gain, mut gain_of_images) = (0.0, 0.0);
+    let mut gain_of_images = 0.0;
     let in_plan_and_height = |plan: (Vec<usize>, f64), height: (Vec<usize>, f64)| {
-        rayon::join(|| groups.factor(&plan.0, plan.1), || groups.factor(&height.0, height.1))
+        let of = |(columns, now): (Vec<usize>, f64)| {
+            let next = groups.factor(&columns, now);
+            Change { columns, now, next }
+        };
+        rayon::join(|| of(plan), || of(height))
     };
-    let mut noted = |((plan, of_plan), (height, of_height)): ((f64, f64), (f64, f64))| {
-        gain += of_plan + of_height;
-        (plan, height)
+    let mut changes: Vec<Change> = Vec::new();
+    let mut noted = |(plan, height): (Change, Change)| {
+        let factors = (plan.next, height.next);
+        changes.extend([plan, height]);
+        factors
     };
     let factors = &mut next.sigma_factors;
     (factors.control, factors.control_z) = noted(in_plan_and_height(
@@ -245,6 +253,7 @@ fn weighed(
             (coordinates.gnss(true, all), now.gnss_z),
         ));
     }
+    let gain = groups.gain(&changes);
     // Marks are as precise as stated beside the tie points, unless that is improbable.
     if near(&images(&next), &images(&fit.model), IMAGES_FIRST) {
         let marks = marks::alone(fit)?;
@@ -316,27 +325,60 @@ impl Coordinated {
         Self { beside: linearised.situation(settings).beside().into_system(), first }
     }
 
-    /// Factor on the stated standard deviations of a group of coordinates, which were multiplied by `now` in the fit,
-    /// and what the objective falls by. What is stated stands unless it is improbable.
-    fn factor(&self, group: &[usize], now: f64) -> (f64, f64) {
+    /// Factor on the stated standard deviations of a group of coordinates, which were multiplied by `now` in the fit.
+    /// What is stated stands unless it is improbable.
+    fn factor(&self, group: &[usize], now: f64) -> f64 {
         let Self { beside, first } = self;
         let own: Vec<usize> = group.iter().map(|column| first + column).collect();
         if own.is_empty() {
-            return (now, 0.0);
+            return now;
         }
-        let price = chi_square_quantile(1.0 - BELIEVED, 1.0);
-        let paid = if now == 1.0 { 0.0 } else { price };
         let as_stated = now.powi(-2) - 1.0;
-        let Some(values) = random::values(beside, &own) else { return (1.0, paid) };
+        let Some(values) = random::values(beside, &own) else { return 1.0 };
         let variance = 1.0;
         let of = |size: f64| values.likelihood_ratio(variance, size);
         let most = (MOST / now).powi(2) - 1.0;
         let least = (LEAST / now).powi(2) - 1.0;
         let size = values.variance(variance, least).min(most);
-        if of(size) - of(as_stated) > price {
-            (now * (1.0 + size).sqrt(), of(size) - price + paid)
-        } else {
-            (1.0, of(as_stated) + paid)
-        }
+        if of(size) - of(as_stated) > price_of_group() { now * (1.0 + size).sqrt() } else { 1.0 }
     }
+
+    /// What the objective falls by with all changes together, less the price of every group that is not as stated:
+    /// what two groups could explain alike counts once. With `D` the changes of the variances as shares of the present
+    /// ones, twice the logarithm of the likelihood ratio is `s' (I + D M)^-1 D s - ln|I + D M|`.
+    fn gain(&self, changes: &[Change]) -> f64 {
+        let size = |change: &Change| (change.next / change.now).powi(2) - 1.0;
+        let of = |change: &Change| {
+            let size = size(change);
+            change.columns.iter().map(|column| (self.first + column, size)).collect::<Vec<_>>()
+        };
+        let changed: Vec<(usize, f64)> =
+            changes.iter().filter(|change| change.next != change.now).flat_map(of).collect();
+        let (n, system) = (changed.len(), &self.beside);
+        let paid = |factor: f64| if factor == 1.0 { 0.0 } else { price_of_group() };
+        let asked = changes.iter().filter(|change| !change.columns.is_empty());
+        let prices: f64 = asked.map(|change| paid(change.next) - paid(change.now)).sum();
+        let scaled = Mat::from_fn(n, n, |i, j| {
+            let unit = if i == j { 1.0 } else { 0.0 };
+            unit + changed[i].1 * system.information[(changed[i].0, changed[j].0)]
+        });
+        let right = Mat::from_fn(n, 1, |i, _| changed[i].1 * system.score[changed[i].0]);
+        let factors = scaled.partial_piv_lu();
+        let solved = factors.solve(&right);
+        let explained: f64 = (0..n).map(|i| system.score[changed[i].0] * solved[(i, 0)]).sum();
+        let ln_determinant: f64 = (0..n).map(|k| factors.U()[(k, k)].abs().ln()).sum();
+        explained - ln_determinant - prices
+    }
+}
+
+/// A group of coordinates, and the factor on its standard deviations.
+struct Change {
+    columns: Vec<usize>,
+    now: f64,
+    next: f64,
+}
+
+/// What a group pays that is not as precise as stated.
+fn price_of_group() -> f64 {
+    chi_square_quantile(1.0 - BELIEVED, 1.0)
 }
