@@ -257,8 +257,9 @@ fn weighed(
     // Marks are as precise as stated beside the tie points, unless that is improbable.
     if near(&images(&next), &images(&fit.model), IMAGES_FIRST) {
         let marks = marks::alone(fit)?;
-        let most = (MOST / next.sigma_factors.image).max(1.0);
-        next.sigma_factors.mark = marks.factor(now.mark).min(most);
+        // Both factors together have the limits of one: marks of an error-free block are no better than its tie points.
+        let [least, most] = [LEAST_IMAGE, MOST].map(|limit| limit / next.sigma_factors.image);
+        next.sigma_factors.mark = marks.factor(now.mark).clamp(least.min(1.0), most.max(1.0));
         gain_of_images += marks.gain(now.mark, next.sigma_factors.mark);
     }
     Ok(Weights { model: next, gain, gain_of_images })
