@@ -11,9 +11,6 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 /// Fewest marks of a point that say how precise they are: two meet within one number.
 const FEWEST: usize = 2;
 
-/// Redundancy that the three coordinates of a control point have beside its marks: between none and three.
-const OF_COORDINATES: f64 = 1.5;
-
 /// What the marks have of `v'Pv` where each point is intersected by its marks alone, with the images as adjusted: a
 /// wrong or imprecise survey is no part of it.
 pub(super) fn alone(fit: &Fit) -> Result<Share, DiagnoseError> {
@@ -45,7 +42,8 @@ pub(super) fn alone(fit: &Fit) -> Result<Share, DiagnoseError> {
     Ok(sum)
 }
 
-/// What they have of `v'Pv` and of the redundancy in the adjustment itself, where the survey holds their points.
+/// What the marks have of `v'Pv` in the adjustment itself, and the redundancy of marks and control coordinates
+/// together: two for each mark, since the three unknowns of a point take what its three coordinates bring.
 pub(super) fn with_control(fit: &Fit) -> Result<Share, DiagnoseError> {
     let mut is_control = vec![false; fit.problem.point_sources.len()];
     control_points(fit).for_each(|point| is_control[point] = true);
@@ -56,7 +54,6 @@ pub(super) fn with_control(fit: &Fit) -> Result<Share, DiagnoseError> {
             sum.redundancy += 2.0;
         }
     })?;
-    sum.redundancy -= OF_COORDINATES * control_points(fit).count() as f64;
     Ok(sum)
 }
 

@@ -14,6 +14,7 @@
 //! Source: Förstner and Wrobel, Photogrammetric Computer Vision (2016), sec. 4.2.4.
 
 mod flights;
+mod groups;
 mod marks;
 #[cfg(test)]
 mod tests;
@@ -28,10 +29,8 @@ use crate::model::{Model, SigmaFactors};
 use crate::null_model::{Columns, Coordinate, Entries, Measured};
 use crate::problem::Problem;
 use crate::run::fit::Fit;
-use crate::score::{System, random};
-use faer::Mat;
-use faer::linalg::solvers::Solve;
 use flights::{Flights, Share};
+use groups::{Change, Groups, price_of_group};
 
 /// A group's stated precision is believed unless its variance factor is improbable at this level.
 const BELIEVED: f64 = 0.01;
@@ -68,6 +67,11 @@ impl Coordinates {
         Self { control: control.div_ceil(stride[0]), gnss: gnss.div_ceil(stride[1]), stride }
     }
 
+    /// Number of columns of control coordinates, which come first.
+    fn of_control(&self) -> usize {
+        3 * self.control
+    }
+
     /// Columns of control coordinates: axes 0 and 1, or 2.
     fn control(&self, height: bool) -> Vec<usize> {
         (0..self.control).flat_map(|k| axes(height).map(move |axis| 3 * k + axis)).collect()
@@ -75,7 +79,7 @@ impl Coordinates {
 
     /// Columns of the antenna positions that are `of` what is asked for, by their number in the problem.
     fn gnss(&self, height: bool, of: impl Fn(usize) -> bool) -> Vec<usize> {
-        let (first, stride) = (3 * self.control, self.stride[1]);
+        let (first, stride) = (self.of_control(), self.stride[1]);
         let kept = (0..self.gnss).filter(|k| of(k * stride));
         kept.flat_map(|k| axes(height).map(move |axis| first + 3 * k + axis)).collect()
     }
@@ -94,7 +98,7 @@ impl Coordinates {
     fn coordinate(&self, coordinate: Coordinate, entries: &mut Entries<'_>) {
         let (number, axis, first, stride) = match coordinate {
             Coordinate::Control(number, axis) => (number, axis, 0, self.stride[0]),
-            Coordinate::Gnss(number, axis) => (number, axis, 3 * self.control, self.stride[1]),
+            Coordinate::Gnss(number, axis) => (number, axis, self.of_control(), self.stride[1]),
         };
         if number.is_multiple_of(stride) {
             entries.standardised(first + 3 * (number / stride) + axis, 1.0);
@@ -185,7 +189,7 @@ pub fn is_looser(model: &Model, stated: &Model) -> bool {
 pub fn dearer_as_causes(model: &Model, stated: &Model, ln_level: f64) -> f64 {
     let price = |level: f64| chi_square_quantile(1.0 - level, 1.0);
     let differ = of_coordinates(model).into_iter().zip(of_coordinates(stated)).filter(|(own, stated)| own != stated);
-    differ.count() as f64 * (price(ln_level.exp()) - price(BELIEVED))
+    differ.count() as f64 * (price(ln_level.exp()) - price_of_group())
 }
 
 /// The model with the weights that a linearisation of its fit asks for.
@@ -200,7 +204,7 @@ fn weighed(
     let now = fit.model.sigma_factors;
     let first = linearised.extra_columns.start;
     let of_coordinates = first + extra.dense()..linearised.extra_columns.end;
-    let groups = Coordinated::of(linearised, of_coordinates.start, settings);
+    let groups = Groups::of(linearised, of_coordinates.start, settings);
     let coordinates = &extra.coordinates;
     let mut next = fit.model.clone();
     let mut gain_of_images = 0.0;
@@ -238,9 +242,11 @@ fn weighed(
     } else {
         // What is left of the redundancy and of v'Pv is that of the tie points.
         let mut images = Share { chi_square: linearised.null.chi_square(), redundancy: problem.redundancy().2 as f64 };
-        for column in of_coordinates {
-            images.redundancy -= linearised.system.information[(column, column)];
+        for column in of_coordinates.clone() {
             images.chi_square -= residual(linearised, column).powi(2);
+        }
+        for column in of_coordinates.skip(coordinates.of_control()) {
+            images.redundancy -= linearised.system.information[(column, column)];
         }
         let marks = marks::with_control(fit)?;
         images.chi_square -= marks.chi_square;
@@ -311,75 +317,4 @@ fn of_coordinates(model: &Model) -> Vec<f64> {
     let SigmaFactors { control, control_z, gnss, gnss_z, .. } = model.sigma_factors;
     let flights = model.flight_factors.values().flat_map(|of| [of.gnss, of.gnss_z]);
     [control, control_z, gnss, gnss_z].into_iter().chain(flights).collect()
-}
-
-/// Groups of observed coordinates.
-struct Coordinated {
-    /// Conditional on the model.
-    beside: System,
-    /// Column of the first coordinate.
-    first: usize,
-}
-
-impl Coordinated {
-    fn of(linearised: &Linearised, first: usize, settings: &Settings<'_>) -> Self {
-        Self { beside: linearised.situation(settings).beside().into_system(), first }
-    }
-
-    /// Factor on the stated standard deviations of a group of coordinates, which were multiplied by `now` in the fit.
-    /// What is stated stands unless it is improbable.
-    fn factor(&self, group: &[usize], now: f64) -> f64 {
-        let Self { beside, first } = self;
-        let own: Vec<usize> = group.iter().map(|column| first + column).collect();
-        if own.is_empty() {
-            return now;
-        }
-        let as_stated = now.powi(-2) - 1.0;
-        let Some(values) = random::values(beside, &own) else { return 1.0 };
-        let variance = 1.0;
-        let of = |size: f64| values.likelihood_ratio(variance, size);
-        let most = (MOST / now).powi(2) - 1.0;
-        let least = (LEAST / now).powi(2) - 1.0;
-        let size = values.variance(variance, least).min(most);
-        if of(size) - of(as_stated) > price_of_group() { now * (1.0 + size).sqrt() } else { 1.0 }
-    }
-
-    /// What the objective falls by with all changes together, less the price of every group that is not as stated:
-    /// what two groups could explain alike counts once. With `D` the changes of the variances as shares of the present
-    /// ones, twice the logarithm of the likelihood ratio is `s' (I + D M)^-1 D s - ln|I + D M|`.
-    fn gain(&self, changes: &[Change]) -> f64 {
-        let size = |change: &Change| (change.next / change.now).powi(2) - 1.0;
-        let of = |change: &Change| {
-            let size = size(change);
-            change.columns.iter().map(|column| (self.first + column, size)).collect::<Vec<_>>()
-        };
-        let changed: Vec<(usize, f64)> =
-            changes.iter().filter(|change| change.next != change.now).flat_map(of).collect();
-        let (n, system) = (changed.len(), &self.beside);
-        let paid = |factor: f64| if factor == 1.0 { 0.0 } else { price_of_group() };
-        let asked = changes.iter().filter(|change| !change.columns.is_empty());
-        let prices: f64 = asked.map(|change| paid(change.next) - paid(change.now)).sum();
-        let scaled = Mat::from_fn(n, n, |i, j| {
-            let unit = if i == j { 1.0 } else { 0.0 };
-            unit + changed[i].1 * system.information[(changed[i].0, changed[j].0)]
-        });
-        let right = Mat::from_fn(n, 1, |i, _| changed[i].1 * system.score[changed[i].0]);
-        let factors = scaled.partial_piv_lu();
-        let solved = factors.solve(&right);
-        let explained: f64 = (0..n).map(|i| system.score[changed[i].0] * solved[(i, 0)]).sum();
-        let ln_determinant: f64 = (0..n).map(|k| factors.U()[(k, k)].abs().ln()).sum();
-        explained - ln_determinant - prices
-    }
-}
-
-/// A group of coordinates, and the factor on its standard deviations.
-struct Change {
-    columns: Vec<usize>,
-    now: f64,
-    next: f64,
-}
-
-/// What a group pays that is not as precise as stated.
-fn price_of_group() -> f64 {
-    chi_square_quantile(1.0 - BELIEVED, 1.0)
 }
