@@ -25,7 +25,8 @@ mod ceres {
             println!("cargo::error={missing}");
             return;
         }
-        // Lints and builds run this script each for itself, with a folder each; the library takes minutes and is made in one for both.
+        // Lints and builds run this script each for itself, with a folder each; the library takes minutes and is made
+        // in one for both.
         let own_folder = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets it"));
         let of_profile = own_folder.ancestors().nth(3).expect("target/PROFILE/build/PACKAGE/out");
         let solver = cmake::Config::new("cpp")

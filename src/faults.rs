@@ -1,8 +1,8 @@
 //! How the program ends where no error can be returned: memory that is refused to code without a way out, and libraries
 //! that crash or end it.
 //!
-//! A handler of a signal may run in the middle of anything. It allocates nothing, takes no lock, and calls only functions
-//! that POSIX allows there.
+//! A handler of a signal may run in the middle of anything. It allocates nothing, takes no lock, and calls only
+//! functions that POSIX allows there.
 
 #![allow(unsafe_code)] // signals, and the functions that end a process
 
@@ -12,9 +12,9 @@ use std::ptr;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicPtr, Ordering::SeqCst};
 
-/// The program's exit code for a failure without a code of its own.
+/// Exit code of a failure that no other code names.
 const FAILURE: c_int = 1;
-/// Address space that a healthy program can always get; a thread's stack needs as much.
+/// Address space to ask the system for as a test, bytes: what the stack of a thread needs. A healthy program gets it.
 const PROBE: usize = 8 << 20;
 /// Signals of a crash, after that of an abort.
 const SIGNALS: [c_int; 5] = [libc::SIGABRT, libc::SIGSEGV, libc::SIGBUS, libc::SIGILL, libc::SIGFPE];
@@ -31,8 +31,8 @@ static SUSPECTS: AtomicPtr<String> = AtomicPtr::new(ptr::null_mut());
 static EARLIER: [OnceLock<libc::sigaction>; SIGNALS.len()] = [const { OnceLock::new() }; SIGNALS.len()];
 
 /// From now on a lack of memory that would abort or crash the program ends it with a message and code 1. So does a
-/// library that calls exit(), quick_exit() or _exit() before [`work_is_done`]: its code would be taken for the program's
-/// own. Nothing in the process can stop a library that makes the system call itself.
+/// library that calls exit(), quick_exit() or _exit() before [`work_is_done`]: its code would be taken for the
+/// program's own. Nothing in the process can stop a library that makes the system call itself.
 pub(crate) fn watch() {
     WATCHED_PROCESS.store(own_process(), SeqCst);
     for (number, earlier) in SIGNALS.into_iter().zip(&EARLIER) {
@@ -136,8 +136,8 @@ fn last_call_was_refused() -> bool {
     std::io::Error::last_os_error().raw_os_error() == Some(libc::ENOMEM)
 }
 
-/// Three signs, none of which is always there: a large allocation fails while a small probe succeeds, a message that was
-/// printed since sets errno anew, and a thread's stack or the growth of the main one is refused to no allocator.
+/// Three signs, none of which is always there: a large allocation fails while a small probe succeeds, a message that
+/// was printed since sets errno anew, and a thread's stack or the growth of the main one is refused to no allocator.
 fn is_memory_short() -> bool {
     last_call_was_refused() || WAS_REFUSED.load(SeqCst) || probe_fails()
 }
@@ -201,8 +201,8 @@ extern "C" fn on_exit() {
 }
 
 /// These functions take the place of the C library's, for the libraries that the program loads as well (`build.rs`
-/// exports them). _exit() and _Exit() run no handler of atexit(). exit() and quick_exit() do, but each handler runs once:
-/// of two threads that call exit() together, the second finds none and would end the program with its own code.
+/// exports them). _exit() and _Exit() run no handler of atexit(). exit() and quick_exit() do, but each handler runs
+/// once: of two threads that call exit() together, the second finds none and would end the program with its own code.
 #[cfg(target_os = "linux")]
 mod in_place_of_the_c_library {
     use super::{end, is_watched, on_exit};

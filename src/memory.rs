@@ -43,12 +43,12 @@ unsafe impl GlobalAlloc for Allocator {
     }
 }
 
-/// From now on an allocation of 4 MiB and more, of either language, is a mapping of its own, which goes back to the
-/// system when it is let go: for a program, not for a library within one.
+/// Sets the mmap threshold of glibc's malloc to 4 MiB: malloc maps each larger allocation by itself, and `free` returns
+/// it to the system. Rust and C++ share this allocator. For a program; a library leaves it to its program.
 ///
-/// Left to itself, glibc raises this limit with what is freed, and a diagnosis of two million measurements then holds a
-/// quarter of a gigabyte more than it needs. With 1 MiB the matrices of small blocks would come and go with every fit: a
-/// quarter of their time. Other C libraries are left as they are.
+/// By default glibc raises the threshold with each large block that is freed. A diagnosis of two million measurements
+/// then holds a quarter of a gigabyte more than it needs. At 1 MiB each fit of a small block would map and unmap its
+/// matrices, a quarter of its time. Other C libraries keep their defaults.
 pub(crate) fn map_large_allocations() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: takes two numbers.

@@ -289,7 +289,8 @@ fn text(model: &Model) -> String {
     let SigmaFactors { image, mark, control, control_z, gnss, gnss_z } = model.sigma_factors;
     let _ = writeln!(
         text,
-        "\n[sigma_factors]\nimage = {image:?}\nmark = {mark:?}\ncontrol = {control:?}\ncontrol_z = {control_z:?}\ngnss = {gnss:?}\ngnss_z = {gnss_z:?}"
+        "\n[sigma_factors]\nimage = {image:?}\nmark = {mark:?}\ncontrol = {control:?}\ncontrol_z = {control_z:?}\n\
+         gnss = {gnss:?}\ngnss_z = {gnss_z:?}"
     );
     for (id, FlightFactors { image, gnss, gnss_z }) in &model.flight_factors {
         let _ = writeln!(

@@ -1,4 +1,5 @@
-//! Rotations, statistics, probabilities in words, smoothing, finite differences and small linear algebra; knows nothing of images.
+//! Rotations, statistics, probabilities in words, smoothing, finite differences and small linear algebra; knows nothing
+//! of images.
 
 pub mod double_double;
 pub mod finite_difference;

@@ -43,8 +43,8 @@ pub(super) fn how(page: &mut Page, diagnosis: &Diagnosis) {
     let factors = &diagnosis.sigma_factors;
     page.paragraph(&format!(
         "Tests are at the level {} over the whole catalogue. The stated standard deviations were multiplied by {} \
-         (image), {} beside that (marks), {} and {} (control, plan and height), {} and {} (GNSS, plan and height), as the residuals ask for; 1 \
-         means as stated.",
+         (image), {} beside that (marks), {} and {} (control, plan and height), {} and {} (GNSS, plan and height), as \
+         the residuals ask for; 1 means as stated.",
         diagnosis.significance,
         fixed(factors.image, 3),
         fixed(factors.mark, 3),

@@ -103,8 +103,8 @@ pub fn candidates_table(candidates: &[CandidateEntry], shown: usize, scaled: boo
     table
 }
 
-/// The ledger; drops are those of the weighted sum of squares. Its steps are numbered by their place. Without check points
-/// where lengths on the ground mean nothing.
+/// The ledger; drops are those of the weighted sum of squares. Its steps are numbered by their place. Without check
+/// points where lengths on the ground mean nothing.
 pub fn ledger_table(diagnosis: &Diagnosis, lengths: bool) -> Table {
     let mut table = Table::new("Ledger")
         .number("step", "")

@@ -1,7 +1,7 @@
-//! Points that were left with fewer than two rays, or set aside whole because their rays do not meet, and control points
-//! without marks. Such a point takes no part in an adjustment, so that nothing would ever speak for it again; but a
-//! blunder elsewhere may have bent the cameras when it was judged, and of rays that do not meet one alone may be wrong.
-//! It is judged anew, all its rays at once.
+//! Points that were left with fewer than two rays, or set aside whole because their rays do not meet, and control
+//! points without marks. Such a point takes no part in an adjustment, so that nothing would ever speak for it again;
+//! but a blunder elsewhere may have bent the cameras when it was judged, and of rays that do not meet one alone may be
+//! wrong. It is judged anew, all its rays at once.
 
 use super::point::SeenPoint;
 use super::{FEWEST_RAYS, Rejected, Solved};
@@ -72,8 +72,8 @@ pub(super) struct Revived {
 }
 
 impl SeenPoint {
-    /// Takes the rays in again that agree with each other, where the point was lost. `beyond` gives the worst that does not, and its residual in
-    /// standard deviations.
+    /// Takes the rays in again that agree with each other, where the point was lost. `beyond` gives the worst that does
+    /// not, and its residual in standard deviations.
     pub(super) fn revive(&mut self, beyond: impl Fn(&Self) -> Option<(usize, f64)>) -> Revived {
         self.seen.iter_mut().for_each(|seen| seen.active = true);
         let mut revived = Revived::default();

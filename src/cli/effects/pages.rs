@@ -11,8 +11,8 @@ const MOST: usize = 12;
 /// How many stand for the rest.
 const FIRST: usize = 3;
 
-/// Name and Markdown of each page: the index first, then the references and one for each effect. `has_picture` says of an id whether there
-/// is a picture of its residuals beside the pages.
+/// Name and Markdown of each page: the index first, then the references and one for each effect. `has_picture` says of
+/// an id whether there is a picture of its residuals beside the pages.
 pub fn pages(effects: &[Value], has_picture: impl Fn(&str) -> bool) -> Vec<(String, String)> {
     let ids: Vec<&str> = effects.iter().map(|effect| text(effect, "id")).collect();
     let mut pages = vec![("README.md".to_owned(), index(effects)), ("references.md".to_owned(), references(effects))];

@@ -45,8 +45,8 @@ pub fn of_own_points(block: &Block, reported_px: Option<f64>) -> Vec<Mistake> {
     rays::own_points(&scene, &places, &marks, reported_px)
 }
 
-/// Single images that do not fit a network of the block; the poses of the block are their approximate ones. How far
-/// the measurements of one are shifted is asked of a network without it: with it, its neighbours gave way.
+/// Single images that do not fit a network of the block; the poses of the block are their approximate ones. The shift
+/// of a cropped image is estimated in a network without it, since its error bends the poses of its neighbours.
 pub fn of_images(block: &Block, network: &Fit, model: &Model, significance: f64, options: &Options) -> Vec<Mistake> {
     let approximate: Vec<_> = block.images.iter().map(|image| image.pose).collect();
     let Some(scene) = in_place(block, network) else { return Vec::new() };

@@ -35,8 +35,8 @@ unsafe extern "C" {
     ) -> c_int;
 }
 
-/// `eval` of an effect where there is no C++ to catch what it throws. A plug-in that `effect.h` makes catches it itself.
-/// What another one throws, Rust cannot catch: it ends the program, and the message names the plug-ins.
+/// `eval` of an effect where there is no C++ to catch what it throws. A plug-in that `effect.h` makes catches it
+/// itself. What another one throws, Rust cannot catch: it ends the program, and the message names the plug-ins.
 ///
 /// # Safety
 /// A table that was checked, and arrays of the lengths that `effect.h` states.
@@ -50,15 +50,13 @@ pub(super) unsafe fn guarded_eval(
     d_in: *mut f64,
     d_theta: *mut f64,
 ) -> c_int {
-    use super::layout::{RawEval, RawEvalThatThrows};
     use crate::effects::Stage;
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
-    // SAFETY: by the contract of this function; the two types of functions differ in what may leave the call alone.
+    // SAFETY: by the contract of this function.
     unsafe {
         let two = &(*effect).two;
         let (Some(eval), Some(stage)) = (two.eval, Stage::ALL.get(two.stage as usize)) else { return THREW };
-        let eval = std::mem::transmute::<RawEval, RawEvalThatThrows>(eval);
         let call = || eval(two.this, context, input, theta, out, d_in, d_theta);
         let answer = catch_unwind(AssertUnwindSafe(call)).unwrap_or(THREW);
         if answer != DONE {

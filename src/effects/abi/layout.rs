@@ -37,20 +37,8 @@ pub(super) struct RawParameter {
     pub plausible_source: *const c_char,
 }
 
-/// `misclosure_eval`, the same in both versions.
-pub(super) type RawEval = unsafe extern "C" fn(
-    this: *mut c_void,
-    context: *const RawContext,
-    input: *const f64,
-    theta: *const f64,
-    out: *mut f64,
-    d_in: *mut f64,
-    d_theta: *mut f64,
-) -> c_int;
-
-/// [`RawEval`] as Rust has to call it where nobody else catches an exception.
-#[cfg(not(feature = "ceres"))]
-pub(super) type RawEvalThatThrows = unsafe extern "C-unwind" fn(
+/// `misclosure_eval`, the same in both versions. A plug-in may throw an exception through it.
+pub(super) type RawEval = unsafe extern "C-unwind" fn(
     this: *mut c_void,
     context: *const RawContext,
     input: *const f64,

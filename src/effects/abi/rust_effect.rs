@@ -57,7 +57,7 @@ impl<'a> RustEffect<'a> {
 }
 
 /// `eval` of a [`RustEffect`]; a panic is an effect outside its domain, for no panic may cross into C++.
-unsafe extern "C" fn call_rust(
+unsafe extern "C-unwind" fn call_rust(
     this: *mut c_void,
     context: *const RawContext,
     input: *const f64,

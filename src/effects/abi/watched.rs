@@ -71,7 +71,7 @@ impl Called {
 }
 
 /// `eval` of a [`Watched`] table.
-unsafe extern "C" fn call_watched(
+unsafe extern "C-unwind" fn call_watched(
     this: *mut c_void,
     context: *const RawContext,
     input: *const f64,

@@ -156,7 +156,8 @@ pub fn rotation(one: Subject, other: Subject, degrees: f64, difference: &Differe
 pub fn tilt(one: Subject, other: Subject, difference: &Difference) -> Mistake {
     let degrees = difference.tilt.to_degrees();
     let sentence = format!(
-        "{} are tilted by {degrees:.3} degrees against {}, while both agree with the images. The images do not tell which of the two is wrong.",
+        "{} are tilted by {degrees:.3} degrees against {}, while both agree with the images. The images \
+         do not tell which of the two is wrong.",
         other.words(),
         lower(one)
     );

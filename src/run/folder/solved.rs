@@ -46,8 +46,8 @@ impl<'a> Solved<'a> {
         self.run.solution().covariance.as_ref().zip(self.sigma0)
     }
 
-    /// The images with the adjusted poses and, as further columns, their standard deviations and the values that effects have
-    /// per image.
+    /// The images with the adjusted poses and, as further columns, their standard deviations and the values that
+    /// effects have per image.
     pub(super) fn adjusted_images(&self) -> Block {
         let poses = &self.run.solution().state.poses;
         let images: Vec<Image> = (self.block.images.iter().zip(poses))
@@ -102,7 +102,7 @@ impl<'a> Solved<'a> {
             PointSource::Tie(id) => Some((id, j)),
             PointSource::Control(_) => None,
         };
-        // The problem has them in an order of its own; a file has the block's.
+        // The problem sorts points along the block; the file keeps the order of the block's table.
         let mut ties: Vec<_> = (0..problem.point_sources.len()).filter_map(tie).collect();
         ties.sort_unstable();
         ties.into_iter().map(|(_, j)| {

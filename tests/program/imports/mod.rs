@@ -1,5 +1,5 @@
-//! The architecture, held by a test: which module may import which, that no files import each other, where `unsafe` may stand, and that every
-//! effect has its two derivations under one name.
+//! The architecture, held by a test: which module may import which, that no files import each other, where `unsafe` may
+//! stand, and that every effect has its two derivations under one name.
 
 mod circles;
 mod source;
@@ -69,7 +69,8 @@ const TABLE: [(&str, May); 33] = [
 /// The two solvers are derived independently: neither may look into the other, not even in its tests.
 const STRANGERS: [[&str; 2]; 2] = [["adjust", "native"], ["adjust", "ceres"]];
 
-/// Where alone `unsafe` may stand: the cxx bridge, the mirror of the C ABI, the loader of plug-ins, the signals, the allocator.
+/// Where alone `unsafe` may stand: the cxx bridge, the mirror of the C ABI, the loader of plug-ins, the signals, the
+/// allocator.
 const UNSAFE: [&str; 5] = ["adjust/ceres/bridge.rs", "effects/abi", "effects/plugin.rs", "faults.rs", "memory.rs"];
 
 /// The file of `src/effects` that stands for effects from elsewhere.
