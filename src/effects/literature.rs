@@ -115,7 +115,7 @@ const VAUTHERIN: Reference = reference(
     2016,
     "Photogrammetric accuracy and modeling of rolling shutter cameras",
     "ISPRS Annals of the Photogrammetry, Remote Sensing and Spatial Information Sciences III-3, 139-146",
-    "10.5194/isprs-annals-III-3-139-2016",
+    "10.5194/isprsannals-III-3-139-2016",
 );
 
 /// Literature on an effect of the catalogue; nothing of one that comes from practice, and of plug-ins.
