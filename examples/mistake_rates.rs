@@ -1,15 +1,16 @@
 //! How many mistakes of people are named: `cargo run --release --example mistake_rates -- 1..3` makes each kind of
-//! mistake in blocks of all presets, seed by seed, and examines them as `check` does.
+//! mistake in blocks of all presets, seed by seed, and examines them as `check` does. Where that does not name the
+//! mistake, the block is diagnosed: one wrong mark, a precision or a second camera shows in an adjustment alone.
 //!
 //! The mistakes are made by rewriting files (`inject --mistake`), for each subject of each kind. Every seed has another
 //! size: lengths, angles, pixels and seconds are multiples of the kind's default. The clean blocks are examined, too.
 
 use misclosure::adjust::Options;
-use misclosure::diagnose::screening;
+use misclosure::diagnose::{run::diagnose, screening, settings::Settings};
 use misclosure::inject::{self, DefaultValue, mistakes};
 use misclosure::io::block::{read_block, write_block};
 use misclosure::mistakes::Mistake;
-use misclosure::model::Model;
+use misclosure::model::{Datum, Model};
 use misclosure::scenario::{Scenario, SurveyNoise, add_survey_noise, simulate};
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -31,6 +32,8 @@ const SURVEYED: [&str; 3] = ["control", "check", "gnss"];
 #[derive(Default)]
 struct Tally {
     named: usize,
+    /// Refused by the reader, with file and line.
+    refused: usize,
     otherwise: BTreeMap<String, usize>,
 }
 
@@ -53,8 +56,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                     let Some(made) = made else { continue };
                     let tally = tallies.entry((number, subject.to_string())).or_default();
                     match made {
-                        true => tally.add(kind.id(), subject, &screened(&wrong)?),
-                        false => *tally.otherwise.entry("refused by the reader".into()).or_default() += 1,
+                        true => tally.add(kind.id(), subject, &wrong)?,
+                        false => tally.refused += 1,
                     }
                 }
             }
@@ -106,19 +109,42 @@ fn screened(folder: &Path) -> Result<Vec<Mistake>, Box<dyn Error>> {
     Ok(screening::mistakes(&block, &Model::default(), SIGNIFICANCE, &Options::default()))
 }
 
+/// Mistakes that a diagnosis names, and in words what it says where there are none.
+fn diagnosed(folder: &Path) -> Result<(Vec<Mistake>, String), Box<dyn Error>> {
+    let block = read_block(folder)?.block.about_its_centre();
+    let model = Model { datum: Datum::All, ..Model::default() };
+    let options = Options::default();
+    let settings = Settings { plugins: &[], options, significance: SIGNIFICANCE, snoop: true, tell: &|_| {} };
+    let found = match diagnose(&block, &model, &settings) {
+        Ok(diagnosed) => diagnosed.diagnosis,
+        Err(error) => return Ok((Vec::new(), format!("error: {error}"))),
+    };
+    let effects: Vec<&str> = found.found.iter().map(|own| own.effect.as_str()).collect();
+    let points = if found.outlier_points.is_empty() { "" } else { ", its point named" };
+    let said = format!("{:?} {}{points}", found.verdict, effects.join(" ")).to_lowercase();
+    Ok((found.mistakes, said.trim().to_owned()))
+}
+
 impl Tally {
-    fn add(&mut self, kind: &str, subject: &str, found: &[Mistake]) {
+    fn add(&mut self, kind: &str, subject: &str, folder: &Path) -> Result<(), Box<dyn Error>> {
         let same = |own: &str| own == subject || (SURVEYED.contains(&own) && SURVEYED.contains(&subject));
-        if found.iter().any(|own| own.kind == kind && same(&own.subject)) {
+        let is_named = |found: &[Mistake]| found.iter().any(|own| own.kind == kind && same(&own.subject));
+        if is_named(&screened(folder)?) {
             self.named += 1;
-            return;
+            return Ok(());
         }
-        let said = found.first().map_or("nothing".into(), |own| format!("{} of {}", own.kind, own.subject));
-        *self.otherwise.entry(said).or_default() += 1;
+        let (found, said) = diagnosed(folder)?;
+        if is_named(&found) {
+            self.named += 1;
+        } else {
+            let said = found.first().map_or(said, |own| format!("{} of {}", own.kind, own.subject));
+            *self.otherwise.entry(said).or_default() += 1;
+        }
+        Ok(())
     }
 
     fn all(&self) -> usize {
-        self.named + self.otherwise.values().sum::<usize>()
+        self.named + self.refused + self.otherwise.values().sum::<usize>()
     }
 
     fn words(&self) -> String {
@@ -127,12 +153,16 @@ impl Tally {
 }
 
 fn print(tallies: &BTreeMap<(usize, String), Tally>, clean: &Tally) {
-    println!("| mistake | of | named | otherwise |\n|---|---|---|---|");
+    println!("| mistake | of | blocks | named | refused | otherwise |\n|---|---|---|---|---|---|");
     for ((number, subject), tally) in tallies {
         let id = mistakes::registry().nth(*number).map_or("", mistakes::Kind::id);
-        println!("| `{id}` | {subject} | {} of {} | {} |", tally.named, tally.all(), tally.words());
+        let Tally { named, refused, .. } = tally;
+        println!("| `{id}` | {subject} | {} | {named} | {refused} | {} |", tally.all(), tally.words());
     }
-    let (named, all) = tallies.values().fold((0, 0), |(named, all), own| (named + own.named, all + own.all()));
-    println!("\n{named} of {all} named with their kind and subject.");
+    let sum = |of: fn(&Tally) -> usize| tallies.values().map(of).sum::<usize>();
+    let (named, refused, all) = (sum(|own| own.named), sum(|own| own.refused), sum(Tally::all));
+    println!(
+        "\n{named} of {all} are named with their kind and subject; a reader refuses {refused}, with file and line."
+    );
     println!("Of {} blocks without a mistake {} have none named. {}", clean.all(), clean.named, clean.words());
 }
