@@ -1,5 +1,6 @@
 //! How a mistake is undone: edits of a block's tables, as a person would make them in a spreadsheet.
 
+use crate::camera::Interior;
 use serde::{Deserialize, Serialize};
 
 /// One edit of one file of a block.
@@ -79,6 +80,16 @@ pub enum Change {
         after: [f64; 4],
         /// See above.
         before: [f64; 4],
+    },
+    /// Ideal image points in `x, y` become the points that the lens of a camera shows.
+    Distort {
+        /// Numbers of the camera, in the order of [`PARAMETERS`](crate::camera::PARAMETERS).
+        interior: Interior,
+    },
+    /// A camera is listed once more under another id.
+    Copy {
+        /// Id of the copy.
+        id: String,
     },
     /// Rows are left out.
     Remove,

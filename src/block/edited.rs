@@ -4,7 +4,7 @@
 use super::change_position::change_position;
 use super::edit::{Change, Edit};
 use super::{Block, Camera, Image};
-use crate::camera::PARAMETERS;
+use crate::camera::{PARAMETERS, fraser};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// The block with some edits; `None` where one of them is none of measurements, cameras, poses, or of what the
@@ -23,10 +23,22 @@ pub(super) fn apply(block: &mut Block, edit: &Edit) -> Option<()> {
         "block.toml" => {
             let own =
                 |camera: &&mut Camera| chosen(&|column| if column == "id" { Some(camera.id.clone()) } else { None });
+            if let Change::Copy { id } = &edit.change {
+                let copies: Vec<Camera> = block.cameras.iter_mut().filter(own).map(|camera| camera.clone()).collect();
+                block.cameras.extend(copies.into_iter().map(|camera| Camera { id: id.clone(), ..camera }));
+                return Some(());
+            }
             block.cameras.iter_mut().filter(own).try_for_each(|camera| change_camera(camera, &edit.change))
         }
         "images.csv" => {
             let (origin, flights) = (block.origin, &block.flights);
+            let camera = |change: &Change| match change {
+                Change::Set { column, value } if column == "camera" => {
+                    block.cameras.iter().position(|camera| camera.id == *value)
+                }
+                _ => None,
+            };
+            let camera = camera(&edit.change);
             let own = |image: &&mut Image| {
                 chosen(&|column| match column {
                     "image" => Some(image.name.clone()),
@@ -34,7 +46,12 @@ pub(super) fn apply(block: &mut Block, edit: &Edit) -> Option<()> {
                     _ => None,
                 })
             };
-            block.images.iter_mut().filter(own).try_for_each(|image| change_image(image, &origin, &edit.change))
+            let mut images = block.images.iter_mut().filter(own);
+            match camera {
+                Some(camera) => images.for_each(|image| image.camera = camera.into()),
+                None => images.try_for_each(|image| change_image(image, &origin, &edit.change))?,
+            }
+            Some(())
         }
         file @ ("ties.csv" | "marks.csv") => {
             let (images, ties) = (&block.images, file == "ties.csv");
@@ -86,6 +103,7 @@ fn change_pair([x, y]: [&mut f64; 2], names: [&str; 2], change: &Change) -> Opti
         Change::ExchangeColumns { columns } if columns.iter().all(|own| names.contains(&own.as_str())) => {
             std::mem::swap(x, y);
         }
+        Change::Distort { interior } => [*x, *y] = fraser::distort(interior, *x, *y),
         _ => return None,
     }
     Some(())

@@ -79,7 +79,7 @@ fn is_of_positions(change: &Change) -> bool {
         Change::ExchangeColumns { columns } => columns.iter().all(is_one),
         Change::Clear { columns } | Change::Shift { columns, .. } => columns.iter().all(is_one),
         Change::Remove => true,
-        Change::ExchangeValues { .. } | Change::Turn { .. } => false,
+        Change::ExchangeValues { .. } | Change::Turn { .. } | Change::Distort { .. } | Change::Copy { .. } => false,
     }
 }
 

@@ -48,6 +48,8 @@ pub struct Diagnosed {
     pub after: Structure,
     /// Verdict and figures.
     pub diagnosis: Diagnosis,
+    /// Two cameras under one name, which ended the loop before its first step.
+    several_cameras: Vec<Mistake>,
 }
 
 /// Diagnoses `block` under `model`. Where the centre of distortion is not determined, in the base or beside what was found, it is tied to the
@@ -60,10 +62,30 @@ pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result
 }
 
 fn diagnose_in_pool(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
+    let first = diagnose_without_mistakes(whole, model, settings)?;
+    if first.several_cameras.is_empty() {
+        return Ok(first);
+    }
+    let several = first.several_cameras;
+    // A second camera under the name of the first bends the network that single images were held against, and an
+    // effect stood for it: everything is judged anew.
+    several.iter().for_each(|mistake| (settings.tell)(&mistake.sentence));
+    let (block, model) = screening::with_own_cameras(whole, model, &several);
+    let mut diagnosed = diagnose_without_mistakes(&block, &model, settings)?;
+    judge_mistakes(&mut diagnosed.diagnosis, several);
+    Ok(diagnosed)
+}
+
+/// Diagnoses a block without what is known to be wrong: with it in the sums the loop would look for a cause of the
+/// mistake, or find no end.
+fn diagnose_without_mistakes(
+    whole: &Block,
+    model: &Model,
+    settings: &Settings<'_>,
+) -> Result<Diagnosed, DiagnoseError> {
     (settings.tell)("holding the survey against the shape that the images give");
     let mistakes = screening::mistakes(whole, model, settings.significance, &settings.options);
     mistakes.iter().for_each(|mistake| (settings.tell)(&mistake.sentence));
-    // With what is known to be wrong in the sums the loop would look for a cause of the mistake, or find no end.
     let rest = screening::without(whole, model, &mistakes);
     let (block, model) = rest.as_ref().map_or((whole, model), |(block, model)| (block, model));
     let mut diagnosed = match diagnose_as_it_is(block, model, settings) {
@@ -103,7 +125,7 @@ fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> R
             descent = other;
         }
     }
-    let Descent { search, block, mut improvement, first, linearised } = descent;
+    let Descent { search, block, mut improvement, first, linearised, several_cameras } = descent;
     tell("describing the residuals");
     let rest = left::analyse(&block, &improvement, &linearised, settings)?;
     improvement.finish(&block, settings)?;
@@ -121,7 +143,7 @@ fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> R
     };
     let outlier_points = outliers::points(&rejected, whole);
     let diagnosis = Diagnosis { known, moved, outlier_points, ..found };
-    Ok(Diagnosed { block, outliers: rejected, improvement, before, after, diagnosis })
+    Ok(Diagnosed { block, outliers: rejected, improvement, before, after, diagnosis, several_cameras })
 }
 
 /// The base of a diagnosis.
@@ -200,6 +222,8 @@ struct Descent {
     first: Option<Linearised>,
     /// Where it ended.
     linearised: Linearised,
+    /// Two cameras under one name: it ended where it began.
+    several_cameras: Vec<Mistake>,
 }
 
 impl Descent {
@@ -209,11 +233,14 @@ impl Descent {
         let mut block = search.block(whole).into_owned();
         let mut improvement = Improvement::new(&block, fit, settings)?;
         improvement.objective = objective;
-        let mut first = None;
+        let (mut first, mut several_cameras) = (None, Vec::new());
         let linearised = loop {
             (settings.tell)(&format!("testing hypotheses (step {})", improvement.steps.len()));
             let linearised = linearise(&block, &improvement.fit, &improvement.parts, settings)?;
-            if improvement.steps.len() >= MOST_STEPS {
+            if first.is_none() {
+                several_cameras = screening::several_cameras(&block, &linearised, settings.significance);
+            }
+            if improvement.steps.len() >= MOST_STEPS || !several_cameras.is_empty() {
                 break linearised;
             }
             // Options, weights and blunders are moves on the same objective: each step of causes is followed by theirs.
@@ -227,7 +254,7 @@ impl Descent {
             }
             first.get_or_insert(linearised);
         };
-        Ok(Self { search, block, improvement, first, linearised })
+        Ok(Self { search, block, improvement, first, linearised, several_cameras })
     }
 
     /// Its objective with an imprecise survey among the causes; `stated`: what is stated of the survey.

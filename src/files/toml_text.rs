@@ -23,7 +23,18 @@ fn with_values(text: &str, table: &Table) -> Option<String> {
     for (range, value) in replacements.into_iter().rev() {
         new.replace_range(range, &value);
     }
+    new += &further_tables(old.get_ref(), table);
     Some(new)
+}
+
+/// Tables that lists of tables have behind those of before, `[[name]]` each.
+fn further_tables(old: &DeTable<'_>, new: &Table) -> String {
+    let further = |(key, value): (&String, &Value)| {
+        let before = old.iter().find(|(own, _)| own.get_ref() == key)?.1.get_ref().as_array()?.len();
+        let tables = value.as_array()?.iter().skip(before).filter_map(Value::as_table);
+        Some(tables.map(|table| format!("\n[[{key}]]\n{table}")).collect::<String>())
+    };
+    new.iter().filter_map(further).collect()
 }
 
 fn compare(text: &str, old: &DeTable<'_>, new: &Table, replacements: &mut Vec<Replacement>) {
@@ -38,7 +49,7 @@ fn compare(text: &str, old: &DeTable<'_>, new: &Table, replacements: &mut Vec<Re
 fn compare_values(text: &str, old: &Spanned<DeValue<'_>>, new: &Value, replacements: &mut Vec<Replacement>) {
     match (old.get_ref(), new) {
         (DeValue::Table(old), Value::Table(new)) => compare(text, old, new, replacements),
-        (DeValue::Array(old), Value::Array(new)) if old.len() == new.len() => {
+        (DeValue::Array(old), Value::Array(new)) if old.len() <= new.len() => {
             old.iter().zip(new).for_each(|(old, new)| compare_values(text, old, new, replacements));
         }
         _ => {

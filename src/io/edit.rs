@@ -2,6 +2,7 @@
 
 use super::error::{Error, Place};
 use crate::block::edit::{Change, Edit, Rows};
+use crate::camera::fraser;
 use crate::files::OF_BLOCK;
 use crate::files::toml_text::rewritten;
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -152,6 +153,19 @@ impl Cells {
                     }
                 }
             }
+            Change::Distort { interior } => {
+                let (x, y) = (self.column("x")?, self.column("y")?);
+                for row in chosen {
+                    if let (Some(u), Some(v)) = (self.number(row, x)?, self.number(row, y)?) {
+                        let [du, dv] = fraser::distort(interior, u, v);
+                        self.rows[row][x] = format!("{du:?}");
+                        self.rows[row][y] = format!("{dv:?}");
+                    }
+                }
+            }
+            Change::Copy { .. } => {
+                return Err(Error::content(&*self.file, Place::File, "a camera is copied in block.toml".to_string()));
+            }
             Change::Remove => {
                 let mut keep = vec![true; self.rows.len()];
                 chosen.into_iter().for_each(|row| keep[row] = false);
@@ -189,36 +203,52 @@ fn edit_cameras(from: &Path, to: &Path, edits: &[&Edit]) -> Result<(), Error> {
     let text = super::read_text(from).map_err(|source| Error::Read { path: from.to_owned(), source })?;
     let mut block: toml::Table = text.parse().map_err(|error: toml::de::Error| refuse(error.to_string()))?;
     let cameras = block.get_mut("camera").and_then(toml::Value::as_array_mut);
-    for camera in cameras.into_iter().flatten().filter_map(toml::Value::as_table_mut) {
+    let mut copies = Vec::new();
+    let cameras = cameras.into_iter().flatten().filter_map(toml::Value::as_table_mut);
+    for camera in cameras {
         for edit in edits {
             let text = |column: &str| camera.get(column).map(|value| value.as_str().unwrap_or_default().to_owned());
             let is_chosen = |rows: &Rows| text(&rows.column).is_some_and(|own| rows.values.contains(&own));
-            if !edit.rows.iter().all(is_chosen) {
-                continue;
-            }
-            match &edit.change {
-                Change::Affine { column, factor, offset } => {
-                    let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|n| n as f64));
-                    let Some(own) = camera.get(column).and_then(number) else { continue };
-                    camera.insert(column.clone(), toml::Value::Float(factor * own + offset));
-                }
-                Change::ExchangeColumns { columns: [a, b] } => {
-                    if let (Some(first), Some(second)) = (camera.get(a).cloned(), camera.get(b).cloned()) {
-                        camera.insert(a.clone(), second);
-                        camera.insert(b.clone(), first);
-                    }
-                }
-                Change::Set { column, value } => {
-                    let whole = value.parse::<i64>().map(toml::Value::Integer);
-                    let number = whole.or_else(|_| value.parse::<f64>().map(toml::Value::Float));
-                    let number = number.map_err(|_| refuse(format!("{column}: {value:?} is no number")))?;
-                    camera.insert(column.clone(), number);
-                }
-                other => return Err(refuse(format!("{other:?} is no edit of a camera"))),
+            if edit.rows.iter().all(is_chosen) {
+                copies.extend(edit_camera(camera, &edit.change).map_err(refuse)?);
             }
         }
     }
+    if let Some(cameras) = block.get_mut("camera").and_then(toml::Value::as_array_mut) {
+        cameras.extend(copies.into_iter().map(toml::Value::Table));
+    }
     super::write_atomically(to, rewritten(&text, &block).as_bytes())
+}
+
+/// Edits one camera; the camera that is to be added, where the edit copies it.
+fn edit_camera(camera: &mut toml::Table, change: &Change) -> Result<Option<toml::Table>, String> {
+    match change {
+        Change::Affine { column, factor, offset } => {
+            let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|n| n as f64));
+            if let Some(own) = camera.get(column).and_then(number) {
+                camera.insert(column.clone(), toml::Value::Float(factor * own + offset));
+            }
+        }
+        Change::ExchangeColumns { columns: [a, b] } => {
+            if let (Some(first), Some(second)) = (camera.get(a).cloned(), camera.get(b).cloned()) {
+                camera.insert(a.clone(), second);
+                camera.insert(b.clone(), first);
+            }
+        }
+        Change::Set { column, value } => {
+            let whole = value.parse::<i64>().map(toml::Value::Integer);
+            let number = whole.or_else(|_| value.parse::<f64>().map(toml::Value::Float));
+            let number = number.map_err(|_| format!("{column}: {value:?} is no number"))?;
+            camera.insert(column.clone(), number);
+        }
+        Change::Copy { id } => {
+            let mut copy = camera.clone();
+            copy.insert("id".into(), toml::Value::String(id.clone()));
+            return Ok(Some(copy));
+        }
+        other => return Err(format!("{other:?} is no edit of a camera")),
+    }
+    Ok(None)
 }
 
 #[cfg(test)]
@@ -258,6 +288,17 @@ mod tests {
     }
 
     #[test]
+    fn ideal_image_points_are_distorted() {
+        // k1 r^2 is a hundredth, 100 px from the centre of distortion.
+        let interior = [1000.0, 0.0, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let [from, to] = [tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder")];
+        fs::write(from.path().join("ties.csv"), "image,point,x,y\na,1,60,80\nb,1,,\n").expect("a file");
+        edited(from.path(), to.path(), &[Edit::all("ties.csv", Change::Distort { interior })]).expect("a copy");
+        let text = fs::read_to_string(to.path().join("ties.csv")).expect("a file");
+        assert_eq!(text, "image,point,x,y\na,1,60.6,80.8\nb,1,,\n");
+    }
+
+    #[test]
     fn what_cannot_be_edited_is_refused() {
         let folder = tempfile::tempdir().expect("a folder");
         fs::write(folder.path().join("control.csv"), CONTROL).expect("a file");
@@ -266,6 +307,21 @@ mod tests {
             |change: Change| edited(folder.path(), to.path(), &[edit(change)]).expect_err("refused").to_string();
         assert!(refused(Change::plus("height", 1.0)).contains("column height is missing"));
         assert!(refused(Change::plus("role", 1.0)).contains("is no number"));
+    }
+
+    #[test]
+    fn images_get_a_camera_of_their_own() {
+        let [from, to] = [tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder")];
+        let text = "format = 1 # of tests\n[[camera]]\nid = \"one\"\nf = 35.0 # mm?\n[sigma]\ntie_px = 1\n";
+        fs::write(from.path().join("block.toml"), text).expect("a file");
+        fs::write(from.path().join("images.csv"), "image,camera\na,one\nb,one\n").expect("a file");
+        let copy = Edit::all("block.toml", Change::Copy { id: "two".into() }).of("id", &["one".into()]);
+        let camera = Change::Set { column: "camera".into(), value: "two".into() };
+        let own = Edit::all("images.csv", camera).of("image", &["b".into()]);
+        edited(from.path(), to.path(), &[copy, own]).expect("a copy");
+        let read = |file: &str| fs::read_to_string(to.path().join(file)).expect("a file");
+        assert_eq!(read("block.toml"), format!("{text}\n[[camera]]\nf = 35.0\nid = \"two\"\n"));
+        assert_eq!(read("images.csv"), "image,camera\na,one\nb,two\n");
     }
 
     #[test]

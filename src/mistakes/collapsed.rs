@@ -7,7 +7,8 @@ use super::{BEYOND, Mistake};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
-/// Equal positions that are no coincidence: two names may be given to one nail.
+/// Equal positions that are no coincidence: two names may be given to one nail. Zeros in all coordinates say by
+/// themselves that values are missing.
 const FEWEST: usize = 3;
 
 /// The group without positions that stand for several places, and those as a mistake.
@@ -16,7 +17,9 @@ pub fn without(group: &Group, survey: &Survey) -> (Group, Option<Mistake>) {
     for (k, member) in group.members.iter().enumerate() {
         places.entry([0, 1, 2].map(|axis| (member.recorded[axis] + 0.0).to_bits())).or_default().push(k);
     }
-    let Some(same) = places.into_values().filter(|same| same.len() >= FEWEST).max_by_key(Vec::len) else {
+    let are_zero = |same: &[usize]| same.iter().all(|k| group.members[*k].recorded == Vector3::zeros());
+    let is_one = |same: &Vec<usize>| same.len() >= FEWEST || are_zero(same);
+    let Some(same) = places.into_values().filter(is_one).max_by_key(Vec::len) else {
         return (group.clone(), None);
     };
     let keep = |wanted: bool| -> Vec<Member> {
@@ -25,7 +28,8 @@ pub fn without(group: &Group, survey: &Survey) -> (Group, Option<Mistake>) {
     };
     let rest = Group { members: keep(false), ..group.clone() };
     let together = keep(true);
-    if !apart(&together, &rest, survey) {
+    let few = together.len() < FEWEST;
+    if (few && !beside(&together, &rest)) || (!few && !apart(&together, &rest, survey)) {
         return (group.clone(), None);
     }
     let all = rest.members.is_empty();
@@ -40,8 +44,7 @@ fn apart(together: &[Member], rest: &Group, survey: &Survey) -> bool {
     let places: Vec<Vector3<f64>> = together.iter().filter_map(|member| member.computed).collect();
     let Some(first) = places.first() else { return false };
     let extent = places.iter().map(|p| (p - first).norm()).fold(0.0, f64::max);
-    let (source, target): (Vec<_>, Vec<_>) =
-        rest.members.iter().filter_map(|member| Some((member.computed?, member.recorded))).unzip();
+    let (source, target) = seen(rest);
     match align(&source, &target, rest.sigma) {
         Some(aligned) => {
             let [xy, z] = aligned.deviation();
@@ -49,4 +52,21 @@ fn apart(together: &[Member], rest: &Group, survey: &Survey) -> bool {
         }
         None => extent * BEYOND > survey.distance,
     }
+}
+
+/// Do the images see these members elsewhere than where they are recorded? By more than what the rest of the group leaves
+/// unexplained, by an order of magnitude.
+fn beside(members: &[Member], rest: &Group) -> bool {
+    let (source, target) = seen(rest);
+    let Some(aligned) = align(&source, &target, rest.sigma) else { return false };
+    let [xy, z] = aligned.deviation();
+    members
+        .iter()
+        .filter_map(|member| Some((member.computed?, member.recorded)))
+        .all(|(computed, recorded)| (aligned.similarity.apply(&computed) - recorded).norm() > BEYOND * xy.max(z))
+}
+
+/// Members that the images give: where, and as recorded.
+fn seen(group: &Group) -> (Vec<Vector3<f64>>, Vec<Vector3<f64>>) {
+    group.members.iter().filter_map(|member| Some((member.computed?, member.recorded))).unzip()
 }

@@ -32,6 +32,12 @@ pub fn judge(judged: &mut Judged, alpha: f64) {
     if judged.group.subject == Subject::Gnss {
         found.extend(flights(judged, &fits, &mut left));
         left.retain(|k| fits.stands_alone(*k, judged));
+        let pairs = pairs([judged, judged], [&left, &left], &fits);
+        left.retain(|k| pairs.iter().all(|pair| !pair.contains(k)));
+        found.extend(pairs.into_iter().map(|pair| {
+            let (drop, ln_p) = fits.improbable(&pair);
+            words::exchanged_images(pair.map(|k| judged.group.members[k].name.as_str()), drop, ln_p)
+        }));
         if !left.is_empty() {
             let names = left.iter().map(|k| judged.group.members[*k].name.clone()).collect();
             let worst = left.iter().map(|k| fits.misfits[*k].norm()).fold(0.0, f64::max);
@@ -201,24 +207,32 @@ fn single(judged: &Judged, fits: &Fits, k: usize) -> Mistake {
     }
 }
 
-/// Pairs of points, one of each group, that fit once exchanged.
-fn exchanged(one: &Judged, other: &Judged, fits: &Fits) -> Vec<Mistake> {
+/// Pairs of members, one of each group, that fit once exchanged; `wrong`: those that are examined.
+fn pairs([one, other]: [&Judged; 2], [wrong, others]: [&[usize]; 2], fits: &Fits) -> Vec<[usize; 2]> {
     let same = std::ptr::eq(one, other);
     let mut found = Vec::new();
-    for &i in &one.wrong {
-        for &j in other.wrong.iter().filter(|j| !same || i < **j) {
+    for &i in wrong {
+        for &j in others.iter().filter(|j| !same || i < **j) {
             // In the frame of the first group.
             let [here, there] = [(one, i), (other, j)].map(|(group, k)| Place::of(group, k, &one.aligned));
             let crossed = [(other.targets[j], here), (one.targets[i], there)];
             let misfit = |target: &Vector3<f64>, place: &Place| target - place.at - fits.bend.at(&place.at);
             if crossed.iter().all(|(target, place)| fits.fits(&misfit(target, place), place)) {
-                let (drop, ln_p) = fits.improbable(&[i]);
-                let names = [&one.group.members[i].name, &other.group.members[j].name];
-                found.push(words::exchanged(one.group.subject, names, drop, ln_p));
+                found.push([i, j]);
             }
         }
     }
     found
+}
+
+/// Points, one of each group, that fit once exchanged.
+fn exchanged(one: &Judged, other: &Judged, fits: &Fits) -> Vec<Mistake> {
+    let said = |[i, j]: [usize; 2]| {
+        let (drop, ln_p) = fits.improbable(&[i]);
+        let names = [&one.group.members[i].name, &other.group.members[j].name];
+        words::exchanged(one.group.subject, names, drop, ln_p)
+    };
+    pairs([one, other], [&one.wrong, &other.wrong], fits).into_iter().map(said).collect()
 }
 
 /// Points of two groups that fit once exchanged: a control point and a check point.

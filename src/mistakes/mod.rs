@@ -26,15 +26,18 @@ mod bend;
 mod clock;
 mod collapsed;
 
+pub mod estimated_distortion;
 mod group;
 mod judged;
 pub mod lost;
 pub mod marks;
 mod members;
 mod pair;
+mod parts;
 pub mod rays;
 mod relation;
 pub mod set_aside;
+pub mod several_cameras;
 mod shape;
 mod survey;
 mod undo;

@@ -202,6 +202,24 @@ fn lists_of_positions_that_slipped() {
     let found = screen(&zeros, ALPHA);
     assert!(found.len() == 1 && found[0].kind == "collapsed" && found[0].names.len() == 7, "{found:?}");
 
+    let mut one = survey();
+    rewrite(&mut one, 0, |k, p| if k == 4 { Vector3::zeros() } else { p });
+    let found = screen(&one, ALPHA);
+    assert!(found.len() == 1 && found[0].kind == "collapsed" && found[0].names == ["p4"], "{found:?}");
+
+    let mut images = survey();
+    rewrite(&mut images, 2, |k, _| {
+        list[if k == 20 {
+            31
+        } else if k == 31 {
+            20
+        } else {
+            k
+        }]
+    });
+    let found = screen(&images, ALPHA);
+    assert!(found.len() == 1 && found[0].kind == "exchanged" && found[0].subject == "images", "{found:?}");
+
     let mut flight = survey();
     rewrite(&mut flight, 2, |k, p| if k >= 40 { p + Vector3::new(0.0, 0.0, 15.0) } else { p });
     let found = screen(&flight, ALPHA);

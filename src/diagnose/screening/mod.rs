@@ -3,10 +3,12 @@
 
 mod aside;
 mod heights;
+mod lens;
 mod lost;
 mod marks;
 mod meeting;
 mod network;
+mod own_cameras;
 mod places;
 mod precision;
 mod rays;
@@ -15,6 +17,7 @@ mod undone;
 mod values;
 
 pub use aside::{of_outliers, without};
+pub use own_cameras::{several_cameras, with_own_cameras};
 pub use precision::of_weights;
 pub use rays::of_own_points;
 
@@ -23,6 +26,7 @@ use crate::block::Block;
 use crate::mistakes::{Mistake, screen};
 use crate::model::Model;
 use network::{Oriented, free_network};
+use std::borrow::Cow;
 use survey::Network;
 use undone::with_conventions;
 
@@ -50,10 +54,24 @@ fn of_survey(block: &Block, model: &Model, significance: f64, options: &Options)
     if !has_gnss && block.surveyed.is_empty() {
         return Vec::new();
     }
-    let oriented = free_network(block, model, options);
-    let Some(network) = oriented.as_ref().and_then(Network::new) else { return Vec::new() };
-    let of_images = |oriented: &Oriented| rays::of_images(block, &oriented.fit, model, significance, options);
-    let of_images = oriented.as_ref().map_or_else(Vec::new, of_images);
+    let network_of = |block: &Block| free_network(block, model, options);
+    let Some(oriented) = network_of(block) else { return Vec::new() };
+    let mut found = Network::new(&oriented).map_or_else(Vec::new, |network| network.distortions(block));
+    match with_conventions(block, &found) {
+        Cow::Borrowed(block) => found.extend(of_groups(block, &oriented, model, significance, options)),
+        // Everything else is held against a network of right measurements.
+        Cow::Owned(undone) => {
+            let oriented = network_of(&undone);
+            found.extend(oriented.iter().flat_map(|own| of_groups(&undone, own, model, significance, options)));
+        }
+    }
+    found
+}
+
+/// Marks, single images and surveyed groups against a network.
+fn of_groups(block: &Block, oriented: &Oriented, model: &Model, significance: f64, options: &Options) -> Vec<Mistake> {
+    let Some(network) = Network::new(oriented) else { return Vec::new() };
+    let of_images = rays::of_images(block, &oriented.fit, model, significance, options);
     let (mut block, mut found) = network.marks(block, significance);
     found.extend(of_images);
     // An image that was measured wrongly stands elsewhere in the network than its antenna says.

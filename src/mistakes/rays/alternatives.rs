@@ -112,6 +112,9 @@ pub fn alternatives(scene: &Scene, table: Table) -> Vec<Alternative> {
         list.extend(of_orientations());
         list.extend(of_lenses(scene, &reach));
     }
+    if reach.extent() >= NO_PIXELS && used(scene).into_iter().all(is_distorted) {
+        list.push(Alternative::new(&[Cause::Coordinates(Coordinates::Undistorted)]));
+    }
     list
 }
 
@@ -157,12 +160,19 @@ fn of_orientations() -> Vec<Alternative> {
     list
 }
 
+/// Cameras that took measured images.
+fn used(scene: &Scene) -> Vec<&Camera> {
+    let mut seen = vec![false; scene.cameras.len()];
+    scene.sights().for_each(|sight| seen[scene.views[sight.view].camera] = true);
+    scene.cameras.iter().zip(seen).filter(|(_, seen)| *seen).map(|(camera, _)| camera).collect()
+}
+
+fn is_distorted(camera: &Camera) -> bool {
+    (K1..=K3).any(|k| camera.interior[k] != 0.0)
+}
+
 fn of_lenses(scene: &Scene, reach: &Reach) -> Vec<Alternative> {
-    let used: Vec<&Camera> = {
-        let mut seen = vec![false; scene.cameras.len()];
-        scene.sights().for_each(|sight| seen[scene.views[sight.view].camera] = true);
-        scene.cameras.iter().zip(seen).filter(|(_, seen)| *seen).map(|(camera, _)| camera).collect()
-    };
+    let used = used(scene);
     let every = |is: &dyn Fn(&Camera) -> bool| !used.is_empty() && used.iter().all(|camera| is(camera));
     let mut focal: Vec<Option<Lens>> = vec![None];
     if every(&|camera| camera.interior[F] < NO_PIXELS * 2.0 * camera.half_diagonal_px()) {
@@ -179,9 +189,8 @@ fn of_lenses(scene: &Scene, reach: &Reach) -> Vec<Alternative> {
             list.push(focal.iter().chain(middle).copied().collect());
         }
     }
-    let distorted = |camera: &Camera| (0..3).any(|k| camera.interior[K1 + k] != 0.0);
-    if every(&distorted) {
-        list.extend([vec![Lens::Sign], vec![Lens::Undistorted]]);
+    if every(&is_distorted) {
+        list.push(vec![Lens::Sign]);
     }
     if used.iter().any(|camera| is_absurd(camera)) {
         for length in [Length::Focal, Length::Millimetre, Length::HalfDiagonal] {

@@ -2,7 +2,7 @@
 
 use super::scene::{Scene, Scope};
 use crate::block::edit::{Change, Edit};
-use crate::camera::{Camera, F, PPX, PPY};
+use crate::camera::{Camera, F, Interior, PPX, PPY, fraser};
 
 /// How image coordinates are recorded.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +34,8 @@ pub enum Coordinates {
     },
     /// Measured in an image that was reduced or enlarged: the true coordinates are so many times larger.
     Scaled(f64),
+    /// Measured in images that were freed of the distortion, which the camera has.
+    Undistorted,
 }
 
 /// What coordinates without unit are divided by.
@@ -47,17 +49,41 @@ pub enum Unit {
     Focal,
 }
 
-/// True from recorded coordinates: `factor * recorded + offset`, the columns exchanged before.
-struct Mapping {
-    exchange: bool,
-    factor: [f64; 2],
-    offset: [f64; 2],
+/// True from recorded coordinates.
+enum Mapping {
+    /// `factor * recorded + offset`, the columns exchanged before.
+    Affine { exchange: bool, factor: [f64; 2], offset: [f64; 2] },
+    /// The distortion of a camera.
+    Distorted(Interior),
 }
 
 impl Mapping {
     fn of(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let [x, y] = if self.exchange { [y, x] } else { [x, y] };
-        [self.factor[0] * x + self.offset[0], self.factor[1] * y + self.offset[1]]
+        match self {
+            Self::Affine { exchange, factor, offset } => {
+                let [x, y] = if *exchange { [y, x] } else { [x, y] };
+                [factor[0] * x + offset[0], factor[1] * y + offset[1]]
+            }
+            Self::Distorted(interior) => fraser::distort(interior, x, y),
+        }
+    }
+
+    /// The same in a table.
+    fn changes(&self) -> Vec<Change> {
+        match self {
+            Self::Affine { exchange, factor, offset } => {
+                let exchanged = exchange.then(|| Change::ExchangeColumns { columns: ["x", "y"].map(String::from) });
+                let moved = ["x", "y"].into_iter().zip(factor.iter().zip(offset));
+                let moved = moved.filter(|(_, (factor, offset))| **factor != 1.0 || **offset != 0.0);
+                let affine = |(column, (factor, offset)): (&str, (&f64, &f64))| Change::Affine {
+                    column: column.into(),
+                    factor: *factor,
+                    offset: *offset,
+                };
+                exchanged.into_iter().chain(moved.map(affine)).collect()
+            }
+            Self::Distorted(interior) => vec![Change::Distort { interior: *interior }],
+        }
     }
 }
 
@@ -66,12 +92,12 @@ impl Coordinates {
     fn mapping(self, camera: &Camera) -> Option<Mapping> {
         let [width, height] = [f64::from(camera.width_px), f64::from(camera.height_px)];
         let upwards = |up: bool| if up { -1.0 } else { 1.0 };
-        let plain = |factor: [f64; 2], offset: [f64; 2]| Some(Mapping { exchange: false, factor, offset });
+        let plain = |factor: [f64; 2], offset: [f64; 2]| Some(Mapping::Affine { exchange: false, factor, offset });
         let middle = [0.5 * width, 0.5 * height];
         match self {
             Self::YUp => plain([1.0, -1.0], [0.0, height]),
             Self::Mirrored => plain([-1.0, 1.0], [width, 0.0]),
-            Self::Exchanged => Some(Mapping { exchange: true, factor: [1.0; 2], offset: [0.0; 2] }),
+            Self::Exchanged => Some(Mapping::Affine { exchange: true, factor: [1.0; 2], offset: [0.0; 2] }),
             Self::Centred { up } => plain([1.0, upwards(up)], middle),
             Self::Millimetres { centred, up } => {
                 let px = 1e3 / camera.pixel_um?;
@@ -87,6 +113,7 @@ impl Coordinates {
                 }
             }
             Self::Scaled(times) => plain([times; 2], [0.0; 2]),
+            Self::Undistorted => Some(Mapping::Distorted(camera.interior)),
         }
     }
 
@@ -107,19 +134,10 @@ impl Coordinates {
             for camera in &cameras {
                 let Some(mapping) = self.mapping(&scope.scene.cameras[*camera]) else { return Vec::new() };
                 let whole = cameras.len() == 1 && scope.is_everything();
-                let edit = |change: Change| match whole {
+                edits.extend(mapping.changes().into_iter().map(|change| match whole {
                     true => Edit::all(table, change),
                     false => Edit::all(table, change).of("image", &scope.images(*camera)),
-                };
-                if mapping.exchange {
-                    edits.push(edit(Change::ExchangeColumns { columns: ["x", "y"].map(String::from) }));
-                }
-                for (axis, column) in ["x", "y"].into_iter().enumerate() {
-                    let (factor, offset) = (mapping.factor[axis], mapping.offset[axis]);
-                    if factor != 1.0 || offset != 0.0 {
-                        edits.push(edit(Change::Affine { column: column.into(), factor, offset }));
-                    }
-                }
+                }));
             }
         }
         edits
@@ -135,6 +153,7 @@ impl Coordinates {
             Self::Millimetres { .. } => "millimetres",
             Self::Normalised { .. } => "normalised",
             Self::Scaled(_) => "image-scale",
+            Self::Undistorted => "undistorted",
         }
     }
 
@@ -171,6 +190,10 @@ impl Coordinates {
             Self::Scaled(times) => [
                 format!("measured in images of {:.4} times the size of the sensor", 1.0 / times),
                 format!("Multiply x and y by {times:.4}, or describe the camera for images of this size"),
+            ],
+            Self::Undistorted => [
+                "measured in undistorted images, and the camera has the distortion of the original ones".into(),
+                "Measure in the original images, or apply the distortion to x and y".into(),
             ],
         }
     }

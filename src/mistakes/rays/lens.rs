@@ -22,8 +22,6 @@ pub enum Lens {
     Sign,
     /// Distortion for lengths in another unit than pixels.
     Unit(Length),
-    /// The images are free of distortion already.
-    Undistorted,
     /// All numbers are those of an image of another size: the true one is so many times larger.
     OtherSize(f64),
     /// Sides of the sensor, and coordinates of the principal point, are exchanged.
@@ -86,7 +84,6 @@ impl Lens {
                 };
                 per_length(interior, px);
             }
-            Self::Undistorted => POWERS.iter().for_each(|(parameter, _)| interior[*parameter] = 0.0),
             Self::OtherSize(times) => {
                 [F, PPX, PPY, DCX, DCY].iter().for_each(|parameter| interior[*parameter] *= times);
                 per_length(interior, times);
@@ -143,7 +140,6 @@ impl Lens {
             Self::Centred | Self::Millimetres { .. } => ["camera", "principal-point-unit"],
             Self::Sign => ["camera", "distortion-sign"],
             Self::Unit(_) => ["camera", "distortion-unit"],
-            Self::Undistorted => ["ties", "undistorted"],
             Self::OtherSize(_) | Self::SidesExchanged => ["camera", "sensor-size"],
         }
     }
@@ -187,10 +183,6 @@ impl Lens {
             Self::Unit(Length::HalfDiagonal) => [
                 "the distortion is normalised by half the diagonal of the sensor",
                 "Divide k1, k2, k3 by h^2, h^4, h^6, and p1, p2 by h, half the diagonal in px",
-            ],
-            Self::Undistorted => [
-                "they were measured in undistorted images, and the camera has the distortion of the original ones",
-                "Set the distortion to zero, or measure in the original images",
             ],
             Self::OtherSize(times) => {
                 return [

@@ -8,7 +8,7 @@ use crate::math::statistics::median;
 use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// Points below which a median says nothing.
-const FEWEST_POINTS: usize = 10;
+pub const FEWEST_POINTS: usize = 10;
 
 /// Medians over points of the median over their rays: single false matches do not move them.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -30,11 +30,13 @@ pub mod single;
 mod tests;
 mod words;
 
+pub use meet::FEWEST_POINTS;
 pub use scene::{Scene, Sight, View};
 
 use super::Mistake;
 use cause::{Cause, Table};
 use compete::{Found, judge};
+use coordinates::Coordinates;
 use nalgebra::Vector3;
 use scene::Scope;
 
@@ -85,7 +87,8 @@ fn of_table(scene: &Scene, other: &Scene, table: Table) -> Vec<Mistake> {
 }
 
 /// Tables of measurements that share a convention. Marks that were measured in another program may be right; too few
-/// of them follow the tie points.
+/// of them follow the tie points, but not into undistorted images: those are made for matching, and people mark points
+/// in the original ones.
 fn tables(found: &Found, other: &Scene, table: Table) -> Vec<&'static str> {
     if table == Table::Marks {
         return vec![Table::Marks.file()];
@@ -99,7 +102,7 @@ fn tables(found: &Found, other: &Scene, table: Table) -> Vec<&'static str> {
         let undone = found.alternative.undone(other).and_then(|scene| meet::misfit(&scene));
         match (meet::misfit(other), undone) {
             (Some(own), Some(undone)) => own.times_by_share(&undone) > 1.0,
-            _ => true,
+            _ => found.alternative.causes != [Cause::Coordinates(Coordinates::Undistorted)],
         }
     };
     let mut tables = vec![Table::Ties.file()];

@@ -5,6 +5,7 @@ use super::lens::{Length, Lens};
 use super::orientation::Orientation;
 use super::*;
 use crate::block::edit::{Change, Edit};
+use crate::camera::undistort::undistort;
 use crate::camera::{F, K1, K2, P1};
 use nalgebra::Vector3;
 
@@ -145,6 +146,26 @@ fn marks_follow_the_tie_points_where_they_share_the_mistake() {
     let marks = conventions(&right, &up);
     assert_eq!(marks.len(), 1, "{marks:?}");
     assert_eq!((marks[0].subject.as_str(), marks[0].kind.as_str()), ("marks", "y-up"));
+}
+
+#[test]
+fn undistorted_tie_points_get_their_distortion_and_marks_keep_theirs() {
+    let right = made::scene();
+    let mut ideal = right.clone();
+    for sight in ideal.points.iter_mut().flatten() {
+        sight.xy = undistort(&right.cameras[0].interior, sight.xy).expect("an ideal point");
+    }
+    expect(&ideal, "ties", "undistorted");
+    let edit = |file: &str| Edit::all(file, Change::Distort { interior: right.cameras[0].interior });
+    assert_eq!(conventions(&ideal, &right)[0].mend, [edit("ties.csv")]);
+    assert_eq!(conventions(&ideal, &ideal)[0].mend, [edit("ties.csv"), edit("marks.csv")]);
+    let few = Scene { points: right.points[..4].to_vec(), ..right.clone() };
+    assert_eq!(conventions(&ideal, &few)[0].mend, [edit("ties.csv")], "too few marks to tell");
+    let mut undone = ideal.clone();
+    Coordinates::Undistorted.undo(&mut undone).expect("measurements");
+    for (undone, right) in undone.sights().zip(right.sights()) {
+        assert!((0..2).all(|axis| (undone.xy[axis] - right.xy[axis]).abs() < 1e-6), "{undone:?} {right:?}");
+    }
 }
 
 #[test]

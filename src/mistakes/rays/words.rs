@@ -46,7 +46,7 @@ fn names(subject: &str, scope: &Scope<'_>) -> Vec<String> {
 fn who(cause: Cause, scope: &Scope<'_>, table: Table) -> String {
     let who = match (cause, table) {
         (Cause::Orientation(_), _) => "Approximate orientation",
-        (Cause::Lens(super::lens::Lens::Undistorted), _) | (Cause::Coordinates(_), Table::Ties) => "Tie points",
+        (Cause::Coordinates(_), Table::Ties) => "Tie points",
         (Cause::Coordinates(_), Table::Marks) => "Marks",
         (Cause::Lens(_), _) => "Camera",
     };

@@ -73,16 +73,24 @@ pub fn changed(subject: Subject, change: Change, drop: f64, ln_p: f64) -> Mistak
     }
 }
 
-/// Positions that stand for several places.
+/// What somebody or a program meant.
+const ZEROS: &str = "zeros stand for missing values";
+
+/// Positions that stand for several places, or for no value.
 pub fn collapsed(subject: Subject, names: Vec<String>, at: &Vector3<f64>, count: usize) -> Mistake {
     let zeros = at.amax() < 1e-6;
     let place = if zeros { "0, 0, 0".into() } else { format!("{:.3}, {:.3}, {:.3}", at.x, at.y, at.z) };
-    let sentence = format!(
-        "{}: {} stand at one place ({place}), and the images see them at different ones{}.",
-        subject.words(),
-        if names.is_empty() { format!("all {count}") } else { format!("{count} ({})", list(&names)) },
-        if zeros { "; zeros stand for missing values" } else { "" }
-    );
+    let sentence = match names.as_slice() {
+        [name] => {
+            format!("{}: {name} is recorded at {place}, and the images see it elsewhere; {ZEROS}.", subject.words())
+        }
+        _ => format!(
+            "{}: {} stand at one place ({place}), and the images see them at different ones{}.",
+            subject.words(),
+            if names.is_empty() { format!("all {count}") } else { format!("{count} ({})", list(&names)) },
+            if zeros { format!("; {ZEROS}") } else { String::new() }
+        ),
+    };
     let remedy =
         format!("Leave cells without a value empty; else look for a line that was copied ({}).", subject.place());
     let mend = if subject == Subject::Gnss { without_positions(&names) } else { Vec::new() };

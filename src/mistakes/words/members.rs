@@ -93,3 +93,16 @@ pub fn exchanged(subject: Subject, names: [&String; 2], drop: f64, ln_p: f64) ->
     mistake("exchanged", subject.key(), vec![a.clone(), b.clone()], drop, ln_p, [sentence, remedy.into()])
         .undone_by(mend)
 }
+
+/// Two images with each other's measurements.
+pub fn exchanged_images(names: [&str; 2], drop: f64, ln_p: f64) -> Mistake {
+    let [a, b] = names;
+    let sentence = format!(
+        "Images {a} and {b}: their measurements are exchanged; those of each fit at the place of the other. Their rows in images.csv may be exchanged instead."
+    );
+    let remedy = "Exchange the two names, in ties.csv and marks.csv or in images.csv.";
+    let values = names.map(String::from);
+    let edit = |file: &str| Edit::all(file, Change::ExchangeValues { column: "image".into(), values: values.clone() });
+    let mend = vec![edit("ties.csv"), edit("marks.csv")];
+    mistake("exchanged", "images", values.to_vec(), drop, ln_p, [sentence, remedy.into()]).undone_by(mend)
+}

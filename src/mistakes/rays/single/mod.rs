@@ -21,6 +21,7 @@ use crate::block::Pose;
 use crate::camera::Camera;
 use crate::math::statistics::median;
 use crate::mistakes::Mistake;
+use crate::mistakes::words::exchanged_images;
 use cause::{CAUSES, Cause};
 use network::{FEWEST_ROWS, FITS, Known, known, rows};
 use resect::{Resected, Row, resect};
@@ -54,7 +55,8 @@ pub fn images(scene: &Scene, approximate: &[Pose], alpha: f64) -> Vec<Mistake> {
     }
     let pairs = exchanged::pairs(scene, approximate, &known);
     let name = |view: usize| scene.views[view].name.as_str();
-    let mut found: Vec<Mistake> = pairs.iter().map(|pair| words::exchanged(pair.map(name))).collect();
+    let mut found: Vec<Mistake> =
+        pairs.iter().map(|pair| exchanged_images(pair.map(name), f64::NAN, f64::NEG_INFINITY)).collect();
     let rest = bad.into_iter().filter(|view| pairs.iter().flatten().all(|other| other != view));
     found.extend(rest.take(MOST_EXAMINED).filter_map(|view| altered(scene, approximate, &known, view)));
     let shifted = shifted::shifted(scene, &known);

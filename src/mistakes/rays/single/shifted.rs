@@ -8,13 +8,12 @@ use super::resect::{Resected, Row, resect};
 use super::words::{self, Fitting};
 use crate::camera::Camera;
 use crate::math::statistics::median;
+use crate::mistakes::several_cameras::FEWEST_SHARE;
 use crate::mistakes::{Mistake, ln_p, price};
 use nalgebra::{Matrix2, Vector2};
 
 /// A shift of the image below this is nothing that a person did, px: lenses and sensors wobble by less.
 const LEAST_SHIFT_PX: f64 = 10.0;
-/// Shares of single images beyond which a shift is no mistake of single images.
-pub const MOST_SHIFTED: f64 = 0.1;
 /// Median over standard deviation of a distance in two coordinates (Rayleigh's distribution): `sqrt(2 ln 2)`.
 const MEDIAN_OF_RAYLEIGH: f64 = 1.177_410_022_515_474_7;
 
@@ -33,7 +32,7 @@ pub fn cropped(scene: &Scene, shifted: &[Shifted<'_>], alpha: f64) -> Vec<Mistak
         shifted.size() > LEAST_SHIFT_PX && shifted.drop / spread.powi(2) > price(alpha, scene.views.len())
     };
     let found: Vec<&Shifted<'_>> = shifted.iter().filter(is_cropped).collect();
-    if found.len() as f64 > MOST_SHIFTED * shifted.len() as f64 {
+    if found.len() as f64 > FEWEST_SHARE * shifted.len() as f64 {
         return Vec::new();
     }
     found.into_iter().map(|shifted| shifted.mistake(scene)).collect()

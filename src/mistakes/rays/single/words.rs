@@ -1,7 +1,6 @@
 //! What was done to an image, in sentences.
 
 use super::cause::Cause;
-use crate::block::edit::{Change, Edit};
 use crate::camera::Camera;
 use crate::mistakes::Mistake;
 
@@ -54,23 +53,4 @@ pub fn altered(found: &Fitting<'_>) -> Mistake {
         Cause::Cropped => made.sized(shift[0].hypot(shift[1]), None, "px"),
         _ => made,
     }
-}
-
-/// Measurements of two images that are exchanged.
-pub fn exchanged(names: [&str; 2]) -> Mistake {
-    let [a, b] = names;
-    let sentence = format!(
-        "Images {a} and {b}: their measurements are exchanged; those of each fit at the place of the other. Their rows in images.csv may be exchanged instead."
-    );
-    let values = names.map(String::from);
-    let edit = |file: &str| Edit::all(file, Change::ExchangeValues { column: "image".into(), values: values.clone() });
-    Mistake::new(
-        "exchanged",
-        "images",
-        sentence,
-        "Exchange the two names, in ties.csv and marks.csv or in images.csv.".into(),
-    )
-    .of(values.to_vec())
-    .tested(f64::NAN, f64::NEG_INFINITY)
-    .undone_by(vec![edit("ties.csv"), edit("marks.csv")])
 }
