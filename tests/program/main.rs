@@ -19,3 +19,4 @@ mod kit;
 #[cfg(feature = "lab")]
 mod lab;
 mod plugins;
+mod sentences;
