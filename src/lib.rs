@@ -63,7 +63,7 @@
 //! | [`mod@inject`] | errors by their cause | files, math, camera, block, scenario |
 //! | [`kit`] | an effect of one's own: template, build, check, as an error | files, math, camera, block, effects, model, problem, measure, inject |
 //! | [`evaluate`] | surveyed points against any block | math, camera, block |
-//! | [`mistakes`] | surveyed groups against the shape that images give | math, evaluate |
+//! | [`mistakes`] | surveyed groups against the shape that images give | math, camera, block, evaluate |
 //! | [`run`] | one adjustment from end to end, and its folder | math, geodesy, camera, block, io, effects, model, problem, measure, adjust, null_model, evaluate, mistakes |
 //! | [`snooping`] | data snooping: blunders, and robust fits to find them at | math, score, camera, block, model, problem, measure, adjust, null_model, evaluate, run |
 //! | [`residuals`] | structure of the residuals, check points, and their pictures | math, score, camera, block, model, problem, measure, adjust, null_model, evaluate, run |

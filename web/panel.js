@@ -4,18 +4,17 @@
 import { button, choice, fill, h } from "./dom.js";
 import { before, chosen, set, state } from "./state.js";
 import { brushable, clearBrush, mark } from "./brush.js";
-import { enlarge } from "./panels.js";
 import { figureQuery, holdScale } from "./scales.js";
 import { Figure } from "./figure.js";
 import { plotsOf } from "./plots.js";
-import { savePicture } from "./export.js";
+import { savePicture } from "./save.js";
 import { drawWorst } from "./worst.js";
 import { named, nearest } from "./names.js";
 import { showMarks } from "./marks.js";
 import { hasPhoto } from "./photos.js";
 import { layPhoto } from "./underlay.js";
 import { showPhoto } from "./viewer.js";
-import { showImage, VIEWS } from "./views.js";
+import { enlarge, showImage, VIEWS } from "./views.js";
 
 const COMPONENTS = [["x,y", "x and y"], ["radial,tangential", "radial and tangential"],
   ["along,across", "along and across the motion"]];

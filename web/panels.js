@@ -1,7 +1,7 @@
 // The figures in the middle: which are shown, how many side by side, and one that has all the room.
 
 import { fill, h } from "./dom.js";
-import { chosen, on, set, state } from "./state.js";
+import { chosen, on, state } from "./state.js";
 import { Panel } from "./panel.js";
 import { SpacePanel } from "./space_panel.js";
 import { fitScales } from "./scales.js";
@@ -52,9 +52,6 @@ function refresh() {
   if (now !== "done") return;
   for (const view of shown()) panelOf(view).refresh();
 }
-
-/** One figure takes all the room, or gives it back. */
-export const enlarge = (view) => set({ large: state.large === view ? null : view });
 
 /** The panels that are on the page, for export. */
 export const visiblePanels = () => shown().map(panelOf);

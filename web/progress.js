@@ -1,11 +1,10 @@
 // What is being computed: both solvers with iteration and cost, and a word when it is done, failed or was refused.
 
-import { readTree } from "./api.js";
+import { post, readTree } from "./api.js";
 import { button, fill, h, svg } from "./dom.js";
 import { verdictOf } from "./judge.js";
 import { significant } from "./numbers.js";
 import { nodeOf, on, set, state } from "./state.js";
-import { cancel } from "./steps.js";
 import { expected, timeWords } from "./timing.js";
 
 /** News goes by itself after this, ms; errors stay. */
@@ -54,6 +53,14 @@ export const progressEvents = {
     await readTree();
   },
 };
+
+async function cancel(id) {
+  try {
+    await post(`steps/${id}/cancel`);
+  } catch (error) {
+    say("error", error.message);
+  }
+}
 
 function finish(id) {
   began.delete(id);

@@ -5,9 +5,8 @@ import { binary, query } from "./api.js";
 import { button, choice, fill, h } from "./dom.js";
 import { count, mm, significant } from "./numbers.js";
 import { before, chosen, on, state } from "./state.js";
-import { enlarge } from "./panels.js";
-import { savePicture } from "./export.js";
-import { showImage } from "./views.js";
+import { savePicture } from "./save.js";
+import { enlarge, showImage } from "./views.js";
 import { SpaceBrush } from "./space_brush.js";
 
 const NEAR = 10;

@@ -59,11 +59,3 @@ export async function dismiss(id) {
     say("error", error.message);
   }
 }
-
-export async function cancel(id) {
-  try {
-    await post(`steps/${id}/cancel`);
-  } catch (error) {
-    say("error", error.message);
-  }
-}

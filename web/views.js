@@ -34,5 +34,8 @@ export function shownViews() {
 /** Chooses an image, and shows its figure. */
 export const showImage = (image) => set({ image, views: inOrder([...new Set([...shownViews(), "image"])]) });
 
+/** One figure takes all the room, or gives it back. */
+export const enlarge = (view) => set({ large: state.large === view ? null : view });
+
 /** As they stand in the bar. */
 export const inOrder = (views) => VIEWS.map((view) => view.id).filter((id) => views.includes(id));

@@ -258,8 +258,8 @@ pub enum AdjustError {
     },
     /// A plug-in whose derivatives are not those of its values.
     #[error(
-        "the derivative by {column} ({place}) is not that of the effect's values: they differ by {relative:.1e} of the column's largest; \
-         `misclosure effects check FILE.so` tells more"
+        "the derivative by {column} ({place}) is not that of the effect's values: they differ by {relative:.1e} of the \
+         column's largest. `misclosure effects check FILE.so` tells more"
     )]
     WrongDerivative {
         /// The unknown.

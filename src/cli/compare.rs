@@ -16,7 +16,7 @@ use std::path::PathBuf;
   misclosure compare a b c --json                     for a script: differences of b and c from a
 
 Cameras are compared as fields over the sensor: how the image point of one viewing ray differs. Coefficients may differ
-much where cameras hardly do. Orientations absorb a rotation of all rays, flying heights most of a change of f; both are
+much where cameras hardly do. Orientations absorb a rotation of all rays, flying heights most of a change of f. Both are
 fitted and taken out, and the table has the field before and after. Images, tie points and check points are compared
 by name; where a run has no scale, images and tie points after a similarity.")]
 pub struct Arguments {

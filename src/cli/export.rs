@@ -24,12 +24,12 @@ const INVISIBLE_PX: f64 = 1e-6;
                                                  what effects do is taken out of the measurements
   misclosure import --list                       which formats can be written
 
-Measurements that a run set aside are not written. Effects of its model have no place in other programs:
-with --correct-measurements the image measurements are written as a camera without them would have seen
-them (predicted with effects minus predicted without, at the adjusted solution), else they are refused.
+Measurements that a run set aside are not written. Effects of its model have no place in other programs, and
+are refused. With --correct-measurements the program writes the image measurements that a camera without them
+would have made: less the prediction with effects, plus that without, at the adjusted solution.
 
-Beside the files stands verification.csv: ten points of the world and where images see them, for whoever
-wants to see that the transfer is right; `misclosure import` looks.")]
+Beside the files stands verification.csv: ten points of the world and where images see them. They show whether
+the transfer is right; `misclosure import` compares them.")]
 pub struct Arguments {
     /// A format of `misclosure import --list`
     format: String,

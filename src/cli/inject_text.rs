@@ -8,7 +8,7 @@ use crate::report::tables::Table;
 use serde_json::{Value, json};
 
 /// What a block with an effect that was injected by its own formula proves, and what it does not.
-const SHARED: &str = "was injected by its own formula, which the estimator has too: that it is found again shows what the block can tell, \
+const SHARED: &str = "was injected by its own formula, which the estimator has too. To find it again shows what the block can tell, \
                       not that the formula is true";
 
 /// What errors did, for people.
@@ -43,8 +43,8 @@ pub fn errors_text(report: &Report) -> String {
     let dropped = &report.dropped;
     if dropped.total() > 0 {
         text += &format!(
-            "Measurements that are no longer there: {} behind the camera, {} off the sensor, {} without a light path or an \
-             instant of exposure, {} left alone\n",
+            "Measurements left out: {} behind the camera, {} off the sensor, {} without a light path or an instant of \
+             exposure, {} single ones\n",
             dropped.behind, dropped.off_sensor, dropped.no_solution, dropped.left_alone
         );
     }

@@ -7,6 +7,7 @@ mod blunders;
 mod check;
 mod compare;
 mod completions;
+mod config;
 mod console;
 mod diagnose;
 pub mod diagnosis_text;
@@ -41,7 +42,7 @@ pub use exit::{Exit, Usage};
 use crate::report::tables;
 use crate::{faults, memory};
 use anyhow::Context;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -55,8 +56,15 @@ const LONG_VERSION: &str = if cfg!(feature = "ceres") {
 /// Finds why a photogrammetric adjustment does not fit its measurements.
 #[derive(Debug, Parser)]
 #[command(name = "misclosure", version, long_version = LONG_VERSION, max_term_width = 120, arg_required_else_help = true)]
-#[command(after_help = "Exit codes: 0 done; 1 any other failure; 2 bad usage or bad input; 3 the adjustment failed \
-(not converged, singular); 4 the two solvers disagree, or results are not as certified.")]
+#[command(after_help = "Exit codes:
+  0  done
+  1  any other failure
+  2  bad usage or bad input
+  3  the adjustment failed (not converged, singular)
+  4  the two solvers disagree, or results are not as certified
+
+Options that you always give: ~/.config/misclosure/config.toml, by command and long name.
+MISCLOSURE_CONFIG=FILE names another file; empty, it names none.")]
 struct Arguments {
     #[command(flatten)]
     global: Global,
@@ -118,7 +126,15 @@ pub struct Answer {
 /// Parses the command line, runs the command, prints its answer or the chain of errors, and gives the exit code.
 pub fn main() -> ExitCode {
     memory::map_large_allocations();
-    let arguments = Arguments::parse();
+    let line = match config::complete(std::env::args_os().collect(), Arguments::command()) {
+        Ok(line) => line,
+        Err(error) => {
+            console::write_error(&format!("error: {error}"));
+            return Exit::BadInput.into();
+        }
+    };
+    let arguments = Arguments::parse_from(&line);
+    crate::run::folder::state_command(line);
     // Behind the parser, which ends the program itself.
     faults::watch();
     #[cfg(feature = "ceres")]
@@ -228,7 +244,6 @@ fn error_chain(error: &anyhow::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn command_line_is_consistent() {

@@ -28,7 +28,7 @@ pub struct ModelOptions {
     /// Model to begin with; the other options change it
     #[arg(long, value_name = "model.toml")]
     pub model: Option<PathBuf>,
-    /// Free camera parameters, the others are held: names of `f pp dc radial decentring affinity all none`, or single
+    /// Free camera parameters; the others are held. Names of `f pp dc radial decentring affinity all none`, or single
     /// ones as `k1`, separated by commas [default: all]
     #[arg(long, value_name = "LIST")]
     pub free: Vec<String>,

@@ -19,8 +19,7 @@ use std::path::{Component, Path, PathBuf};
 /// Bytes of a report, its pictures and `diagnosis.json`, at most: ten runs had 0.2 to 1.5 MB.
 const PAGE_BYTES: u64 = 8 << 20;
 /// Bytes of a run's tables per byte of the block's, at most. Measured: 2.5 for two blocks of UAVs (72,000 and 60,000
-/// tie measurements), 3.0 to 3.6 for three dikes, 3.5 and 3.6 for two mapping blocks, 2.6 to 3.5 for three of close
-/// range.
+/// tie measurements), 3.0 to 3.6 for three dikes. Two mapping blocks had 3.5 and 3.6, three of close range 2.6 to 3.5.
 const RUN_PER_BLOCK: u64 = 4;
 
 /// An output that a command may write to.

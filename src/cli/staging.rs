@@ -21,8 +21,8 @@ use std::io::{self, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-/// The list of remaining moves, in a temporary folder inside the output: the file that moves last, then the files of
-/// the older run to remove, one a line.
+/// The list of remaining moves, in a temporary folder inside the output. It has the file that moves last, then the
+/// files of the older run to remove, one a line.
 const WHOLE: &str = ".whole";
 /// Bytes of a test file: an existing folder may still refuse files.
 const PROBE_BYTES: usize = 1 << 16;

@@ -72,7 +72,7 @@ fn agreement_line(summary: &Summary, a: &Agreement) -> String {
     paragraph("", 0, &format!("{verdict}; largest differences: {}", list.join(", ")))
 }
 
-/// The failure of a run whose folder was written all the same: a solver that failed where the other did not, or two that do not agree.
+/// The failure of a run whose folder was written all the same: one solver failed, or the two do not agree.
 pub fn failure(run: &Run) -> Option<anyhow::Error> {
     if let Some((name, error)) = run.failures.first() {
         let text = format!("{name} failed; the run folder holds what {} found", run.solutions[0].0);

@@ -5,10 +5,11 @@ use super::linearised::Linearised;
 use super::select::{Judged, Nature, Situation, Taken};
 use crate::block::{Block, PointId, Role};
 use crate::evaluate::Similarity;
+use crate::math::intersect::PointSystem;
 use crate::measure::{Predictor, Sighted};
 use crate::problem::{Problem, State};
 use crate::run;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -98,16 +99,14 @@ impl<'a> Probe<'a> {
     fn intersect(&self, predictor: &Predictor<'_>, j: usize) -> Option<Vector3<f64>> {
         let mut object = self.state.points[j];
         for _ in 0..STEPS {
-            let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+            let mut system = PointSystem::default();
             let rows = &self.problem.observations[self.problem.point_start[j]..self.problem.point_start[j + 1]];
             let sighted = rows.iter().map(|o| Sighted { image: o.image as usize, point: object });
             for (row, predicted) in rows.iter().zip(predictor.image_points(sighted)) {
                 let (computed, by_point) = predicted?;
-                let v = nalgebra::Vector2::new(row.x - computed[0], row.y - computed[1]);
-                normal += by_point.transpose() * by_point;
-                right += by_point.transpose() * v;
+                system.add(Vector2::new(row.x - computed[0], row.y - computed[1]), by_point, 1.0);
             }
-            object += normal.try_inverse()? * right;
+            object += system.step()?;
         }
         Some(object)
     }

@@ -47,7 +47,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     needs: vec![Need::Vertical],
     confused_with:
         "refraction (kappa = -1 / (2 Re) is nearly the same in flat nadir blocks), a bend of the block from radial \
-                    distortion or a focal drift; a block of a kilometre bends by 2 cm only"
+                    distortion or a focal drift. A block of a kilometre bends by 2 cm only"
             .into(),
     source: "Kraus, Photogrammetry".into(),
     picture: Picture::Surveyed,

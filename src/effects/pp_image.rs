@@ -34,8 +34,8 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
         .to_vec(),
     needs: vec![],
     confused_with:
-        "the rotation of the image, which takes up nearly all of a shift where the ground is flat: relief or \
-                    oblique images tell; pp-time and pp-flight (ordered in time, where this one scatters)"
+        "pp-time and pp-flight (ordered in time, where this one scatters), the rotation of the image. It takes up \
+                    nearly all of a shift where the ground is flat; relief or oblique images tell"
             .into(),
     source: "Moniwa 1981, photo-variant self-calibration".into(),
     picture: Picture::Shift(By::Order),

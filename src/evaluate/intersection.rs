@@ -101,14 +101,9 @@ pub fn intersect_surveyed(model: &impl ImageModel, block: &Block, method: Method
     intersect_all(model, &block.marks, block.surveyed.len(), block.sigma.mark_px, method)
 }
 
-/// Intersects every tie point of the block from its measurements.
-pub fn intersect_ties(model: &impl ImageModel, block: &Block, method: Method) -> Intersections {
-    intersect_all(model, &block.ties, block.tie_points.len(), block.sigma.tie_px, method)
-}
-
 /// Intersects the points `0..count` from their measurements, `sigma_px` where a measurement gives none. Runs in parallel; the
 /// result does not depend on the number of threads.
-pub fn intersect_all(
+fn intersect_all(
     model: &impl ImageModel,
     measurements: &[Measurement],
     count: usize,

@@ -16,7 +16,7 @@ mod atomic;
 mod csv_table;
 mod error;
 mod names;
-mod toml_table;
+pub(crate) mod toml_table;
 
 pub(crate) use crate::files::{open, read_text};
 pub use atomic::write_atomically;

@@ -7,14 +7,14 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// The text of a TOML file, and its name in messages.
-pub(super) struct Source {
+pub(crate) struct Source {
     file: String,
     text: String,
 }
 
 impl Source {
     /// Reads a file that must be there; `missing` says what it is for.
-    pub(super) fn read(path: &Path, file: impl Into<String>, missing: &str) -> Result<Self, Error> {
+    pub(crate) fn read(path: &Path, file: impl Into<String>, missing: &str) -> Result<Self, Error> {
         let file = file.into();
         let bytes = match crate::files::read(path) {
             Ok(bytes) => bytes,
@@ -35,7 +35,7 @@ impl Source {
     }
 
     /// The document's root table.
-    pub(super) fn parse(&self) -> Result<Spanned<DeTable<'_>>, Error> {
+    pub(crate) fn parse(&self) -> Result<Spanned<DeTable<'_>>, Error> {
         DeTable::parse(&self.text).map_err(|error| {
             let place = error.span().map_or(Place::File, |span| self.place(span.start));
             Error::content(&self.file, place, format!("not TOML: {}", error.message().replace('\n', ", ")))
@@ -43,7 +43,7 @@ impl Source {
     }
 
     /// Something at a byte of the text is wrong.
-    pub(super) fn refuse(&self, span: &Range<usize>, problem: impl Into<String>) -> Error {
+    pub(crate) fn refuse(&self, span: &Range<usize>, problem: impl Into<String>) -> Error {
         Error::content(&self.file, self.place(span.start), problem)
     }
 
@@ -56,11 +56,11 @@ impl Source {
 }
 
 /// A text and its place.
-pub(super) type Placed<'a> = (&'a str, Range<usize>);
+pub(crate) type Placed<'a> = (&'a str, Range<usize>);
 
 /// A table of which every key is known.
 #[derive(Clone, Copy)]
-pub(super) struct Table<'a> {
+pub(crate) struct Table<'a> {
     source: &'a Source,
     /// The table in messages: `the file`, `[sigma]`.
     name: &'a str,
@@ -69,7 +69,7 @@ pub(super) struct Table<'a> {
 
 impl<'a> Table<'a> {
     /// The table `name`; a key that is not among `known` is refused.
-    pub(super) fn new(
+    pub(crate) fn new(
         source: &'a Source,
         name: &'a str,
         entries: &'a DeTable<'a>,
@@ -85,36 +85,36 @@ impl<'a> Table<'a> {
     }
 
     /// A table whose keys are names of the user's.
-    pub(super) fn of_names(source: &'a Source, name: &'a str, entries: &'a DeTable<'a>) -> Self {
+    pub(crate) fn of_names(source: &'a Source, name: &'a str, entries: &'a DeTable<'a>) -> Self {
         Self { source, name, entries }
     }
 
     /// Keys and their places, in the file's order.
-    pub(super) fn keys(&self) -> Vec<Placed<'a>> {
+    pub(crate) fn keys(&self) -> Vec<Placed<'a>> {
         let mut keys: Vec<_> = self.entries.keys().map(|key| (key.get_ref().as_ref(), key.span())).collect();
         keys.sort_by_key(|(_, span)| span.start);
         keys
     }
 
     /// The value of a key, if it is there.
-    pub(super) fn value(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
+    pub(crate) fn value(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
         self.entries.iter().find(|(other, _)| other.get_ref() == key).map(|(_, value)| value)
     }
 
     /// A value that must be there; `whole` is the place of the table.
-    pub(super) fn required<T>(&self, key: &str, whole: &Range<usize>, value: Option<T>) -> Result<T, Error> {
+    pub(crate) fn required<T>(&self, key: &str, whole: &Range<usize>, value: Option<T>) -> Result<T, Error> {
         value.ok_or_else(|| self.source.refuse(whole, format!("key {key} is missing in {}", self.name)))
     }
 
     /// The value of a key is not what was expected.
-    pub(super) fn refuse(&self, key: &str, value: &Spanned<DeValue<'_>>, expected: &str) -> Error {
+    pub(crate) fn refuse(&self, key: &str, value: &Spanned<DeValue<'_>>, expected: &str) -> Error {
         let text = self.source.text.get(value.span()).unwrap_or_default();
         let found: String = text.lines().next().unwrap_or_default().chars().take(SHOWN_CHARACTERS).collect();
         self.source.refuse(&value.span(), format!("key {key}: expected {expected}, found {found}"))
     }
 
     /// A text.
-    pub(super) fn text(&self, key: &str) -> Result<Option<&'a str>, Error> {
+    pub(crate) fn text(&self, key: &str) -> Result<Option<&'a str>, Error> {
         let Some(value) = self.value(key) else { return Ok(None) };
         match value.get_ref() {
             DeValue::String(text) => Ok(Some(text.as_ref())),
@@ -123,7 +123,7 @@ impl<'a> Table<'a> {
     }
 
     /// A finite number, integer or not.
-    pub(super) fn number(&self, key: &str) -> Result<Option<f64>, Error> {
+    pub(crate) fn number(&self, key: &str) -> Result<Option<f64>, Error> {
         let Some(value) = self.value(key) else { return Ok(None) };
         let parsed: Option<f64> = match value.get_ref() {
             DeValue::Integer(number) if number.radix() == 10 => number.as_str().parse().ok(),
@@ -137,7 +137,7 @@ impl<'a> Table<'a> {
     }
 
     /// A number above zero.
-    pub(super) fn positive(&self, key: &str) -> Result<Option<f64>, Error> {
+    pub(crate) fn positive(&self, key: &str) -> Result<Option<f64>, Error> {
         match (self.number(key)?, self.value(key)) {
             (Some(number), Some(value)) if number <= 0.0 => Err(self.refuse(key, value, "a number above zero")),
             (number, _) => Ok(number),
@@ -145,7 +145,7 @@ impl<'a> Table<'a> {
     }
 
     /// A whole number above zero.
-    pub(super) fn count(&self, key: &str) -> Result<Option<u32>, Error> {
+    pub(crate) fn count(&self, key: &str) -> Result<Option<u32>, Error> {
         let Some(value) = self.value(key) else { return Ok(None) };
         let parsed = match value.get_ref() {
             DeValue::Integer(number) => u32::from_str_radix(number.as_str(), number.radix()).ok(),
@@ -158,7 +158,7 @@ impl<'a> Table<'a> {
     }
 
     /// The elements of an array, none when the key is absent.
-    pub(super) fn array(&self, key: &str, expected: &str) -> Result<Option<&'a [Spanned<DeValue<'a>>]>, Error> {
+    pub(crate) fn array(&self, key: &str, expected: &str) -> Result<Option<&'a [Spanned<DeValue<'a>>]>, Error> {
         let Some(value) = self.value(key) else { return Ok(None) };
         match value.get_ref() {
             DeValue::Array(elements) => Ok(Some(elements)),
@@ -167,7 +167,7 @@ impl<'a> Table<'a> {
     }
 
     /// The texts of an array, with their places.
-    pub(super) fn texts(&self, key: &str) -> Result<Option<Vec<Placed<'a>>>, Error> {
+    pub(crate) fn texts(&self, key: &str) -> Result<Option<Vec<Placed<'a>>>, Error> {
         let Some(elements) = self.array(key, "a list of texts")? else { return Ok(None) };
         let text = |element: &'a Spanned<DeValue<'a>>| match element.get_ref() {
             DeValue::String(text) => Ok((text.as_ref(), element.span())),
@@ -177,7 +177,7 @@ impl<'a> Table<'a> {
     }
 
     /// A table inside this one, with its place.
-    pub(super) fn table(&self, key: &str) -> Result<Option<(&'a DeTable<'a>, Range<usize>)>, Error> {
+    pub(crate) fn table(&self, key: &str) -> Result<Option<(&'a DeTable<'a>, Range<usize>)>, Error> {
         let Some(value) = self.value(key) else { return Ok(None) };
         match value.get_ref() {
             DeValue::Table(table) => Ok(Some((table, value.span()))),
@@ -186,7 +186,7 @@ impl<'a> Table<'a> {
     }
 
     /// The tables of an array `[[key]]`, with their places.
-    pub(super) fn tables(&self, key: &str) -> Result<Vec<(&'a DeTable<'a>, Range<usize>)>, Error> {
+    pub(crate) fn tables(&self, key: &str) -> Result<Vec<(&'a DeTable<'a>, Range<usize>)>, Error> {
         let expected = format!("tables [[{key}]]");
         let table = |element: &'a Spanned<DeValue<'a>>| match element.get_ref() {
             DeValue::Table(table) => Ok((table, element.span())),
@@ -196,7 +196,7 @@ impl<'a> Table<'a> {
     }
 
     /// Refuses any format number but `expected`.
-    pub(super) fn expect_format(&self, expected: u32, whole: &Range<usize>) -> Result<(), Error> {
+    pub(crate) fn expect_format(&self, expected: u32, whole: &Range<usize>) -> Result<(), Error> {
         let value = self.required("format", whole, self.value("format"))?;
         match value.get_ref() {
             DeValue::Integer(number) if number.as_str().parse() == Ok(expected) => Ok(()),
@@ -206,7 +206,7 @@ impl<'a> Table<'a> {
 }
 
 /// A text as a TOML file holds it, quoted with `"` so that it serves as a key too.
-pub(super) fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     let mut quoted = String::with_capacity(text.len() + 2);
     quoted.push('"');
     for character in text.chars() {

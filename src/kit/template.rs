@@ -78,7 +78,7 @@ pub fn cpp(name: &str, stage: Stage) -> Result<Vec<File>, NameError> {
 //   misclosure improve BLOCK -o RUN --plugin {name}.so    is it what a block lacks?
 //
 // An effect is a formula from the values without it to the values with it. Two laws: where every estimated parameter has its nominal
-// value, `out` is what came in, to the last bit; and the formula has no state, throws nothing and may be called by several threads.
+// value, `out` is what came in, to the last bit. The formula has no state, throws nothing and may be called by several threads.
 #include \"effect.h\"
 
 namespace misclosure {{

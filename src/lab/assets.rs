@@ -46,6 +46,7 @@ page! {
     "points.js"
     "print.css"
     "progress.js"
+    "save.js"
     "scales.js"
     "selection.js"
     "side.css"

@@ -5,6 +5,7 @@ use super::predicted::Predicted;
 use super::state::{Lab, locked};
 use crate::block::Role;
 use crate::diagnose::select::{Nature, Taken};
+use crate::math::intersect::PointSystem;
 use crate::measure::{MeasureError, Predictor};
 use crate::problem::{Problem, State};
 use crate::run::folder::{CheckRow, gnss_rows};
@@ -23,20 +24,19 @@ const STEPS: usize = 2;
 fn intersected(problem: &Problem, state: &State) -> Result<Vec<Vector3<f64>>, MeasureError> {
     let predictor = Predictor::new(problem, state)?;
     let step = |j: usize, point: &Vector3<f64>| -> Option<Vector3<f64>> {
-        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+        let mut system = PointSystem::default();
         for row in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
             let (computed, by_point) = predictor.image_point(row.image as usize, point)?;
-            let weight = row.inverse_sigma.powi(2);
-            normal += weight * by_point.transpose() * by_point;
-            right += weight * by_point.transpose() * Vector2::new(row.x - computed[0], row.y - computed[1]);
+            let residual = Vector2::new(row.x - computed[0], row.y - computed[1]);
+            system.add(residual, by_point, row.inverse_sigma.powi(2));
         }
         if let Ok(c) = problem.control.binary_search_by_key(&(j as u32), |observation| observation.index) {
             let control = &problem.control[c];
             let weight = control.sigma.map(|sigma| sigma.powi(-2));
-            normal += Matrix3::from_diagonal(&weight);
-            right += weight.component_mul(&(control.position - predictor.surveyed(point)?));
+            system.matrix += Matrix3::from_diagonal(&weight);
+            system.right += weight.component_mul(&(control.position - predictor.surveyed(point)?));
         }
-        Some(point + normal.try_inverse()? * right)
+        Some(point + system.step()?)
     };
     let meet = |j: usize| (0..STEPS).fold(state.points[j], |point, _| step(j, &point).unwrap_or(point));
     Ok((0..state.points.len()).into_par_iter().map(meet).collect())
@@ -103,8 +103,8 @@ fn compute(lab: &Lab, id: u32, live: &Live, effect: &str) -> Result<Predicted> {
     let tie_rms_px = tie_rms_px(block, problem, &state)?;
     if let Some(now) = lab.saved(id)?.figures.tie_rms_px.filter(|now| tie_rms_px > MOST_GROWTH * now) {
         bail!(
-            "{effect} would move the block so far that a prediction of first order does not hold (tie points {now:.3} → \
-             {tie_rms_px:.3} px): only a step with it in the model tells what it does"
+            "{effect} would move the block too far for a prediction of first order (tie points {now:.3} → \
+             {tie_rms_px:.3} px). Add a step with it in the model instead"
         );
     }
     Ok(Predicted {

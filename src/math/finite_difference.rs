@@ -40,20 +40,6 @@ pub fn jacobian(
     Some(result)
 }
 
-/// [`jacobian`] with one Richardson extrapolation (steps and half steps), error `O(step^4)`: larger steps can be taken,
-/// which leaves less rounding.
-pub fn extrapolated_jacobian(
-    mut f: impl FnMut(&[f64], &mut [f64]) -> bool,
-    x: &[f64],
-    steps: &[f64],
-    rows: usize,
-) -> Option<DMatrix<f64>> {
-    let halves: Vec<f64> = steps.iter().map(|step| 0.5 * step).collect();
-    let coarse = jacobian(&mut f, x, steps, rows)?;
-    let fine = jacobian(&mut f, x, &halves, rows)?;
-    Some((fine * 4.0 - coarse) / 3.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -71,24 +57,6 @@ mod tests {
         let expected = DMatrix::from_row_slice(2, 2, &[x[0].cos() * x[1], x[0].sin(), 0.0, 12.0]);
         let steps = [step(x[0], 1.0), step(x[1], 1.0)];
         assert_relative_eq!(jacobian(curve, &x, &steps, 2).unwrap(), expected, epsilon = 1e-8);
-        assert_relative_eq!(extrapolated_jacobian(curve, &x, &[1e-3, 1e-3], 2).unwrap(), expected, epsilon = 1e-11);
-    }
-
-    #[test]
-    fn extrapolation_has_fourth_order() {
-        let error = |h: f64| {
-            let d = extrapolated_jacobian(
-                |x, out| {
-                    out[0] = x[0].exp();
-                    true
-                },
-                &[0.0],
-                &[h],
-                1,
-            );
-            (d.unwrap()[(0, 0)] - 1.0).abs()
-        };
-        assert_relative_eq!(error(0.2) / error(0.1), 16.0, max_relative = 0.05);
     }
 
     #[test]

@@ -95,9 +95,8 @@ pub fn intersect_in_images(
     let mut position = start;
     let mut normal = Normal::at(measured, &position, &project).ok_or(NoIntersection::Unseen)?;
     for iterations in 1..=MAX_ITERATIONS {
-        let factor = normal.matrix.cholesky().ok_or(NoIntersection::Parallel)?;
-        let mut step = factor.solve(&normal.right);
-        let size_in_sigma = step.dot(&normal.right).max(0.0).sqrt();
+        let mut step = normal.system.step().ok_or(NoIntersection::Parallel)?;
+        let size_in_sigma = step.dot(&normal.system.right).max(0.0).sqrt();
         let converged = size_in_sigma < CONVERGED_SIGMA || step.amax() <= ROUNDINGS * f64::EPSILON * position.amax();
         let allowed = normal.cost + normal.cost_rounding;
         let mut next = None;
@@ -118,17 +117,39 @@ pub fn intersect_in_images(
             None => return Err(NoIntersection::Diverged),
         }
         if converged {
-            let covariance = normal.matrix.cholesky().ok_or(NoIntersection::Parallel)?.inverse();
+            let covariance = normal.system.matrix.cholesky().ok_or(NoIntersection::Parallel)?.inverse();
             return Ok(Intersected { position, covariance, residuals: normal.residuals, iterations });
         }
     }
     Err(NoIntersection::Diverged)
 }
 
+/// Normal equations of a point, the images held: one Gauss-Newton step of its coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PointSystem {
+    /// Sum of `J'PJ`, in m^-2.
+    pub matrix: Matrix3<f64>,
+    /// Sum of `J'Pv`, in m^-1.
+    pub right: Vector3<f64>,
+}
+
+impl PointSystem {
+    /// Adds an image point: observed minus projected (px), its derivatives by the point (px/m), its weight (px^-2).
+    pub fn add(&mut self, residual: Vector2<f64>, by_point: Matrix2x3<f64>, weight: f64) {
+        self.matrix += by_point.transpose() * by_point * weight;
+        self.right += by_point.transpose() * residual * weight;
+    }
+
+    /// The step, m; `None` where the images do not fix the point.
+    pub fn step(&self) -> Option<Vector3<f64>> {
+        let step = self.matrix.cholesky()?.solve(&self.right);
+        step.iter().all(|value| value.is_finite()).then_some(step)
+    }
+}
+
 /// Normal equations of the image residuals at a point.
 struct Normal {
-    matrix: Matrix3<f64>,
-    right: Vector3<f64>,
+    system: PointSystem,
     cost: f64,
     /// What rounding may change of the cost: a residual is a difference of image coordinates of thousands of px.
     cost_rounding: f64,
@@ -143,8 +164,7 @@ impl Normal {
         project: impl Fn(&Vector3<f64>) -> Option<Vec<([f64; 2], Matrix2x3<f64>)>>,
     ) -> Option<Self> {
         let mut normal = Normal {
-            matrix: Matrix3::zeros(),
-            right: Vector3::zeros(),
+            system: PointSystem::default(),
             cost: 0.0,
             cost_rounding: 0.0,
             residuals: Vec::with_capacity(measured.len()),
@@ -152,8 +172,7 @@ impl Normal {
         for (ImagePoint { xy, sigma }, (projected, jacobian)) in measured.iter().zip(project(point)?) {
             let residual = Vector2::from(*xy) - Vector2::from(projected);
             let weight = 1.0 / (sigma * sigma);
-            normal.matrix += jacobian.transpose() * jacobian * weight;
-            normal.right += jacobian.transpose() * residual * weight;
+            normal.system.add(residual, jacobian, weight);
             normal.cost += residual.norm_squared() * weight;
             let rounding = ROUNDINGS * f64::EPSILON * Vector2::from(*xy).norm();
             normal.cost_rounding += (2.0 * residual.norm() + rounding) * rounding * weight;

@@ -42,9 +42,9 @@ pub(super) fn how(page: &mut Page, diagnosis: &Diagnosis) {
     }
     let factors = &diagnosis.sigma_factors;
     page.paragraph(&format!(
-        "Tests are at the level {} over the whole catalogue. The stated standard deviations were multiplied by {} \
-         (image), {} beside that (marks), {} and {} (control, plan and height), {} and {} (GNSS, plan and height), as \
-         the residuals ask for; 1 means as stated.",
+        "Tests are at the level {} over the whole catalogue. The residuals gave factors on the stated standard \
+         deviations; 1 means as stated. They are {} (image), {} beside that (marks), {} and {} (control, plan and \
+         height), {} and {} (GNSS, plan and height).",
         diagnosis.significance,
         fixed(factors.image, 3),
         fixed(factors.mark, 3),
@@ -100,9 +100,8 @@ fn own_effect(page: &mut Page) {
 pub(super) fn candidates(page: &mut Page, diagnosis: &Diagnosis, scaled: bool) {
     page.section("Candidates");
     page.paragraph(
-        "Every effect of the catalogue was tested at the base model, before any was added. The predicted drop is what \
-         a refit with the effect would take from the weighted sum of squares; the change of check points is what \
-         adding it would do to them. Check points decide nothing.",
+        "Every effect of the catalogue was tested at the base model, before any was added. A refit with the effect would lower the weighted sum of squares by the predicted drop. The change \
+         of check points is that of their errors with the effect added. Check points decide nothing.",
     );
     let (significant, others): (Vec<_>, Vec<_>) =
         diagnosis.candidates.iter().cloned().partition(|candidate| candidate.significant);

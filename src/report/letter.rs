@@ -29,8 +29,8 @@ pub(super) fn letter(page: &mut Page, run: &RunFolder, diagnosis: &Diagnosis) {
         }
         if !found.plausible {
             page.warning(
-                "The estimate is beyond what physics allows of this effect: take it as a shape that looks like it, and \
-                 look for the cause among what it could also be.",
+                "The estimate is beyond what physics allows of this effect. Take it as a similar shape, and look for the \
+                 cause among the effects that look like it.",
             );
         }
         picture(page, run, found);
@@ -81,8 +81,8 @@ fn sizes(estimate: &BTreeMap<String, EstimateEntry>) -> String {
 fn moved(Impact { rms_m, height_m, surveyed }: &Impact) -> String {
     let points = if *surveyed { "the surveyed points" } else { "the points (a sample, after a similarity)" };
     format!(
-        "Left out of the final model, whose weights stay as they are, it moves {points} by {} mm (3D RMS, to first \
-         order; {} mm in height)",
+        "Left out of the final model, at unchanged weights, it moves {points} by {} mm (3D RMS, to first order; {} \
+         mm in height)",
         mm(*rms_m),
         mm(*height_m)
     )

@@ -43,8 +43,8 @@ pub(super) fn section(page: &mut Page, run: &RunFolder) {
             ..HeatMap::default()
         };
         let caption = format!(
-            "Standard deviation of the image point of a viewing ray (1 sigma, both coordinates together), after the rotation \
-             that the orientations of the images absorb: RMS {} px, at most {} px.",
+            "Standard deviation of the image point of a viewing ray, 1 sigma, both coordinates together: RMS {} px, at \
+             most {} px. The rotation that the orientations of the images absorb is taken out.",
             significant(rms, 2),
             significant(largest, 2)
         );

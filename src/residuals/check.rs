@@ -13,8 +13,8 @@ pub(super) fn describe(heights: &Result<Heights, &'static str>, found: &mut Foun
     let [mean, east, north, height] = heights.coefficients_m.map(|metres| 1e3 * metres);
     let [of_mean, of_east, of_north, of_height] = heights.sigmas_m.map(|metres| 1e3 * metres);
     let of_plane = format!(
-        "height errors of {n} check points: mean {mean:.1} mm (sigma under the model {of_mean:.1}), \
-         tilt {east:.1} mm to the east ({of_east:.1}) and {north:.1} mm to the north ({of_north:.1}) over {reach_m:.0} m"
+        "height errors of {n} check points: mean {mean:.1} mm (sigma under the model {of_mean:.1}). Tilt: \
+         {east:.1} mm to the east ({of_east:.1}), {north:.1} mm to the north ({of_north:.1}) over {reach_m:.0} m"
     );
     let of_dome = format!(
         "height errors of {n} check points: dome of {height:.1} mm (sigma under the model {of_height:.1}) \

@@ -39,8 +39,8 @@ pub enum Doubt {
     },
     /// A distortion by which two rays have one image.
     #[error(
-        "the radial distortion of camera {camera} is not monotonic over its sensor: it turns back {at:.0} px from its centre, \
-         the farthest corner lies at {corner:.0} px"
+        "the radial distortion of camera {camera} is not monotonic over its sensor: it turns back {at:.0} px from its \
+         centre. The farthest corner lies at {corner:.0} px"
     )]
     Distortion {
         /// Its id.

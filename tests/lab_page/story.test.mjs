@@ -71,14 +71,14 @@ test("a block with a rolling shutter: seen, added, taken back, and nothing is lo
 
   await t.test("a prediction that does not hold says why, and offers no second try", async () => {
     // Every prediction holds on this block: the refusal is the server's answer to others.
-    const refusal = "image-grid would move the block so far that a prediction of first order does not hold";
+    const refusal = "image-grid would move the block too far for a prediction of first order";
     const predicted = "**/predicted/image-grid/**";
     await page.route(predicted, (route) => route.fulfill({ status: 400, json: { error: refusal } }));
     const grid = page.locator('.candidate[data-effect="image-grid"]');
     await grid.hover();
     const said = panel(page, "sensor").locator(".side:last-child p.nothing");
     await said.waitFor();
-    assert.match(await said.textContent(), /a prediction of first order does not hold/);
+    assert.match(await said.textContent(), /too far for a prediction of first order/);
     assert.equal(await said.locator("button").count(), 0);
     await page.picture("story-3-refused");
     await page.mouse.move(800, 20);

@@ -11,6 +11,7 @@ mod book;
 mod cli;
 #[cfg(feature = "ceres")]
 mod cli_adjust;
+mod config;
 mod examples;
 mod hostile;
 mod imports;
@@ -18,3 +19,4 @@ mod kit;
 #[cfg(feature = "lab")]
 mod lab;
 mod plugins;
+mod sentences;

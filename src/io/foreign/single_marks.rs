@@ -13,7 +13,7 @@ pub fn single_marks(block: &Block) -> Option<Note> {
     (2 * single > all).then(|| {
         let which = if single == all { format!("all {all}") } else { format!("{single} of {all}") };
         Note::fact(format!(
-            "{which} control points have marks in one image only; their position cannot be intersected, and a wrong \
+            "{which} control points have marks in one image only. Their position cannot be intersected, and a wrong \
              mark does not show: mark them in more images"
         ))
     })

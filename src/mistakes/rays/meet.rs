@@ -3,9 +3,9 @@
 use super::scene::{Scene, Sight};
 use crate::camera::undistort::viewing_ray;
 use crate::camera::{F, fraser};
-use crate::math::intersect::intersect_rays;
+use crate::math::intersect::{PointSystem, intersect_rays};
 use crate::math::statistics::median;
-use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2x3, Vector2, Vector3};
 
 /// Points below which a median says nothing.
 pub const FEWEST_POINTS: usize = 10;
@@ -103,7 +103,7 @@ pub fn error(scene: &Scene, sight: &Sight, place: &Vector3<f64>) -> f64 {
 
 /// One Gauss-Newton step of a place towards the least image residuals.
 fn step(scene: &Scene, sights: &[Sight], place: &Vector3<f64>) -> Option<Vector3<f64>> {
-    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    let mut system = PointSystem::default();
     for sight in sights {
         let pose = &scene.views[sight.view].pose;
         let interior = &scene.camera_of(sight).interior;
@@ -111,10 +111,7 @@ fn step(scene: &Scene, sights: &[Sight], place: &Vector3<f64>) -> Option<Vector3
         let [dx, dy] = projection.d_camera_point;
         let by_point = Matrix2x3::new(dx[0], dx[1], dx[2], dy[0], dy[1], dy[2]);
         let jacobian = by_point * pose.rotation.to_rotation_matrix().matrix();
-        let residual = Vector2::from(sight.xy) - Vector2::from(projection.point);
-        normal += jacobian.transpose() * jacobian;
-        right += jacobian.transpose() * residual;
+        system.add(Vector2::from(sight.xy) - Vector2::from(projection.point), jacobian, 1.0);
     }
-    let step = normal.cholesky()?.solve(&right);
-    step.iter().all(|value| value.is_finite()).then_some(step)
+    system.step()
 }

@@ -17,6 +17,7 @@ mod write;
 pub use crate::io::write_atomically;
 pub use adjusted::Adjusted;
 pub use measured::gnss_rows;
+pub(crate) use provenance::state_command;
 pub use read::{RunFolder, each_residual, read_outliers, read_points};
 use rows::Row;
 pub use rows::{

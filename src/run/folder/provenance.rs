@@ -1,6 +1,8 @@
 //! Where a run comes from: date, version, command, coordinate system. A report that is handed on must say it.
 
 use serde::{Deserialize, Serialize};
+use std::ffi::OsString;
+use std::sync::OnceLock;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Its keys in `source.json`; each may be missing in a folder of an older version.
@@ -20,13 +22,22 @@ pub struct Provenance {
     pub crs: Option<String>,
 }
 
+/// The command line, where it is not the one with which the process was started.
+static COMMAND: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// States the command line that runs of this process record: options may come from a file. Only the first one counts.
+pub(crate) fn state_command(line: Vec<OsString>) {
+    COMMAND.get_or_init(|| line);
+}
+
 impl Provenance {
     /// Of this process, now.
     pub(super) fn now(crs: &str) -> Self {
+        let line = COMMAND.get().cloned().unwrap_or_else(|| std::env::args_os().collect());
         Self {
             written: Some(utc(seconds())),
             version: Some(env!("CARGO_PKG_VERSION").into()),
-            command: Some(command(std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()))),
+            command: Some(command(line.into_iter().map(|argument| argument.to_string_lossy().into_owned()))),
             crs: Some(crs.into()),
         }
     }

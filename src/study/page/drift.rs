@@ -48,8 +48,8 @@ pub fn section(page: &mut Page, results: &Results, simulation: &Simulation) -> R
             "s3-focal",
             line_chart(&chart),
             &format!(
-                "Figure 7: the focal length of each image, as its measurements and the true orientation have it: {} px in the first, {} px in the \
-                 last (published: {first}, {last}). Estimated for all: {} px (published: {estimated}).",
+                "Figure 7: the focal length of each image, from its measurements and the true orientation. {} px in the first, \
+                 {} px in the last (published: {first}, {last}). Estimated for all: {} px (published: {estimated}).",
                 fixed(ends[0], 2),
                 fixed(ends[1], 2),
                 fixed(s3.interior[F], 2)
@@ -62,8 +62,8 @@ pub fn section(page: &mut Page, results: &Results, simulation: &Simulation) -> R
     weights_rows(&mut table, results, "s3")?;
     if let Some(bowl) = s3.erroneous_marks.bowl {
         table.note(format!(
-            "Bowl: height of the fitted quadratic over the length of the points, positive with the ends up; here {} mm, p {}, {} of the scatter \
-             in height explained.",
+            "Bowl: height of the fitted quadratic over the length of the points, positive with the ends up. Here it is \
+             {} mm, p {}, and explains {} of the scatter in height.",
             mm(bowl.height_m),
             p_value(bowl.p_value),
             percent(bowl.explained)
@@ -87,10 +87,10 @@ pub fn section(page: &mut Page, results: &Results, simulation: &Simulation) -> R
 }
 
 /// How marks and weights enter.
-pub const MARKS_NOTE: &str = "The published check points are measured in the erroneous images, so part of the error cancels or adds up in the marks \
-                              themselves; exact marks show what the block's deformation alone does. Ties weighted by m (m - 1) (multi-points) or \
-                              m (m - 1)^2 (pairs) for m images are the published estimator's; its further radial terms r^9 and r^11 are not in our \
-                              camera.";
+pub const MARKS_NOTE: &str = "The published check points are measured in the erroneous images, so part of the error cancels or adds up in \
+                              the marks themselves. Exact marks show the deformation of the block alone. The published \
+                              estimator weights ties by m (m - 1) (multi-points) or m (m - 1)^2 (pairs), m the number \
+                              of images. Its further radial terms r^9 and r^11 are not in our camera.";
 
 /// The rows with other weights.
 pub fn weights_rows(table: &mut crate::report::tables::Table, results: &Results, key: &str) -> Result<()> {

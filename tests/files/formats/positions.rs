@@ -39,9 +39,9 @@ fn a_place_or_a_standard_deviation_that_there_is_not_is_refused_with_its_line() 
     let folder = tempfile::tempdir().unwrap();
     let mut block = block(["a.jpg", "100_0001_0001.JPG"], LOCAL);
     for (from, to, what) in [
-        ("48.001,Lat", "95.0,Lat", ":1: expected a latitude of -90 to 90"),
-        ("48.001,Lat", "200.0,Lat", ":1: expected a latitude of -90 to 90"),
-        ("100.25,Ellh", "1e300,Ellh", ":1: expected a latitude of -90 to 90"),
+        ("48.001,Lat", "95.0,Lat", ":1: expected a latitude within ±90"),
+        ("48.001,Lat", "200.0,Lat", ":1: expected a latitude within ±90"),
+        ("100.25,Ellh", "1e300,Ellh", ":1: expected a latitude within ±90"),
         ("0.01, 0.02, 0.03", "-1, 0.02, 0.03", ":1: expected a standard deviation of 0 to 10000 m, found -1.0"),
         ("0.01, 0.02, 0.03", "0.01, 0.02, 1e300", ":1: expected a standard deviation of 0 to 10000 m, found 1e300"),
     ] {

@@ -1,4 +1,4 @@
-//! What the tutorials on blocks of other programs show is what the program does.
+//! What the tutorial on an ODM project shows is what the program does. Its data are not in the repository.
 
 use super::beside;
 use std::path::Path;
@@ -47,14 +47,6 @@ fn copy(sample: &Path, files: &[&str], folder: &Path) {
     for file in files {
         std::fs::copy(sample.join(file), folder.join(file)).expect("a copy");
     }
-}
-
-#[test]
-fn the_tutorial_on_a_colmap_model_is_real() {
-    let Some(sample) = beside::shared("data/interop/colmap-maupertuis") else { return };
-    let folder = tempfile::tempdir().expect("a folder");
-    copy(&sample, &["cameras.txt", "images.txt", "points3D.txt"], &folder.path().join("maupertuis"));
-    compare(include_str!("../../../docs/your-own-block.md"), folder.path(), 3);
 }
 
 #[test]

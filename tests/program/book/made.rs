@@ -65,6 +65,41 @@ fn the_picture_of_the_readme_is_what_its_script_makes() {
     );
 }
 
+/// Relative difference, and absolute one of numbers below one, that two processors may make in an adjustment.
+const ROUNDING: f64 = 1e-6;
+
+#[test]
+fn the_colmap_model_of_the_tutorial_is_what_its_script_makes() {
+    let (stored, folder) = (root().join("data/borea-colmap"), tempfile::tempdir().expect("a folder"));
+    let made = folder.path().join("made");
+    let mut script = Command::new(root().join("scripts/borea_colmap.sh"));
+    let output = script.arg(env!("CARGO_BIN_EXE_misclosure")).arg(&made).output().expect("a shell");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let same = |a: &str, b: &str| match (a.parse::<f64>(), b.parse::<f64>()) {
+        (Ok(a), Ok(b)) => (a - b).abs() <= ROUNDING * a.abs().max(1.0),
+        _ => a == b,
+    };
+    let files = |folder: &str| {
+        let entries = fs::read_dir(stored.join(folder)).expect("a folder").flatten();
+        let files = entries.filter(|entry| entry.path().is_file());
+        files.map(|entry| Path::new(folder).join(entry.file_name())).collect::<Vec<_>>()
+    };
+    let files = [files(""), files("sparse")].concat();
+    assert_eq!(files.len(), 10);
+    for file in files {
+        let read = |folder: &Path| fs::read_to_string(folder.join(&file)).expect("a file of text");
+        let (stored, made) = (read(&stored), read(&made));
+        let words = |text: &str| text.split([' ', ',', '\n']).map(str::to_owned).collect::<Vec<_>>();
+        let (stored, made) = (words(&stored), words(&made));
+        let differ = stored.iter().zip(&made).filter(|(a, b)| !same(a, b)).count();
+        assert!(
+            stored.len() == made.len() && differ == 0,
+            "{}: {differ} words differ: scripts/borea_colmap.sh makes it anew",
+            file.display()
+        );
+    }
+}
+
 #[test]
 fn numbers_of_a_picture_are_told_from_its_text() {
     assert_eq!(numbers("<path d=\"M1.5 -2L3\"/>"), (vec![1.5, -2.0, 3.0], "<path d=\"M L\"/>".into()));

@@ -6,8 +6,9 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::process::Command;
 
-/// Runs the commands of a page in an empty folder beside the data of the repository.
-fn runs(page: &str) {
+/// Runs the commands of a page in an empty folder beside the data of the repository; `said` adds the messages, which
+/// come before the result.
+fn runs(page: &str, said: bool) {
     let text = fs::read_to_string(root().join(page)).unwrap_or_else(|error| panic!("{page}: {error}"));
     let folder = tempfile::tempdir().expect("a folder");
     symlink(root().join("data"), folder.path().join("data")).expect("a link to the data");
@@ -23,6 +24,7 @@ fn runs(page: &str) {
         let output = shell.output().expect("a shell");
         let (printed, errors) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert!(output.status.success(), "{page}: $ {command}\n{errors}");
+        let printed = if said { format!("{errors}{printed}").into() } else { printed };
         if let Err(text) = compare(&expected, &printed) {
             panic!("{page}: $ {command}\n{text}");
         }
@@ -31,20 +33,25 @@ fn runs(page: &str) {
 
 #[test]
 fn the_readme_shows_what_the_program_prints() {
-    runs("README.md");
+    runs("README.md", false);
 }
 
 #[test]
 fn the_start_shows_what_the_program_prints() {
-    runs("docs/start.md");
+    runs("docs/start.md", false);
 }
 
 #[test]
 fn the_real_block_shows_what_the_program_prints() {
-    runs("docs/real-block.md");
+    runs("docs/real-block.md", false);
 }
 
 #[test]
 fn the_mistakes_show_what_the_program_prints() {
-    runs("docs/mistakes.md");
+    runs("docs/mistakes.md", false);
+}
+
+#[test]
+fn the_tutorial_on_a_colmap_model_shows_what_the_program_prints() {
+    runs("docs/your-own-block.md", true);
 }

@@ -52,6 +52,24 @@ fn no_files_import_each_other_in_a_circle() {
     assert!(found.is_empty(), "circles of imports:\n{}", found.join("\n"));
 }
 
+/// Files of the laboratory's page that a file of it imports, also those that it only loads when they are needed.
+fn imports_of_page(source: &str) -> BTreeSet<Vec<String>> {
+    let named = source.split("\"./").skip(1).filter_map(|rest| rest.split_once(".js\""));
+    named.map(|(name, _)| vec![name.to_owned()]).collect()
+}
+
+#[test]
+fn no_files_of_the_page_import_each_other_in_a_circle() {
+    let arrow = |file: &std::path::PathBuf| {
+        let name = file.file_stem().expect("a name").to_string_lossy().into_owned();
+        (vec![name], imports_of_page(&fs::read_to_string(file).expect("readable source")))
+    };
+    let page: Arrows = files(&root().join("web"), "js").iter().map(arrow).collect();
+    assert!(page[&vec!["main".to_string()]].len() > 5, "the first file imports others");
+    let found = in_circles(page);
+    assert!(found.is_empty(), "circles of imports:\n{}", found.join("\n"));
+}
+
 #[test]
 fn a_circle_is_seen() {
     let module = |path: &str| path.split("::").map(String::from).collect::<Vec<_>>();
@@ -64,4 +82,7 @@ fn a_circle_is_seen() {
     let none =
         [("a", "use crate::b::B;"), ("b", "#[cfg(test)] mod tests { use crate::a::A; }"), ("b::c", "use super::B;")];
     assert!(files(&none).is_empty());
+    let page =
+        imports_of_page("import { a } from \"./b.js\";\nimport {\n  c } from \"./d.js\";\nawait import(\"./e.js\");");
+    assert_eq!(page, ["b", "d", "e"].map(|name| vec![name.to_owned()]).into());
 }

@@ -2,7 +2,7 @@
 //! stand, and that every effect has its two derivations under one name.
 
 mod circles;
-mod source;
+pub mod source;
 
 use source::{files, imports, module_of, root, tokens};
 use std::collections::BTreeSet;

@@ -22,8 +22,41 @@ pub fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     found
 }
 
+/// A piece of source.
+#[derive(Debug, PartialEq)]
+pub enum Piece {
+    /// An identifier, `::` or a single punctuation character.
+    Code(String),
+    /// What a text literal stands for; of an escape the character alone.
+    Text(String),
+    /// A line of a documentation comment.
+    Doc(String),
+}
+
 /// Identifiers, `::` and single punctuation characters of Rust source, each with its line; comments and literals are left out.
 pub fn tokens(source: &str) -> Vec<(String, usize)> {
+    let code = |(piece, line)| match piece {
+        Piece::Code(text) => Some((text, line)),
+        _ => None,
+    };
+    pieces(source).into_iter().filter_map(code).collect()
+}
+
+/// The text between two quotes: of an escaped line break nothing, of another escape its character or a line break.
+fn unescaped(inner: &[char]) -> String {
+    let (mut text, mut chars) = (String::new(), inner.iter().copied().peekable());
+    while let Some(c) = chars.next() {
+        match (c, (c == '\\').then(|| chars.next()).flatten()) {
+            (_, Some('n')) => text.push('\n'),
+            (_, Some('\n')) => while chars.next_if(|c| c.is_whitespace()).is_some() {},
+            (_, escaped) => text.push(escaped.unwrap_or(c)),
+        }
+    }
+    text
+}
+
+/// Pieces of Rust source, each with the line where it begins. Texts between backticks are those of JavaScript.
+pub fn pieces(source: &str) -> Vec<(Piece, usize)> {
     let chars: Vec<char> = source.chars().collect();
     let at = |i: usize| chars.get(i).copied().unwrap_or('\0');
     let word = |c: char| c.is_alphanumeric() || c == '_';
@@ -34,6 +67,9 @@ pub fn tokens(source: &str) -> Vec<(String, usize)> {
             '/' if at(i + 1) == '/' => {
                 while i < chars.len() && chars[i] != '\n' {
                     i += 1;
+                }
+                if at(start + 2) == '/' {
+                    found.push((Piece::Doc(chars[start + 3..i].iter().collect()), line));
                 }
             }
             '/' if at(i + 1) == '*' => {
@@ -60,13 +96,16 @@ pub fn tokens(source: &str) -> Vec<(String, usize)> {
                 while i < chars.len() && !chars[i..].starts_with(&end) {
                     i += 1;
                 }
+                found.push((Piece::Text(chars[open + 1..i].iter().collect()), line));
                 i += end.len();
             }
-            '"' => {
+            quote @ ('"' | '`') => {
                 i += 1;
-                while i < chars.len() && chars[i] != '"' {
+                while i < chars.len() && chars[i] != quote {
                     i += if chars[i] == '\\' { 2 } else { 1 };
                 }
+                i = i.min(chars.len());
+                found.push((Piece::Text(unescaped(&chars[start + 1..i])), line));
                 i += 1;
             }
             // A character literal; otherwise the apostrophe begins a lifetime.
@@ -78,18 +117,18 @@ pub fn tokens(source: &str) -> Vec<(String, usize)> {
                 i += 1;
             }
             ':' if at(i + 1) == ':' => {
-                found.push(("::".into(), line));
+                found.push((Piece::Code("::".into()), line));
                 i += 2;
             }
             c if word(c) => {
                 while word(at(i)) {
                     i += 1;
                 }
-                found.push((chars[start..i].iter().collect(), line));
+                found.push((Piece::Code(chars[start..i].iter().collect()), line));
             }
             c => {
                 if !c.is_whitespace() {
-                    found.push((c.into(), line));
+                    found.push((Piece::Code(c.into()), line));
                 }
                 i += 1;
             }

@@ -45,7 +45,7 @@ pub(super) fn notes(said: &[Said]) -> Vec<Note> {
     if turned > 0 {
         notes.push(Note::fact(format!(
             "{turned} images have a height in EXIF (GPSAltitude with GPSAltitudeRef) and the same one with the \
-             opposite sign in XMP (AbsoluteAltitude): one of the two is wrong; XMP is taken where it has a position"
+             opposite sign in XMP (AbsoluteAltitude). One of the two is wrong; XMP is taken where it has a position"
         )));
     }
     // The stamp of the receiver should be UTC.
@@ -81,13 +81,13 @@ fn times(of_utc: &[f64], of_clock: &[f64], ahead: f64) -> Option<Note> {
     let other = if is_utc { "the time of exposure in UTC" } else { "DateTimeOriginal, whole hours aside," };
     match (leap, is_utc && zones != 0.0 && rest.abs() <= SAME_S) {
         (true, _) => Some(Note::fact(format!(
-            "{count} images: GPSTimeStamp and {other} are {:.0} s apart, as GPS time and UTC are: one of the two is \
+            "{count} images: GPSTimeStamp and {other} are {:.0} s apart, as GPS time and UTC are. One of the two is \
              probably GPS time, which is {ahead:.0} s ahead; times here are those of DateTimeOriginal",
             rest.abs()
         ))),
         (false, true) => Some(Note::fact(format!(
-            "{count} images: GPSTimeStamp and {other} are {} h apart: the zone of the clock (OffsetTimeOriginal) is \
-             not that which it was set to, or one of the two is local time; times here are those of DateTimeOriginal",
+            "{count} images: GPSTimeStamp and {other} are {} h apart. The clock was set to another zone than \
+             OffsetTimeOriginal, or one of the two is local time; times here are those of DateTimeOriginal",
             zones.abs() / 3600.0
         ))),
         _ => None,

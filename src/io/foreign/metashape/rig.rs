@@ -96,7 +96,7 @@ impl Slaves {
     pub(super) fn tell(&self, notes: &mut Vec<Note>) {
         if self.resolved > 0 {
             notes.push(Note::guess(format!(
-                "{} images of rigs have their pose from that of their master and the offset of their sensor, whose \
+                "{} images of rigs have their pose from that of their master and the offset of their sensor. Its \
                  location is taken in the unit of the chunk",
                 self.resolved
             )));
