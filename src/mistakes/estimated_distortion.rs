@@ -80,7 +80,7 @@ impl Found {
                     camera.id
                 );
                 let remedy = format!(
-                    "Measure in the original images, or apply the distortion to x and y ({}); set it to zero if this is \
+                    "Measure in the original images, or apply the distortion to x and y ({}). Set it to zero if this is \
                      not the camera of these images.",
                     tables.join(", ")
                 );
