@@ -26,7 +26,7 @@ const INVISIBLE_PX: f64 = 1e-6;
 
 Measurements that a run set aside are not written. Effects of its model have no place in other programs, and
 are refused. With --correct-measurements the program writes the image measurements that a camera without them
-would have made: less the prediction with effects, plus that without, at the adjusted solution.
+would have made. It takes the prediction with effects away and adds that without, at the adjusted solution.
 
 Beside the files stands verification.csv: ten points of the world and where images see them. They show whether
 the transfer is right; `misclosure import` compares them.")]
