@@ -5,8 +5,8 @@ use super::network::free_network;
 use crate::adjust::Options;
 use crate::block::{Block, ByPoint, Measurement, PointId};
 use crate::camera::Camera;
-use crate::mistakes::Mistake;
 use crate::mistakes::rays::{self, Scene, Sight, View, single};
+use crate::mistakes::{BEYOND, Mistake};
 use crate::model::Model;
 use crate::run::fit::Fit;
 use nalgebra::Vector3;
@@ -46,13 +46,14 @@ pub fn of_own_points(block: &Block, reported_px: Option<f64>) -> Vec<Mistake> {
 }
 
 /// Single images that do not fit a network of the block; the poses of the block are their approximate ones. The shift
-/// of a cropped image is estimated in a network without it, since its error bends the poses of its neighbours.
+/// of a cropped image is estimated in a network without it, since its error bends the poses of its neighbours. There it
+/// must be known to a tenth: what a shutter or a lens does to an image looks like a shift that is known worse.
 pub fn of_images(block: &Block, network: &Fit, model: &Model, significance: f64, options: &Options) -> Vec<Mistake> {
     let approximate: Vec<_> = block.images.iter().map(|image| image.pose).collect();
     let Some(scene) = in_place(block, network) else { return Vec::new() };
     let mut found = single::images(&scene, &approximate, significance);
-    let shifted = |mistake: &Mistake| (&*mistake.kind, &*mistake.subject) == ("offset", "images");
-    let names: Vec<&String> = found.iter().filter(|mistake| shifted(mistake)).flat_map(|own| &own.names).collect();
+    let is_shift = |mistake: &Mistake| (&*mistake.kind, &*mistake.subject) == ("offset", "images");
+    let names: Vec<&String> = found.iter().filter(|mistake| is_shift(mistake)).flat_map(|own| &own.names).collect();
     let images: Vec<usize> = (0..block.images.len()).filter(|k| names.contains(&&block.images[*k].name)).collect();
     if images.is_empty() {
         return found;
@@ -61,9 +62,11 @@ pub fn of_images(block: &Block, network: &Fit, model: &Model, significance: f64,
     let without = free_network(&block.with_measurements(others, block.marks.clone()), model, options);
     let refined = without.and_then(|own| in_place(block, &own.fit)).map(|scene| single::shifts_beside(&scene, &images));
     for refined in refined.into_iter().flatten() {
-        let same = found.iter_mut().find(|own| shifted(own) && own.names == refined.names);
+        let same = found.iter_mut().find(|own| is_shift(own) && own.names == refined.names);
         same.into_iter().for_each(|own| *own = refined.clone());
     }
+    let is_known = |own: &Mistake| own.value.zip(own.sigma).is_none_or(|(value, sigma)| value > BEYOND * sigma);
+    found.retain(|own| !is_shift(own) || is_known(own));
     found
 }
 
