@@ -22,8 +22,9 @@ use std::path::{Path, PathBuf};
   misclosure import sparse/0 -o block                     the same: the format is guessed where that is safe
   misclosure import bundler bundle.out --size 4000x3000 -o block
 
-Each guess and each loss is one line on standard error, and a comment at the top of block.toml. The block is then
-examined for mistakes as `check` does it, and by the residuals of its own tie points. It is written in any case.")]
+Each guess and each loss is one line on standard error, and a comment at the top of block.toml. The import
+then looks for mistakes as `check` does, and compares tie points with their own coordinates. It writes the
+block in either case.")]
 pub struct Arguments {
     /// A format (may be left out where the files tell), then its files or folders
     #[arg(value_name = "[FORMAT] PATH", required_unless_present = "list")]

@@ -8,8 +8,8 @@ use crate::report::tables::Table;
 use serde_json::{Value, json};
 
 /// What a block with an effect that was injected by its own formula proves, and what it does not.
-const SHARED: &str = "was injected by its own formula, which the estimator has too. To find it again shows what the block can tell, \
-                      not that the formula is true";
+const SHARED: &str = "was injected by its own formula, which the estimator has too. To find it again shows what the \
+                      block can tell, not that the formula is true";
 
 /// What errors did, for people.
 pub fn errors_text(report: &Report) -> String {

@@ -65,8 +65,8 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     Ok(Answer { text, json: serde_json::to_value(&mended)?, failure: None })
 }
 
-/// Writes a copy of the block `from` into the folder `to`, with the mistakes undone that can be. `only` names their kinds; none: all
-/// kinds. Where there are none it writes nothing.
+/// Writes a copy of the block `from` into the folder `to`, with the mistakes undone that can be. `only` names their
+/// kinds; none: all kinds. Where there are none it writes nothing.
 ///
 /// # Errors
 /// A file that cannot be read or written.

@@ -48,7 +48,8 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     picture: Picture::Sensor,
     words: Some(Words {
         what: "A spot of the sensor, of its cover glass or of the filter before the lens moves image points that fall on it. All images have it at the same place.".into(),
-        remedy: "Clean lens and filter where the spot is small. One as wide as a fifth of the sensor is in the glass itself: model it, or leave its measurements out.".into(),
+        remedy: "Clean lens and filter where the spot is small. One as wide as a fifth of the sensor is in the glass \
+                 itself: model it, or leave its measurements out.".into(),
         tell: "images with another filter or lens, or turned ones".into(),
     }),
 }

@@ -21,8 +21,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct MapScale;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "map-scale".into(),
     stage: Stage::Frame,
     kind: Kind::Physical,
@@ -40,11 +39,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Ressl 2002".into(),
     picture: Picture::Surveyed,
     words: Some(Words {
-        what: "Coordinates of a map are not distances on the ground. The projection and the height change the scale by some tenths of a part in a thousand. The block is measured in true lengths.".into(),
+        what:
+            "Coordinates of a map are not distances on the ground. The projection and the height change the scale by \
+               some tenths of a part in a thousand. The block is measured in true lengths."
+                .into(),
         remedy: "Work in a local system, or reduce the coordinates before the adjustment.".into(),
         tell: "the name of the coordinate system in block.toml".into(),
     }),
-}
 });
 
 impl Effect for MapScale {

@@ -47,8 +47,8 @@ impl Geographic {
             true if latitude == 0.0 && longitude == 0.0 => Ok(None),
             true => Ok(Some(Self { latitude, longitude, height })),
             false => Err(format!(
-                "expected a latitude within ±90 degrees, a longitude within ±180 degrees, a height of {} to {} m, found \
-                 {latitude:?}, {longitude:?}, {height:?}",
+                "expected a latitude within ±90 degrees, a longitude within ±180 degrees, a height of {} to {} m, \
+                 found {latitude:?}, {longitude:?}, {height:?}",
                 HEIGHTS_M.start(),
                 HEIGHTS_M.end()
             )),

@@ -29,8 +29,8 @@ pub fn of(descriptor: &Descriptor, version: u32) -> Vec<String> {
     }
     if descriptor.words.is_none() {
         remarks.push(
-            "No words are stated. A report then says neither what the effect is, nor what to do, nor what tells it from \
-             similar ones."
+            "No words are stated. A report then says neither what the effect is, nor what to do, nor what tells it \
+             from similar ones."
                 .into(),
         );
     }

@@ -77,8 +77,9 @@ pub fn cpp(name: &str, stage: Stage) -> Result<Vec<File>, NameError> {
 //   misclosure effects check {name}.so                    does it keep the laws?
 //   misclosure improve BLOCK -o RUN --plugin {name}.so    is it what a block lacks?
 //
-// An effect is a formula from the values without it to the values with it. Two laws: where every estimated parameter has its nominal
-// value, `out` is what came in, to the last bit. The formula has no state, throws nothing and may be called by several threads.
+// An effect is a formula from the values without it to the values with it. Two laws: where every estimated parameter
+// has its nominal value, `out` is what came in, to the last bit. The formula has no state, throws nothing and may be
+// called by several threads.
 #include \"effect.h\"
 
 namespace misclosure {{
@@ -108,8 +109,8 @@ struct {type_name} {{
   // What a block must have to test it: kTime, kTemperature, kFlights, kVelocity, kGnss, kControl, kVertical.
   static constexpr std::array<Need, {count}> needs = {{{needs}}};
 
-  // {values}. T is double, or a number that carries derivatives: write `using std::sqrt;` and `sqrt(x)`, and branch
-  // on values alone. Returns false where the formula has no meaning. `reads`, which is optional, lists the places of `in`
+  // {values}. T is double, or a number that carries derivatives: write `using std::sqrt;` and `sqrt(x)`, and branch on
+  // values alone. Returns false where the formula has no meaning. `reads`, which is optional, lists the places of `in`
   // that the formula depends on, where it only hands on the others; derivatives cost less then: static constexpr
   // std::array reads = {{0, 1}};
   template <class T>
@@ -162,8 +163,9 @@ impl Effect for {type_name} {{
     const FORMULA: &CStr = c\"{formula}\";
     const CONFUSED_WITH: &CStr = c\"\";
     const SOURCE: &CStr = c\"{SOURCE}\";
-    // Estimated: name, unit, scope (one value in all, per camera, flight, image), nominal value, a size met in practice.
-    // up_to (on both sides of zero) and within: what is plausible if this cause is at work, and where that comes from.
+    // Estimated: name, unit, scope (one value in all, per camera, flight, image), nominal value, a size met in
+    // practice. up_to (on both sides of zero) and within: what is plausible if this cause is at work, and where that
+    // comes from.
     const PARAMETERS: &[Parameter] = &[
         Parameter::estimated(c\"{parameter}\", c\"{unit}\", Scope::Global, 0.0, {typical:?})
             .up_to({most:?}, c\"{RANGE}\"),

@@ -54,8 +54,8 @@ fn apart(together: &[Member], rest: &Group, survey: &Survey) -> bool {
     }
 }
 
-/// Do the images see these members elsewhere than where they are recorded? By more than what the rest of the group leaves
-/// unexplained, by an order of magnitude.
+/// Do the images see these members elsewhere than where they are recorded? By more than what the rest of the group
+/// leaves unexplained, by an order of magnitude.
 fn beside(members: &[Member], rest: &Group) -> bool {
     let (source, target) = seen(rest);
     let Some(aligned) = align(&source, &target, rest.sigma) else { return false };

@@ -29,8 +29,8 @@ pub struct Found {
     pub undone: f64,
 }
 
-/// Compares the estimated interior with the recorded one at image points `at` (px); `None` where they agree, or differ in
-/// another way.
+/// Compares the estimated interior with the recorded one at image points `at` (px); `None` where they agree, or differ
+/// in another way.
 pub fn judge(recorded: &Interior, estimated: &Interior, at: &[[f64; 2]]) -> Option<Found> {
     let opposite = opposite(recorded);
     let mut none = *recorded;
@@ -68,20 +68,20 @@ impl Found {
     /// none where it is the only one.
     pub fn mistake(&self, camera: &Camera, tables: &[&str], images: &[String]) -> Mistake {
         let evidence = format!(
-            "The distortion that they estimate differs from it by {:.1} px; once that is undone, by {:.1} px (RMS over the \
-             tie points).",
+            "The distortion that they estimate differs from it by {:.1} px; once that is undone, by {:.1} px (RMS over \
+             the tie points).",
             self.own, self.undone
         );
         match self.estimated {
             Estimated::None => {
                 let sentence = format!(
-                    "Tie points: measured in undistorted images, and the camera ({}) has the distortion of the original \
-                     ones. {evidence}",
+                    "Tie points: measured in undistorted images, and the camera ({}) has the distortion of the \
+                     original ones. {evidence}",
                     camera.id
                 );
                 let remedy = format!(
-                    "Measure in the original images, or apply the distortion to x and y ({}). Set it to zero if this is \
-                     not the camera of these images.",
+                    "Measure in the original images, or apply the distortion to x and y ({}). Set it to zero if this \
+                     is not the camera of these images.",
                     tables.join(", ")
                 );
                 let distort = |table: &&str| {

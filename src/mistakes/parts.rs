@@ -1,4 +1,4 @@
-//! Values of images that fall into two parts: two cameras under one name.
+//! Splits values of images into two groups, and tests the split.
 
 use super::{BEYOND, KINDS};
 use crate::math::statistics::{f_ln_sf, median};
@@ -51,7 +51,7 @@ pub fn apart(values: &[[f64; 2]], second: &[bool]) -> [f64; 2] {
 
 /// What a division says against none.
 pub struct Test {
-    /// Fall of the sum of squares, in units of what is left per degree of freedom.
+    /// Fall of the sum of squares, in units of the residual variance.
     pub drop: f64,
     /// `ln p` of that, every way to divide the images counted as an alternative.
     pub ln_p: f64,

@@ -1,4 +1,4 @@
-//! Two cameras under one name: a value that each image has of its own falls into two parts.
+//! Two cameras under one name: the focal lengths or principal points of single images form two groups.
 
 use super::Mistake;
 use super::parts::{Test, apart, divided, tested};
@@ -15,7 +15,7 @@ pub const POINTS_APART_PX: f64 = 10.0;
 /// Focal lengths of two cameras differ by more than this, px: an autofocus reaches it (the range of `focal-image`).
 pub const FOCALS_APART_PX: f64 = 20.0;
 
-/// What an image has of its own.
+/// Quantity that is estimated for each image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Own {
     /// Its principal point.
@@ -60,8 +60,9 @@ fn said(images: &Images<'_>, own: Own, names: Vec<String>, [dx, dy]: [f64; 2], t
     let (camera, count) = (images.camera, names.len());
     let sentence = match own {
         Own::PrincipalPoint => format!(
-            "The images of camera {camera} have two principal points: that of {count} images lies {:.1}, {:.1} px (x, y) \
-             beside that of the others. These are two cameras under one name, or the lens was moved between the images.",
+            "The images of camera {camera} have two principal points: that of {count} images lies {:.1}, {:.1} px (x, \
+             y) beside that of the others. These are two cameras under one name, or the lens was moved between the \
+             images.",
             -dx, -dy
         ),
         Own::FocalLength => format!(

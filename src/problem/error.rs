@@ -37,8 +37,8 @@ pub enum ProblemError {
     Empty,
     /// Tie points without coordinates in front of their cameras whose rays do not meet.
     #[error(
-        "tie point `{}`{} has no approximate coordinates in front of its cameras, and its rays do not meet there. Correct its \
-         row in points.csv or remove it",
+        "tie point `{}`{} has no approximate coordinates in front of its cameras, and its rays do not meet there. \
+         Correct its row in points.csv or remove it",
         points[0],
         if points.len() > 1 { format!(" (and {} more)", points.len() - 1) } else { String::new() }
     )]

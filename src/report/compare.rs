@@ -17,9 +17,9 @@ const NAMED_PARAMETERS: usize = 3;
 const ARROWS: usize = 400;
 
 const REFERENCE: &str = "Every other run is compared with the first one: its value minus that of the first.";
-const CAMERAS: &str = "Image point of one viewing ray, second calibration minus first. The orientations of the images absorb a \
-                       rotation of all rays, and flying heights most of a change of f. Both are fitted by least squares and \
-                       taken out, one after the other. The poses cannot absorb the remainder.";
+const CAMERAS: &str = "Image point of one viewing ray, second calibration minus first. The orientations of the images \
+                       absorb a rotation of all rays, and flying heights most of a change of f. Both are fitted by \
+                       least squares and taken out, one after the other. The poses cannot absorb the remainder.";
 
 /// All of it as text.
 pub fn text(compared: &Compared) -> String {

@@ -100,8 +100,9 @@ fn own_effect(page: &mut Page) {
 pub(super) fn candidates(page: &mut Page, diagnosis: &Diagnosis, scaled: bool) {
     page.section("Candidates");
     page.paragraph(
-        "Every effect of the catalogue was tested at the base model, before any was added. A refit with the effect would lower the weighted sum of squares by the predicted drop. The change \
-         of check points is that of their errors with the effect added. Check points decide nothing.",
+        "Every effect of the catalogue was tested at the base model, before any was added. A refit with the effect \
+         would lower the weighted sum of squares by the predicted drop. The change of check points is that of their \
+         errors with the effect added. Check points decide nothing.",
     );
     let (significant, others): (Vec<_>, Vec<_>) =
         diagnosis.candidates.iter().cloned().partition(|candidate| candidate.significant);

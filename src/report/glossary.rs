@@ -12,8 +12,8 @@ const TERMS: [(&str, &str); 18] = [
     ("3D RMS", "root mean square of the lengths of the differences in space; horizontal: of their lengths in plan"),
     (
         "sX, sY, sZ",
-        "standard deviation (1 sigma) of dX, dY, dZ from the marks and the survey of the point. It contains no errors that \
-         cameras and image orientations have in common",
+        "standard deviation (1 sigma) of dX, dY, dZ from the marks and the survey of the point. It contains no errors \
+         that cameras and image orientations have in common",
     ),
     (
         "wX, wY, wZ",

@@ -29,8 +29,8 @@ pub(super) fn letter(page: &mut Page, run: &RunFolder, diagnosis: &Diagnosis) {
         }
         if !found.plausible {
             page.warning(
-                "The estimate is beyond what physics allows of this effect. Take it as a similar shape, and look for the \
-                 cause among the effects that look like it.",
+                "The estimate is beyond what physics allows of this effect. Take it as a similar shape, and look for \
+                 the cause among the effects that look like it.",
             );
         }
         picture(page, run, found);

@@ -108,8 +108,9 @@ impl Run {
         }
         let (control, check) = (block.count(Role::Control), block.count(Role::Check));
         Some(format!(
-            "{control} control and {check} check points are not compared with the block. With the free datum a similarity \
-             takes it to them, which needs {SIMILARITY_POINTS} control points; --datum control, gnss or all needs none"
+            "{control} control and {check} check points are not compared with the block. With the free datum a \
+             similarity takes it to them, which needs {SIMILARITY_POINTS} control points; --datum control, gnss or all \
+             needs none"
         ))
     }
 

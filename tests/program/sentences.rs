@@ -8,8 +8,8 @@ use std::path::Path;
 /// Words of a sentence, at most (CONTRIBUTING.md).
 const MOST: usize = 25;
 
-/// Sentences of a text, as their words. An empty line ends one, and so do both ends of a line that is set in: a row of a
-/// list or an example.
+/// Sentences of a text, as their words. An empty line ends one, and so do both ends of a line that is set in: a row of
+/// a list or an example.
 fn sentences(text: &str) -> Vec<Vec<&str>> {
     let (mut found, mut open) = (vec![Vec::new()], false);
     for line in text.lines() {

@@ -1,5 +1,5 @@
-//! Two cameras under one name, by the values that a base model would give each image of its own. What scatters from
-//! image to image is physics; what falls into two parts is not.
+//! Two cameras under one name: the base model predicts a focal length and a principal point for each image. An effect
+//! scatters them from image to image; a second camera splits them into two groups.
 
 use super::super::linearised::Linearised;
 use super::undone::with_conventions;
@@ -11,7 +11,7 @@ use crate::model::{Model, Prior};
 use crate::score::random;
 use nalgebra::{DMatrix, DVector, Matrix2};
 
-/// Effects that give each image values of its own.
+/// Random effects by image, the physical quantity of each.
 const OF_IMAGES: [(&str, Own); 2] = [("focal-image", Own::FocalLength), ("pp-image", Own::PrincipalPoint)];
 
 /// Two cameras under one name, at a level `alpha`. `base`: the block linearised without what may be found in it.
@@ -21,11 +21,12 @@ pub fn several_cameras(block: &Block, base: &Linearised, alpha: f64) -> Vec<Mist
         let of_camera = |camera: usize| judge(&images(block, camera, values.as_ref()?), *own, alpha);
         (0..block.cameras.len()).filter_map(of_camera).collect::<Vec<_>>()
     };
-    // Principal points take part in a focal length that is wrong, and not the other way round.
+    // Two cameras may differ in both; either names the same images.
     OF_IMAGES.iter().map(of_effect).find(|found| !found.is_empty()).unwrap_or_default()
 }
 
-/// Best linear predictions of random values by image: `(M + phi / t^2)^-1 s`. `None` where the block does not tell them.
+/// Best linear predictions of random values by image: `(M + phi / t^2)^-1 s`. `None` where the block does not tell
+/// them.
 fn values(base: &Linearised, effect: &str, images: usize) -> Option<Vec<[f64; 2]>> {
     let set = &base.sets.iter().find(|set| set.id == effect)?.columns;
     // The first coordinate of all images, then the second one.

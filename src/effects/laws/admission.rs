@@ -33,8 +33,8 @@ pub fn admission(effect: &dyn Effect, table: &CEffect) -> Result<(), String> {
         let moved = out.iter().zip(&sample.input[first..]).position(|(out, input)| out.is_finite() && out != input);
         if let Some(k) = moved {
             return Err(format!(
-                "breaks the null law: at the nominal values of its parameters it must change nothing. It makes {} of {} \
-                 (output {k} of its stage, {})",
+                "breaks the null law: at the nominal values of its parameters it must change nothing. It makes {} of \
+                 {} (output {k} of its stage, {})",
                 out[k],
                 sample.input[first + k],
                 descriptor.stage.name()

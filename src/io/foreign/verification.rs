@@ -79,8 +79,8 @@ pub fn check(block: &Block, dir: &Path, approximate: bool, notes: &mut Vec<Note>
         let miss = found.map_or(f64::INFINITY, |[x, y]| (x - stated[0]).hypot(y - stated[1]));
         if miss > TOLERANCE_PX && !approximate {
             let problem = format!(
-                "image {} sees this point {miss:.3e} px from where it was written, more than {TOLERANCE_PX} px. The transfer \
-                 is wrong, or the files were changed since (then remove {FILE})",
+                "image {} sees this point {miss:.3e} px from where it was written, more than {TOLERANCE_PX} px. The \
+                 transfer is wrong, or the files were changed since (then remove {FILE})",
                 block.images[*image_number].name
             );
             return Err(table.refuse_row(problem));

@@ -68,7 +68,8 @@ pub fn judge(table: &Table, tables: &Tables, extents: &[Extent]) -> Vec<Mistake>
 
 fn mistake(of: Measured, share: Share, images: Vec<String>) -> Mistake {
     let sentence = format!(
-        "{}: they fill {:.3} of the width and of the height of the images{}, from the upper left corner. They were measured in images of that size.",
+        "{}: they fill {:.3} of the width and of the height of the images{}, from the upper left corner. They were \
+         measured in images of that size.",
         of.words(),
         share.of,
         if images.is_empty() { String::new() } else { format!(" ({} images)", images.len()) },

@@ -111,7 +111,8 @@ fn order(tables: &Tables) -> Option<Mistake> {
     let ratio = worst(flights::source(tables))?;
     worst(Source::Approximate)?;
     let sentence = format!(
-        "Images: the times are not in the order of the flight. In the order of time the path is {ratio:.0} times as long as in that of images.csv."
+        "Images: the times are not in the order of the flight. In the order of time the path is {ratio:.0} times as \
+         long as in that of images.csv."
     );
     let remedy = "Pair images and times anew (time_s of images.csv).";
     Some(Mistake::new("time", "images", sentence, remedy.into()).sized(ratio, None, "1"))

@@ -85,7 +85,8 @@ pub fn judge(tables: &Tables) -> Option<Mistake> {
     let names: Vec<String> = smaller.iter().flatten().map(|image| tables.images[*image].name.clone()).collect();
     let count = parts.len();
     let sentence = format!(
-        "Images: {count} parts of the block have no common tie points and fewer than {COMMON} common surveyed points. {} images ({}) are apart from the largest part of {}.",
+        "Images: {count} parts of the block have no common tie points and fewer than {COMMON} common surveyed points. \
+         {} images ({}) are apart from the largest part of {}.",
         names.len(),
         words::list(&names),
         largest.len()

@@ -98,7 +98,8 @@ pub fn exchanged(subject: Subject, names: [&String; 2], drop: f64, ln_p: f64) ->
 pub fn exchanged_images(names: [&str; 2], drop: f64, ln_p: f64) -> Mistake {
     let [a, b] = names;
     let sentence = format!(
-        "Images {a} and {b}: their measurements are exchanged; those of each fit at the place of the other. Their rows in images.csv may be exchanged instead."
+        "Images {a} and {b}: their measurements are exchanged; those of each fit at the place of the other. Their rows \
+         in images.csv may be exchanged instead."
     );
     let remedy = "Exchange the two names, in ties.csv and marks.csv or in images.csv.";
     let values = names.map(String::from);

@@ -35,8 +35,8 @@ pub fn sections(page: &mut Page, results: &Results) -> Result<()> {
 fn lengths(page: &mut Page, results: &Results) -> Result<()> {
     page.section("Left open: how the bowl grows with the length of the corridor");
     page.paragraph(
-        "The dike's flights over corridors of 200 m to 5 km, the focal length growing per image as in S3. A longer corridor \
-         has more images, so the drift grows with it. Ten control points, whatever the length.",
+        "The dike's flights over corridors of 200 m to 5 km, the focal length growing per image as in S3. A longer \
+         corridor has more images, so the drift grows with it. Ten control points, whatever the length.",
     );
     let mut table = (Table::new("Bowl against length"))
         .number("length", "m")
@@ -91,8 +91,8 @@ fn lengths(page: &mut Page, results: &Results) -> Result<()> {
     }
     page.table(&table);
     page.paragraph(
-        "The bowl grows with the cube of the length. The drift grows with the number of images, and so with the length. A \
-         bent strip departs from its chord by the square of the length.",
+        "The bowl grows with the cube of the length. The drift grows with the number of images, and so with the \
+         length. A bent strip departs from its chord by the square of the length.",
     );
     let panel = Panel {
         x: Axis::new("length of the corridor", "m").log(),
@@ -239,9 +239,10 @@ fn repairs(page: &mut Page, results: &Results) -> Result<()> {
     }
     page.table(&table);
     page.paragraph(
-        "The drift of S3 goes by the number of the image. Against time it is only nearly linear, since flights differ in speed and pauses lie between them: \
-         that is what focal-time cannot take up. A grid repairs as much of the flaw as its cells can follow. Cells of 100 px around the \
-         known place follow all but its sharp middle. The cells of 1000 px over the whole sensor follow next to nothing.",
+        "The drift of S3 goes by the number of the image. Against time it is only nearly linear, since flights differ \
+         in speed and pauses lie between them: focal-time cannot model the difference. A grid repairs as much of the \
+         flaw as its cells can follow. Cells of 100 px around the known place follow all but its sharp middle. The \
+         cells of 1000 px over the whole sensor follow next to nothing.",
     );
     for (key, title) in
         [("s3-time", "S3 with focal-time against time"), ("s4-grid", "S4 with image-grid around the known place")]
@@ -258,8 +259,9 @@ fn repairs(page: &mut Page, results: &Results) -> Result<()> {
 fn realistic(page: &mut Page, results: &Results) -> Result<()> {
     page.section("Left open: realistic temperatures");
     page.paragraph(
-        "6.17 px stand for 80 K in the publication, which gives 20 to 40 K as realistic. One case grows as in S3, in proportion; in the \
-         other a lens warms up evenly in time. Each is adjusted without and with the effect focal-temperature.",
+        "6.17 px stand for 80 K in the publication, which gives 20 to 40 K as realistic. One case grows as in S3, in \
+         proportion; in the other a lens warms up evenly in time. Each is adjusted without and with the effect \
+         focal-temperature.",
     );
     let mut table =
         check_table("Residuals at the check points, marks in the erroneous images").number("estimated f", "px");

@@ -48,8 +48,9 @@ pub fn section(page: &mut Page, results: &Results, simulation: &Simulation) -> R
             "s3-focal",
             line_chart(&chart),
             &format!(
-                "Figure 7: the focal length of each image, from its measurements and the true orientation. {} px in the first, \
-                 {} px in the last (published: {first}, {last}). Estimated for all: {} px (published: {estimated}).",
+                "Figure 7: the focal length of each image, from its measurements and the true orientation. {} px in \
+                 the first, {} px in the last (published: {first}, {last}). Estimated for all: {} px (published: \
+                 {estimated}).",
                 fixed(ends[0], 2),
                 fixed(ends[1], 2),
                 fixed(s3.interior[F], 2)
@@ -87,10 +88,11 @@ pub fn section(page: &mut Page, results: &Results, simulation: &Simulation) -> R
 }
 
 /// How marks and weights enter.
-pub const MARKS_NOTE: &str = "The published check points are measured in the erroneous images, so part of the error cancels or adds up in \
-                              the marks themselves. Exact marks show the deformation of the block alone. The published \
-                              estimator weights ties by m (m - 1) (multi-points) or m (m - 1)^2 (pairs), m the number \
-                              of images. Its further radial terms r^9 and r^11 are not in our camera.";
+pub const MARKS_NOTE: &str = "The published check points are measured in the erroneous images, so part of the error \
+                              cancels or adds up in the marks themselves. Exact marks show the deformation of the \
+                              block alone. The published estimator weights ties by m (m - 1) (multi-points) or m (m - \
+                              1)^2 (pairs), m the number of images. Its further radial terms r^9 and r^11 are not in \
+                              our camera.";
 
 /// The rows with other weights.
 pub fn weights_rows(table: &mut crate::report::tables::Table, results: &Results, key: &str) -> Result<()> {

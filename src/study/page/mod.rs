@@ -28,11 +28,11 @@ pub fn page(results: &Results, simulation: &Simulation) -> Result<Page> {
     let mut page = Page::new("Calibration errors in a corridor block");
     page.subtitle("Published figures beside ours; every number and picture is made from the runs of this program.");
     page.paragraph(
-        "An error-free block is simulated, and one known error is put into its image measurements or its start values. The \
-         block is adjusted with tie points alone. A similarity from ten control points takes it into the survey's system, \
-         where it is compared with 5000 check points. The block has the published counts, heights and camera. Tilt, strip layout, terrain \
-         and the places of the points are not published, and are this program's own. So millimetres can differ where \
-         geometry decides, while laws cannot.",
+        "An error-free block is simulated, and one known error is put into its image measurements or its start values. \
+         The block is adjusted with tie points alone. A similarity from ten control points takes it into the survey's \
+         system, where it is compared with 5000 check points. The block has the published counts, heights and camera. \
+         Tilt, strip layout, terrain and the places of the points are not published, and are this program's own. So \
+         millimetres can differ where geometry decides, while laws cannot.",
     );
     page.section("In short");
     page.table(&findings_table(&findings(results)?));

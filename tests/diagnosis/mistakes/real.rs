@@ -25,8 +25,8 @@ fn two_height_systems() {
     assert!(left.is_empty(), "{left:?}");
 }
 
-/// Published blocks were adjusted as they are. Of one, marks lie 1.65 px beside the tie points: its control points, which
-/// take no part in that, are missed by 307 instead of 349 mm once it is taken off.
+/// Published blocks were adjusted as they are. Of one, marks lie 1.65 px beside the tie points: its control points,
+/// which take no part in that, are missed by 307 instead of 349 mm once it is taken off.
 #[test]
 fn published_blocks_have_no_mistake() {
     let Some(folder) = shared("data") else { return };

@@ -167,8 +167,8 @@ fn by_name(images: Vec<Image>, mut ties: Vec<Measurement>) -> (Vec<Image>, Vec<M
 fn known_of_colmap(flights: usize) -> [Note; 3] {
     [
         Note::fact(
-            "COLMAP has left out measurements with residuals above its limit (4 px if not set otherwise): residuals end \
-             there, and its outliers are gone",
+            "COLMAP has left out measurements with residuals above its limit (4 px if not set otherwise): residuals \
+             end there, and its outliers are gone",
         ),
         Note::fact(
             "place, orientation and scale of the object coordinates are COLMAP's; metres only if it was georeferenced",
