@@ -1,6 +1,6 @@
 //! `misclosure mend`: a copy of a block in which mistakes are undone.
 
-use super::mistakes::screened;
+use super::mistakes::{of_adjusted, screened};
 use super::output::{Output, usable};
 use super::text::paragraph;
 use super::{Answer, Console, Usage};
@@ -77,8 +77,15 @@ pub fn mend(from: &Path, to: &Path, only: &[String], threads: usize, tell: &dyn 
     for round in 0..=MOST_MENDS {
         tell("looking for mistakes");
         let block = if round == 0 { from } else { to };
-        let (now, left): (Vec<Mistake>, Vec<Mistake>) = screened(block, threads)?.into_iter().partition(wanted);
+        let (mut now, left): (Vec<Mistake>, Vec<Mistake>) = screened(block, threads)?.into_iter().partition(wanted);
         mended.left = left;
+        if now.is_empty() {
+            tell("adjusting the block");
+            match of_adjusted(block, threads) {
+                Ok(found) => now.extend(found.into_iter().filter(wanted)),
+                Err(error) => tell(&format!("two cameras under one name were not looked for: {error}")),
+            }
+        }
         if now.is_empty() || round == MOST_MENDS {
             mended.stopped = !now.is_empty();
             mended.left.extend(now);

@@ -3,9 +3,12 @@
 use crate::adjust::Options;
 use crate::block::Block;
 use crate::diagnose::screening;
+use crate::diagnose::settings::Settings;
+use crate::diagnose::two_cameras::under_one_name;
 use crate::io::block::read_block;
 use crate::mistakes::Mistake;
 use crate::model::Model;
+use crate::run::default_diagnosis_datum;
 use std::path::Path;
 
 /// Significance level: the probability that a block without any misfit or mistake gets a finding.
@@ -15,6 +18,18 @@ pub const SIGNIFICANCE: f64 = 0.001;
 pub fn of_block(block: Block, threads: usize) -> Vec<Mistake> {
     let options = Options { threads, ..Options::default() };
     screening::mistakes(&block.about_its_centre(), &Model::default(), SIGNIFICANCE, &options)
+}
+
+/// Mistakes that only an adjustment of the block shows: two cameras under one name.
+///
+/// # Errors
+/// An adjustment that fails.
+pub fn of_adjusted(folder: &Path, threads: usize) -> anyhow::Result<Vec<Mistake>> {
+    let block = read_block(folder)?.block.about_its_centre();
+    let model = Model { datum: default_diagnosis_datum(&block), ..Model::default() };
+    let options = Options { threads, ..Options::default() };
+    let settings = Settings { plugins: &[], options, significance: SIGNIFICANCE, snoop: true, tell: &|_| {} };
+    Ok(under_one_name(&block, &model, &settings)?)
 }
 
 /// Mistakes in a block that comes from another program. `reported_px`: what that program says that its tie points are

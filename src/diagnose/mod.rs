@@ -51,6 +51,7 @@ pub mod settle;
 pub mod shown;
 mod single;
 mod squares;
+pub mod two_cameras;
 pub mod verdict;
 mod weigh;
 pub mod weights;

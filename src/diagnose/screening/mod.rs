@@ -17,7 +17,7 @@ mod undone;
 mod values;
 
 pub use aside::{of_outliers, without};
-pub use own_cameras::{several_cameras, with_own_cameras};
+pub use own_cameras::{OF_IMAGES, several_cameras, with_own_cameras};
 pub use precision::of_weights;
 pub use rays::of_own_points;
 

@@ -11,8 +11,8 @@ use crate::model::{Model, Prior};
 use crate::score::random;
 use nalgebra::{DMatrix, DVector, Matrix2};
 
-/// Random effects by image, the physical quantity of each.
-const OF_IMAGES: [(&str, Own); 2] = [("focal-image", Own::FocalLength), ("pp-image", Own::PrincipalPoint)];
+/// Random effects by image, and what each says of a camera.
+pub const OF_IMAGES: [(&str, Own); 2] = [("focal-image", Own::FocalLength), ("pp-image", Own::PrincipalPoint)];
 
 /// Two cameras under one name, at a level `alpha`. `base`: the block linearised without what may be found in it.
 pub fn several_cameras(block: &Block, base: &Linearised, alpha: f64) -> Vec<Mistake> {

@@ -36,6 +36,10 @@ impl Adjusted {
     /// Files that cannot be read, or that are of another block.
     pub fn read(mut block: Block, dir: &Path) -> Result<Self, Error> {
         let folder = RunFolder::<serde::de::IgnoredAny>::read(dir)?;
+        let of_block = |id: &String| block.cameras.iter().any(|camera| camera.id == *id);
+        if let Some((id, _)) = folder.summary.cameras.0.iter().find(|(id, _)| !of_block(id)) {
+            return Err(second_camera(dir, id));
+        }
         for camera in &mut block.cameras {
             let of_run = folder.summary.cameras.0.iter().find(|(id, _)| *id == camera.id);
             let (_, values) = of_run.ok_or_else(|| stranger(dir, "camera", &camera.id))?;
@@ -146,6 +150,13 @@ fn effect(block: &Block, seen: &Measurement, point: &Vector3<f64>, residual: [f6
     let interior: &Interior = &block.camera_of(seen.image).interior;
     let plain = project(interior, block.images[seen.image.index()].pose.cam_from_world(point).into())?;
     Some([seen.x - residual[0] - plain[0], seen.y - residual[1] - plain[1]])
+}
+
+/// A diagnosis split a camera of the block into two.
+fn second_camera(dir: &Path, id: &str) -> Error {
+    let problem =
+        format!("the run has camera {id:?}, which the block lacks; make the block of the run by `misclosure mend`");
+    Error::Read { path: dir.to_owned(), source: std::io::Error::new(std::io::ErrorKind::InvalidData, problem) }
 }
 
 fn stranger(dir: &Path, what: &str, name: &str) -> Error {

@@ -2,6 +2,7 @@
 //! none is named.
 
 use crate::common;
+mod cameras;
 mod clean;
 mod conventions;
 mod groups;

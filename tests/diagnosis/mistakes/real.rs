@@ -2,7 +2,7 @@
 //! `data/ign-borea`, reference.json), and published ones, of which nothing that is not so may be said.
 
 use super::made::{expect, named};
-use crate::common::beside::shared;
+use crate::beside::shared;
 use misclosure::io::block::read_block;
 use misclosure::io::edit::edited;
 use std::path::Path;
