@@ -122,7 +122,7 @@ fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64) -
         return None;
     }
     let all = relations().into_iter().map(|relation| (relation, relation.misfits(recorded, expected)));
-    let all: Vec<(Relation, Vec<Vector3<f64>>)> = all.collect();
+    let all = unbent(all.collect(), variance);
     let least = all.iter().map(|(_, misfits)| variance(misfits)).fold(f64::INFINITY, f64::min);
     // One or two members cannot outvote each other: a blunder in all of them and an offset are the same.
     let cap = match right.len() {
@@ -155,6 +155,22 @@ fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64) -
     }
     let drop = before.iter().map(|misfit| square(misfit, deviation).min(cap)).sum();
     other_frame(reference, tested, shift, drop)
+}
+
+/// Relations without a tilt that only bends: a network that is a little bent tilts its parts. A tilt leaves an order of
+/// magnitude less than what is simpler.
+fn unbent(
+    mut all: Vec<(Relation, Vec<Vector3<f64>>)>,
+    variance: impl Fn(&[Vector3<f64>]) -> f64,
+) -> Vec<(Relation, Vec<Vector3<f64>>)> {
+    let least = |is_tilt: bool| {
+        let own = all.iter().filter(|(relation, _)| (*relation == Relation::Tilt) == is_tilt);
+        own.map(|(_, misfits)| variance(misfits)).fold(f64::INFINITY, f64::min)
+    };
+    if least(false) < BEYOND * BEYOND * least(true) {
+        all.retain(|(relation, _)| *relation != Relation::Tilt);
+    }
+    all
 }
 
 /// A height offset against GNSS positions with a better value; `focal`: see `words::height_offset`.

@@ -4,6 +4,7 @@ use super::Mistake;
 use super::parts::{Test, apart, divided, tested};
 use crate::block::edit::{Change, Edit};
 use nalgebra::Matrix2;
+use std::collections::BTreeMap;
 
 /// Images of each camera at least: the median distance of fewer from their own middle says little of how far they
 /// spread.
@@ -38,6 +39,18 @@ pub struct Images<'a> {
     pub covariances: Vec<Matrix2<f64>>,
     /// Are these all images of the camera?
     pub are_all: bool,
+    /// Flights of the images whose value antenna positions tell; empty where these take no part.
+    pub flights: Vec<usize>,
+}
+
+impl Images<'_> {
+    /// Does each of several flights lie in one part? Heights of a flight's antennas that are off look the same.
+    fn divides_by_flight(&self, second: &[bool]) -> bool {
+        let mut part_of: BTreeMap<usize, bool> = BTreeMap::new();
+        let is_whole = |(flight, part): (&usize, &bool)| *part_of.entry(*flight).or_insert(*part) == *part;
+        let all_whole = self.flights.iter().zip(second).all(is_whole);
+        all_whole && part_of.len() > 1
+    }
 }
 
 /// Two cameras under one name, at a level `alpha`.
@@ -47,6 +60,9 @@ pub fn judge(images: &Images<'_>, own: Own, alpha: f64) -> Option<Mistake> {
         Own::FocalLength => (FOCALS_APART_PX, 1),
     };
     let second = divided(&images.values, least)?;
+    if images.divides_by_flight(&second) {
+        return None;
+    }
     let test = tested(&images.values, &images.covariances, &second, dimensions)?;
     // The part that is named is the smaller one.
     let part = images.names.iter().zip(&second).filter(|(_, second)| **second);
@@ -96,6 +112,10 @@ mod tests {
     const NAMES: [&str; 12] = ["a", "b", "c", "d", "e", "f", "g", "h", "i", "j", "k", "l"];
 
     fn judged(focal: impl Fn(usize) -> f64, are_all: bool) -> Option<Mistake> {
+        in_flights(focal, are_all, vec![0; NAMES.len()])
+    }
+
+    fn in_flights(focal: impl Fn(usize) -> f64, are_all: bool, flights: Vec<usize>) -> Option<Mistake> {
         let images = Images {
             camera: "cam",
             cameras: vec!["cam", "cam-2"],
@@ -103,6 +123,7 @@ mod tests {
             values: (0..NAMES.len()).map(|k| [focal(k), 0.0]).collect(),
             covariances: vec![Matrix2::identity(); NAMES.len()],
             are_all,
+            flights,
         };
         judge(&images, Own::FocalLength, 1e-3)
     }
@@ -124,6 +145,14 @@ mod tests {
         assert_eq!(copy.change, Change::Copy { id: "cam-3".into() }, "an id that no camera has");
         assert_eq!(set.rows[0].values, found.names);
         assert!(judged(two, false).expect("two cameras").mend.is_empty(), "some images are not known");
+    }
+
+    #[test]
+    fn a_flight_with_heights_of_its_own_is_no_second_camera() {
+        let two = |k: usize| hunting(k) + if k >= 7 { 90.0 } else { 0.0 };
+        let flights = |first: usize| (0..NAMES.len()).map(|k| usize::from(k >= first)).collect();
+        assert!(in_flights(two, true, flights(7)).is_none());
+        assert!(in_flights(two, true, flights(5)).is_some(), "the second flight has both");
     }
 
     #[test]

@@ -190,6 +190,20 @@ fn single_members() {
 }
 
 #[test]
+fn an_offset_in_a_bent_network_is_no_tilt() {
+    // A bend of a ten thousandth of the extent, as long blocks have it.
+    let mut bent = survey();
+    rewrite(&mut bent, 1, |_, p| p + Vector3::new(0.0, 0.0, 1.5 + 1e-4 * (p.x - 100.0)));
+    let found = screen(&bent, ALPHA);
+    assert!(found.len() == 1 && found[0].kind == "height-offset", "{found:?}");
+    assert!((found[0].value.expect("a size").abs() - 1.5).abs() < 0.02, "{found:?}");
+    let mut tilted = survey();
+    rewrite(&mut tilted, 1, |_, p| p + Vector3::new(0.0, 0.0, 1e-2 * (p.x - 100.0)));
+    let found = screen(&tilted, ALPHA);
+    assert!(found.len() == 1 && found[0].kind == "tilt", "{found:?}");
+}
+
+#[test]
 fn lists_of_positions_that_slipped() {
     let mut slipped = survey();
     let list: Vec<_> = slipped.groups[2].members.iter().map(|member| member.recorded).collect();

@@ -52,6 +52,7 @@ fn images<'a>(block: &'a Block, camera: usize, values: &[[f64; 2]]) -> Images<'a
         // One for all: their part of the scatter is the same for each.
         covariances: vec![Matrix2::identity(); own.len()],
         are_all: true,
+        flights: own.iter().map(|k| block.images[*k].flight.index()).collect(),
     }
 }
 

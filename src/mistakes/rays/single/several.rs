@@ -16,6 +16,7 @@ pub fn cameras(scene: &Scene, shifted: &[Shifted<'_>], alpha: f64) -> Vec<Mistak
             names: own.iter().map(|shifted| scene.views[shifted.view].name.as_str()).collect(),
             values: own.iter().map(|shifted| shifted.shift).collect(),
             covariances: own.iter().map(|shifted| shifted.covariance).collect(),
+            flights: Vec::new(),
             are_all: own.len() == scene.views.iter().filter(|view| view.camera == camera).count(),
         };
         judge(&images, Own::PrincipalPoint, alpha)
