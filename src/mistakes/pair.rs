@@ -122,7 +122,11 @@ fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64) -
         return None;
     }
     let all = relations().into_iter().map(|relation| (relation, relation.misfits(recorded, expected)));
-    let all = unbent(all.collect(), variance);
+    let mut all: Vec<(Relation, Vec<Vector3<f64>>)> = all.collect();
+    // A network that bends a little tilts its parts: a tilt is asked for where nothing simpler explains the difference.
+    if all.iter().any(|(relation, after)| *relation != Relation::Tilt && explains(variance(&before), variance(after))) {
+        all.retain(|(relation, _)| *relation != Relation::Tilt);
+    }
     let least = all.iter().map(|(_, misfits)| variance(misfits)).fold(f64::INFINITY, f64::min);
     // One or two members cannot outvote each other: a blunder in all of them and an offset are the same.
     let cap = match right.len() {
@@ -142,9 +146,7 @@ fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64) -
     let drop = objective(&before) - objective(after);
     let (alternatives, _) = relation.freedom();
     let pays = drop > price(alpha, alternatives) + cost(relation);
-    // What is left beside it is less than what would be a mistake by itself, and an order of magnitude less than it.
-    let left = variance(after);
-    if pays && left < BEYOND * BEYOND && variance(&before) >= BEYOND * BEYOND * left {
+    if pays && explains(variance(&before), variance(after)) {
         let sigma = Vector3::from_fn(|axis, _| sigma_of_shift(reference, tested, right, axis));
         let ln_p = ln_p(drop - cost(relation), alternatives);
         let tilt = Tilt::of(&before, expected).map_or(0.0, |tilt| tilt.angle());
@@ -157,20 +159,10 @@ fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64) -
     other_frame(reference, tested, shift, drop)
 }
 
-/// Relations without a tilt that only bends: a network that is a little bent tilts its parts. A tilt leaves an order of
-/// magnitude less than what is simpler.
-fn unbent(
-    mut all: Vec<(Relation, Vec<Vector3<f64>>)>,
-    variance: impl Fn(&[Vector3<f64>]) -> f64,
-) -> Vec<(Relation, Vec<Vector3<f64>>)> {
-    let least = |is_tilt: bool| {
-        let own = all.iter().filter(|(relation, _)| (*relation == Relation::Tilt) == is_tilt);
-        own.map(|(_, misfits)| variance(misfits)).fold(f64::INFINITY, f64::min)
-    };
-    if least(false) < BEYOND * BEYOND * least(true) {
-        all.retain(|(relation, _)| *relation != Relation::Tilt);
-    }
-    all
+/// Does a relation that leaves the variance `after` explain `before`? What is left beside it is less than what would be
+/// a mistake by itself, and an order of magnitude less than it.
+fn explains(before: f64, after: f64) -> bool {
+    after < BEYOND * BEYOND && before >= BEYOND * BEYOND * after
 }
 
 /// A height offset against GNSS positions with a better value; `focal`: see `words::height_offset`.
