@@ -1,7 +1,7 @@
 # Every target does the set-up it needs (scripts/setup.sh). All builds are --release: one build serves tests, demo and benchmarks.
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
-# Tests and demos use the defaults of the program and ignore the user's config.toml.
+# What is tested and shown has the defaults of the program, not those of whoever runs make.
 export MISCLOSURE_CONFIG :=
 
 .PHONY: help setup build install demo check docs pictures test test-sanitize test-hidden test-cases test-fresh test-null hit-rates test-blunders test-lab fuzz bench dist try-dist clean
@@ -39,13 +39,7 @@ pictures: build ## the pictures of README and book, from runs on blocks of the r
 	cargo run --release --example how_it_decides
 
 test: setup ## everything CI runs: format, lints, documentation, Rust and C++ tests, the laboratory's page where a Chromium is at hand
-	cargo fmt --check
-	cargo clippy --release --all-targets -- -D warnings
-	cargo clippy --release --all-targets --no-default-features --features lab -- -D warnings
-	RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps
-	cargo test --release
-	tests/lab_page/run.sh
-	$(MAKE) --no-print-directory test-sanitize
+	scripts/test.sh
 
 test-sanitize: setup ## the C++ tests under AddressSanitizer, UBSan and the standard library's assertions
 	cmake -S cpp -B target/cpp-sanitize -DCMAKE_BUILD_TYPE=Sanitize \
