@@ -25,6 +25,8 @@ const SIGNIFICANCE: f64 = 1e-3;
 const SIZES: [f64; 5] = [1.0, 0.5, 2.0, 0.7, 1.4];
 /// Units of a size.
 const SIZED: [&str; 4] = ["m", "deg", "px", "s"];
+/// Kinds of control that does not fix a block.
+const DATUM: [&str; 2] = ["too-few", "in-line"];
 /// Groups between which an offset or a unit shows: which of them is wrong, nobody knows.
 const SURVEYED: [&str; 3] = ["control", "check", "gnss"];
 
@@ -83,7 +85,13 @@ fn block(preset: &str, seed: u64) -> Result<misclosure::block::Block, Box<dyn Er
 }
 
 /// Makes a mistake in a copy; `None` where the block has nothing that it concerns, `false` where no reader takes it.
+/// Control that fixes no block concerns a block without GNSS positions, which fix it alone.
 fn made(kind: &mistakes::Kind, subject: &str, size: f64, right: &Path, wrong: &Path) -> Option<bool> {
+    let has_gnss =
+        |folder: &Path| read_block(folder).is_ok_and(|read| read.block.images.iter().any(|i| i.gnss.is_some()));
+    if DATUM.contains(&kind.id()) && has_gnss(right) {
+        return None;
+    }
     let _ = std::fs::remove_dir_all(wrong);
     std::fs::create_dir(wrong).ok()?;
     for file in mistakes::FILES.iter().filter(|file| right.join(file).exists()) {

@@ -52,8 +52,8 @@ pub struct Diagnosed {
     several_cameras: Vec<Mistake>,
 }
 
-/// Diagnoses `block` under `model`. Where the centre of distortion is not determined, in the base or beside what was found, it is tied to the
-/// principal point.
+/// Diagnoses `block` under `model`. Where the centre of distortion is not determined, in the base or beside what was
+/// found, it is tied to the principal point.
 ///
 /// # Errors
 /// A fit that fails.
@@ -97,7 +97,8 @@ fn diagnose_without_mistakes(
     }?;
     let fit = &diagnosed.improvement.fit;
     let aside = screening::of_outliers(block, &diagnosed.outliers, fit, &mistakes, settings.significance);
-    judge_mistakes(&mut diagnosed.diagnosis, mistakes.into_iter().chain(aside));
+    let focal = screening::of_focal_lengths(block, fit, &mistakes);
+    judge_mistakes(&mut diagnosed.diagnosis, mistakes.into_iter().chain(aside).chain(focal));
     let imprecise = screening::of_weights(&diagnosed.diagnosis);
     judge_mistakes(&mut diagnosed.diagnosis, imprecise);
     Ok(diagnosed)

@@ -63,8 +63,8 @@ pub const MOST_MENDS: usize = 4;
 /// For a person, where [`MOST_MENDS`] rounds leave mistakes that can be undone.
 pub fn mending_stopped() -> String {
     format!(
-        "Mending stopped after {MOST_MENDS} rounds: each brought up another mistake. Look at those that are left before \
-         you mend them, too."
+        "Mending stopped after {MOST_MENDS} rounds: each brought up another mistake. Look at those that are left \
+         before you mend them, too."
     )
 }
 

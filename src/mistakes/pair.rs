@@ -10,7 +10,10 @@ use crate::evaluate::similarity::Similarity;
 use crate::math::statistics::{chi_square_quantile, median};
 use nalgebra::Vector3;
 
-/// Differences between datums and antenna heights are smaller: what `gnss-shift` may explain, m.
+/// Arms of antennas, a base station of autonomous coordinates and realisations of one datum make smaller offsets, m:
+/// what `gnss-shift` may explain.
+const STATIONS_M: f64 = 10.0;
+/// Datums of one country differ by less, m: farther is another system.
 const DATUMS_M: f64 = 110.0;
 /// Times its own standard deviation that the focal length of the network may be wrong by.
 const FOCAL_SIGMAS: f64 = 3.0;
@@ -199,9 +202,11 @@ fn named(reference: &Judged, tested: &Tested<'_>, survey: &Survey, difference: &
             let beyond = shift.z.abs() >= GEOID_M[0].max(share * distance);
             beyond.then(|| words::height_offset(one, other, difference, stated))
         }
-        Relation::Plan | Relation::Shift if antennas => {
-            (shift.norm() > DATUMS_M).then(|| words::other_frame(one, other, shift.norm(), difference))
-        }
+        Relation::Plan | Relation::Shift if antennas => match shift.norm() {
+            distance if distance > DATUMS_M => Some(words::other_frame(one, other, distance, difference)),
+            distance if distance > STATIONS_M => Some(words::plan_offset(one, other, difference)),
+            _ => None,
+        },
         Relation::Height => Some(words::height_offset(one, other, difference, None)),
         Relation::Tilt => Some(words::tilt(one, other, difference)),
         Relation::Plan | Relation::Shift => Some(words::plan_offset(one, other, difference)),

@@ -2,6 +2,7 @@
 //! alone and its surveyed groups beside that.
 
 mod aside;
+mod focal;
 mod heights;
 mod lens;
 mod lost;
@@ -17,6 +18,7 @@ mod undone;
 mod values;
 
 pub use aside::{of_outliers, without};
+pub use focal::of_focal_lengths;
 pub use own_cameras::{OF_IMAGES, several_cameras, with_own_cameras};
 pub use precision::of_weights;
 pub use rays::of_own_points;
@@ -34,6 +36,7 @@ use undone::with_conventions;
 /// without them. Each kind of a subject once, the first that found it.
 pub fn mistakes(block: &Block, model: &Model, significance: f64, options: &Options) -> Vec<Mistake> {
     let mut found = values::of_values(block);
+    found.extend(values::of_datum(block, model));
     let of_rays = rays::of_rays(&with_conventions(block, &found));
     add(&mut found, of_rays);
     // What is surveyed is held against images as they should be.

@@ -26,10 +26,12 @@ fn said(group: &Imprecise, subject: Subject) -> Mistake {
     let Imprecise { group, factor, worst } = group;
     // The factor stands at the end of its range: a bound, and no value.
     let sentence = format!(
-        "The residuals of {group} are at least {factor:.1} times as large as the stated standard deviations allow; the largest: {}.",
+        "The residuals of {group} are at least {factor:.1} times as large as the stated standard deviations allow; \
+         the largest: {}.",
         worst.join(", ")
     );
-    let remedy = "Look for wrong coordinates first; else state the precision that they have (sigma columns, or [sigma] of block.toml).";
+    let remedy = "Look for wrong coordinates first; else state the precision that they have (sigma columns, or \
+                  [sigma] of block.toml).";
     Mistake::new("precision", subject.key(), sentence, remedy.into())
         .of(worst.clone())
         .tested(f64::NAN, f64::NEG_INFINITY)

@@ -7,6 +7,7 @@ use crate::geodesy::exchanged::exchanged;
 use crate::geodesy::geographic::LocalSystem;
 use crate::mistakes::values::{self, Measured, Places, Row, Table, Tables};
 use crate::mistakes::{Mistake, Subject};
+use crate::model::{Datum, Model};
 use nalgebra::Vector3;
 
 /// Measurements that tell the distance of the tie points: a quantile of them is known to a hundredth.
@@ -17,6 +18,12 @@ const WITHIN: f64 = 0.95;
 /// Mistakes that the values of a block's tables show without any adjustment.
 pub fn of_values(block: &Block) -> Vec<Mistake> {
     values::judge(&tables(block))
+}
+
+/// Control that does not fix a block, where the model asks it to.
+pub fn of_datum(block: &Block, model: &Model) -> Option<Mistake> {
+    let with_gnss = model.datum == Datum::All;
+    (with_gnss || model.datum == Datum::Control).then(|| values::datum::judge(&tables(block), with_gnss)).flatten()
 }
 
 /// Where surveyed positions lie against the cameras, as the values alone say.

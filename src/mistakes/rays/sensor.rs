@@ -39,7 +39,8 @@ fn is_exchanged(scene: &Scene, camera: usize) -> bool {
 fn mistake(scene: &Scene, camera: usize) -> Mistake {
     let of = &scene.cameras[camera];
     let sentence = format!(
-        "Camera {}: width_px and height_px ({} x {}) are exchanged; tie points lie beside this sensor, and all lie within {} x {}.",
+        "Camera {}: width_px and height_px ({} x {}) are exchanged; tie points lie beside this sensor, and all lie \
+         within {} x {}.",
         of.id, of.width_px, of.height_px, of.height_px, of.width_px
     );
     let edit =

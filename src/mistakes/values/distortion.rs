@@ -65,7 +65,8 @@ fn mistake(camera: &Camera) -> Mistake {
         )
     };
     let sentence = format!(
-        "Camera {}: the distortion would move a corner of the image by {size:.3e} times half its diagonal; the coefficients are for {words}.",
+        "Camera {}: the distortion would move a corner of the image by {size:.3e} times half its diagonal; the \
+         coefficients are for {words}.",
         camera.id
     );
     Mistake::new("distortion-unit", "camera", sentence, format!("{remedy} (block.toml)."))

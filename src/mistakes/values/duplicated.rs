@@ -78,7 +78,8 @@ pub fn images(tables: &Tables) -> Option<Mistake> {
     }
     let names: Vec<String> = second.iter().map(|image| tables.images[*image].name.clone()).collect();
     let sentence = format!(
-        "Images: {} ({}) have the tie points of another image at the same coordinates, to the last digit; an image is in the block twice.",
+        "Images: {} ({}) have the tie points of another image at the same coordinates, to the last digit; an image is \
+         in the block twice.",
         names.len(),
         words::list(&names)
     );

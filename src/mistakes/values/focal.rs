@@ -68,7 +68,8 @@ fn mistake(camera: &Camera, unit: Unit) -> Mistake {
         Unit::Millimetres => ("millimetres", "mm"),
     };
     let sentence = format!(
-        "Camera {}: the focal length {focal} cannot be pixels of a sensor of {width} x {height} px; it is given in {words}.",
+        "Camera {}: the focal length {focal} cannot be pixels of a sensor of {width} x {height} px; it is given in \
+         {words}.",
         camera.id
     );
     let remedy = match (unit, in_pixels(camera)) {

@@ -21,6 +21,7 @@
 //! | `images` | `temperature-unit` | `temperature` |
 //! | `control`, `check`, `gnss` | `geographic`, `other-frame` | `far` |
 //! | `control`, `check` | `collapsed` | `same_place` |
+//! | `control` | `too-few`, `in-line` | `datum`, where a datum of control is asked for |
 //! | `control`, `check`, `gnss` | `axis-reversed`, `height-offset` | `below` |
 //!
 //! **A good block has none of them.** Each threshold is a constant with its reason, far from what instruments and
@@ -31,6 +32,7 @@
 
 mod below;
 mod columns;
+pub mod datum;
 mod distortion;
 mod duplicated;
 mod equal_rows;

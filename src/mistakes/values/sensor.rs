@@ -85,18 +85,29 @@ fn mistake(camera: &Camera, finding: Finding) -> Mistake {
     };
     let (sentence, remedy, mend) = match finding {
         Finding::Exchanged => (
-            format!("Camera {id}: width and height of the sensor ({width} x {height} px) are exchanged; principal point and measurements belong to {height} x {width} px."),
+            format!(
+                "Camera {id}: width and height of the sensor ({width} x {height} px) are exchanged; principal point \
+                     and measurements belong to {height} x {width} px."
+            ),
             "Exchange width_px and height_px".to_string(),
             vec![set("width_px", height), set("height_px", width)],
         ),
         Finding::Smaller(share) => (
-            format!("Camera {id}: the sensor has {width} x {height} px; principal point and measurements belong to an image of {share:.3} times that size."),
+            format!(
+                "Camera {id}: the sensor has {width} x {height} px; principal point and measurements belong to an \
+                     image of {share:.3} times that size."
+            ),
             "Give the size of the images that were measured in (width_px, height_px)".into(),
             vec![set("width_px", share * width), set("height_px", share * height)],
         ),
         Finding::Larger([x, y]) => (
-            format!("Camera {id}: measurements reach {x:.1}, {y:.1} px, beyond the sensor of {width} x {height} px in both directions."),
-            "Look at the size of the images that were measured in (width_px, height_px), and whether focal length and principal point belong to it".into(),
+            format!(
+                "Camera {id}: measurements reach {x:.1}, {y:.1} px, beyond the sensor of {width} x {height} px in both \
+                     directions."
+            ),
+            "Look at the size of the images that were measured in (width_px, height_px), and whether focal length and \
+             principal point belong to it"
+                .into(),
             Vec::new(),
         ),
     };

@@ -33,7 +33,8 @@ pub fn judge(tables: &Tables) -> Option<Mistake> {
     };
     let middle = median(&values);
     let sentence = format!(
-        "Images: the camera temperatures are {unit}; {middle:.1} (the median) is no temperature of a working camera in degrees Celsius, and {:.1} is.",
+        "Images: the camera temperatures are {unit}; {middle:.1} (the median) is no temperature of a working camera in \
+         degrees Celsius, and {:.1} is.",
         factor * middle + offset
     );
     let remedy = "Convert them to degrees Celsius (temperature_c of images.csv).";

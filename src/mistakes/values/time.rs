@@ -87,7 +87,8 @@ fn unit(paths: &[Vec<Place>]) -> Option<Mistake> {
     };
     let (seconds, words) = UNITS.into_iter().find(|(seconds, _)| fits(*seconds))?;
     let sentence = format!(
-        "Images: the times are in {words}; in seconds the camera would move at {speed:.2e} m/s, in {words} at {:.1} m/s.",
+        "Images: the times are in {words}; in seconds the camera would move at {speed:.2e} m/s, in {words} at {:.1} \
+         m/s.",
         speed / seconds
     );
     let remedy = "Convert them to seconds (time_s of images.csv).";

@@ -25,8 +25,17 @@ pub fn list(names: &[String]) -> String {
     }
 }
 
-pub fn places(by: isize) -> String {
-    format!("{} {}", by.unsigned_abs(), if by > 0 { "further on" } else { "before" })
+pub fn rows(by: isize) -> String {
+    let rows = if by.unsigned_abs() == 1 { "row" } else { "rows" };
+    format!("{} {rows} further {}", by.unsigned_abs(), if by > 0 { "down" } else { "up" })
+}
+
+/// Columns of two groups.
+pub fn places(one: Subject, other: Subject) -> String {
+    match [one.place(), other.place()] {
+        [one, other] if one == other => one.into(),
+        [one, other] => format!("{one}; {other}"),
+    }
 }
 
 pub fn unit(metres: f64) -> String {

@@ -5,7 +5,7 @@ use super::super::clock::{Clock, GPS_AHEAD_OF_UTC};
 use super::super::shape::Change;
 use super::super::survey::Subject;
 use super::super::undo::{edits_of, without_positions};
-use super::common::{AXES, list, mistake, places, unit, with};
+use super::common::{AXES, list, mistake, rows, unit, with};
 use nalgebra::Vector3;
 
 /// A difference of clocks this near is that one, s: cameras record whole seconds.
@@ -37,13 +37,13 @@ pub fn changed(subject: Subject, change: Change, drop: f64, ln_p: f64) -> Mistak
             format!("Transform them to the projected system of the block ({place})."),
         ],
         Change::Shifted(by) if subject == Subject::Gnss => [
-            format!("{who}: each image has the position of the image {} in the list; {fit}.", places(by)),
+            format!("{who}: each image has the position of the image {} in the list; {fit}.", rows(by)),
             format!(
                 "Pair images and positions anew ({place}); an image without a position, or one too many, shifts a list."
             ),
         ],
         Change::Shifted(by) => [
-            format!("{who}: each point has the coordinates of the point {} in the list; {fit}.", places(by)),
+            format!("{who}: each point has the coordinates of the point {} in the list; {fit}.", rows(by)),
             format!("Pair names and coordinates anew ({place})."),
         ],
         Change::Clock(Clock { seconds, .. }) => [

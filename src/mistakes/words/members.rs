@@ -32,10 +32,12 @@ pub fn flight_offset(
     ln_p: f64,
 ) -> Mistake {
     let sentence = format!(
-        "GNSS positions of flight {flight} are off by {:.2}, {:.2}, {:.2} m (x, y, z) against the other flights, which the images connect.",
+        "GNSS positions of flight {flight} are off by {:.2}, {:.2}, {:.2} m (x, y, z) against the other flights, which \
+         the images connect.",
         shift.x, shift.y, shift.z
     );
-    let remedy = "Look at base station, height system and antenna height of this flight; where only two flights are compared, it may be the other one.";
+    let remedy = "Look at base station, height system and antenna height of this flight; where only two flights are \
+                  compared, it may be the other one.";
     let mend = shifted_back(Subject::Gnss, shift).into_iter().map(|edit| edit.of("flight", &[flight.into()])).collect();
     let found = mistake("flight-offset", "gnss", images, drop, ln_p, [sentence, remedy.into()]).undone_by(mend);
     with(found, shift.norm(), Some(sigma), "m")

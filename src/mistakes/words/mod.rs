@@ -5,6 +5,8 @@ mod group;
 mod members;
 mod pair;
 mod set_aside;
+#[cfg(test)]
+mod tests;
 
 pub use common::list;
 pub use group::{changed, collapsed};

@@ -5,7 +5,7 @@ use super::super::relation::{Difference, GEOID_M, Relation};
 use super::super::shape::Change;
 use super::super::survey::Subject;
 use super::super::undo::{edits_of, shifted_back};
-use super::common::{AXES, lower, mistake, unit, with};
+use super::common::{AXES, lower, mistake, places, unit, with};
 use crate::block::edit::{self, Edit};
 use nalgebra::Vector3;
 
@@ -20,9 +20,10 @@ pub fn height_offset(one: Subject, other: Subject, difference: &Difference, foca
         above.words(),
         lower(below)
     );
-    let mut remedy = format!("Look at the heights of both ({}; {}).", one.place(), other.place());
+    let mut remedy = format!("Look at the heights of both ({}).", places(one, other));
     if (GEOID_M[0]..=GEOID_M[1]).contains(&size) {
-        sentence += " That is what ellipsoid and geoid differ by: one of the two has heights above the ellipsoid, the other above the geoid.";
+        sentence += " That is what ellipsoid and geoid differ by: one of the two has heights above the ellipsoid, the \
+                     other above the geoid.";
         remedy = format!("Take both to one height system with the undulation of the geoid at this place. {remedy}");
     } else {
         sentence += " The images do not tell which of the two is wrong.";
@@ -61,13 +62,19 @@ pub fn is_of_one_point(offset: &Mistake) -> bool {
 pub fn plan_offset(one: Subject, other: Subject, difference: &Difference) -> Mistake {
     let [x, y, z]: [f64; 3] = difference.shift.into();
     let sentence = format!(
-        "{} are off by {x:.3}, {y:.3}, {z:.3} m (x, y, z) against {}, while both agree with the images. The images do not tell which of the two is wrong.",
+        "{} are off by {x:.3}, {y:.3}, {z:.3} m (x, y, z) against {}, while both agree with the images. The images do \
+         not tell which of the two is wrong.",
         other.words(),
         lower(one)
     );
     let remedy = format!("Look at the coordinate system of both ({}).", other.place());
+    // Results are wanted in the system of the points.
+    let mend = match one {
+        Subject::Gnss => shifted_back(one, &-difference.shift),
+        _ => shifted_back(other, &difference.shift),
+    };
     let found = mistake("plan-offset", other.key(), Vec::new(), difference.drop, difference.ln_p, [sentence, remedy])
-        .undone_by(shifted_back(other, &difference.shift));
+        .undone_by(mend);
     // Of the length.
     let sigma = difference.shift.component_mul(&difference.sigma).norm() / difference.shift.norm();
     with(found, difference.shift.norm(), Some(sigma), "m")
@@ -81,7 +88,7 @@ pub fn other_frame(one: Subject, other: Subject, distance: f64, difference: &Dif
         lower(one),
         if distance >= 1e4 { format!("{:.0} km", distance / 1e3) } else { format!("{distance:.1} m") }
     );
-    let remedy = format!("Transform one of the two to the system of the block ({}; {}).", one.place(), other.place());
+    let remedy = format!("Transform one of the two to the system of the block ({}).", places(one, other));
     let found = mistake("other-frame", other.key(), Vec::new(), difference.drop, difference.ln_p, [sentence, remedy]);
     with(found, distance, None, "m")
 }
@@ -135,7 +142,7 @@ pub fn scale(one: Subject, other: Subject, scale: f64, difference: &Difference) 
         other.words(),
         lower(one)
     );
-    let remedy = format!("Look at the unit and the coordinate system of both ({}; {}).", one.place(), other.place());
+    let remedy = format!("Look at the unit and the coordinate system of both ({}).", places(one, other));
     let found = mistake("scale", other.key(), Vec::new(), difference.drop, difference.ln_p, [sentence, remedy]);
     with(found, scale, None, "1")
 }
@@ -147,7 +154,7 @@ pub fn rotation(one: Subject, other: Subject, degrees: f64, difference: &Differe
         other.words(),
         lower(one)
     );
-    let remedy = format!("Look at the coordinate system of both ({}; {}).", one.place(), other.place());
+    let remedy = format!("Look at the coordinate system of both ({}).", places(one, other));
     let found = mistake("rotation", other.key(), Vec::new(), difference.drop, difference.ln_p, [sentence, remedy]);
     with(found, degrees, None, "deg")
 }
@@ -161,7 +168,7 @@ pub fn tilt(one: Subject, other: Subject, difference: &Difference) -> Mistake {
         other.words(),
         lower(one)
     );
-    let remedy = format!("Look at the coordinate system and the heights of both ({}; {}).", one.place(), other.place());
+    let remedy = format!("Look at the coordinate system and the heights of both ({}).", places(one, other));
     let found = mistake("tilt", other.key(), Vec::new(), difference.drop, difference.ln_p, [sentence, remedy]);
     with(found, degrees, None, "deg")
 }

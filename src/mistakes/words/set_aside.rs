@@ -14,11 +14,13 @@ pub fn points_set_aside(points: &[Count], of: usize) -> Mistake {
     let names: Vec<String> = points.iter().map(|count| count.name.clone()).collect();
     let (aside, all) = points.iter().fold((0, 0), |(aside, all), count| (aside + count.aside, all + count.all));
     let sentence = format!(
-        "Control points: {aside} of {all} marks of {} were set aside, because they do not fit the rest ({} of {of} control points).",
+        "Control points: {aside} of {all} marks of {} were set aside, because they do not fit the rest ({} of {of} \
+         control points).",
         list(&names),
         names.len()
     );
-    let remedy = "Look at coordinates and marks of these points (control.csv, marks.csv). A point without marks takes no part in the adjustment.";
+    let remedy = "Look at coordinates and marks of these points (control.csv, marks.csv). A point without marks takes \
+                  no part in the adjustment.";
     set_aside("control", names, aside, [sentence, remedy.into()])
 }
 
@@ -27,7 +29,8 @@ pub fn images_set_aside(images: &[Count]) -> Mistake {
     let names: Vec<String> = images.iter().map(|count| count.name.clone()).collect();
     let (aside, all) = images.iter().fold((0, 0), |(aside, all), count| (aside + count.aside, all + count.all));
     let sentence = format!("Images: {aside} of {all} measurements of {} were set aside.", list(&names));
-    let remedy = "Check whether these images are mirrored, turned or cropped, belong to another camera, or have a wrong GNSS position.";
+    let remedy = "Check whether these images are mirrored, turned or cropped, belong to another camera, or have a \
+                  wrong GNSS position.";
     set_aside("images", names, aside, [sentence, remedy.into()])
 }
 
@@ -35,6 +38,7 @@ pub fn images_set_aside(images: &[Count]) -> Mistake {
 pub fn share_set_aside(all: &Count) -> Mistake {
     let percent = 100.0 * all.aside as f64 / all.all as f64;
     let sentence = format!("{} of {} image measurements were set aside ({percent:.0} %).", all.aside, all.all);
-    let remedy = "So many outliers have a common cause: look at the calibration, at the list of images, and at how points were matched.";
+    let remedy = "So many outliers have a common cause: look at the calibration, at the list of images, and at how \
+                  points were matched.";
     set_aside("ties", Vec::new(), all.aside, [sentence, remedy.into()])
 }
