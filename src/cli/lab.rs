@@ -15,6 +15,7 @@ use crate::lab::tree::Folder;
 use crate::run;
 use crate::scenario::{Scenario, simulate};
 use anyhow::Context;
+use maud::{DOCTYPE, html};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -59,7 +60,8 @@ pub struct Arguments {
     /// A simulated block: dike, corridor, mapping or closerange
     #[arg(long, value_name = "PRESET", conflicts_with = "block")]
     simulate: Option<String>,
-    /// Error of the first measurement of a simulated block, as `inject --error` takes it (repeatable) [default: noise:px=0.3]
+    /// Error of the first measurement of a simulated block, as `inject --error` takes it (repeatable) [default:
+    /// noise:px=0.3]
     #[arg(long = "error", value_name = "ID[:key=value,...]", requires = "simulate")]
     errors: Vec<String>,
     /// Mistake of a person in the files of a simulated block, as `inject --mistake` takes it (repeatable)
@@ -184,13 +186,17 @@ fn beside(block: &Path, preset: Option<&str>) -> PathBuf {
     block.with_file_name(name)
 }
 
-/// Opens the address in a browser; was there one? Everybody on this machine sees the arguments of a program: it gets a page that leads to the
-/// address, and that nobody else can read.
+/// Opens the address in a browser; was there one? Everybody on this machine sees the arguments of a program: it gets a
+/// page that leads to the address, and that nobody else can read.
 fn opened(page: &Path, address: &str) -> anyhow::Result<bool> {
-    let text = format!(
-        "<!DOCTYPE html>\n<meta charset=\"utf-8\">\n<meta name=\"referrer\" content=\"no-referrer\">\n<title>misclosure lab</title>\n\
-         <meta http-equiv=\"refresh\" content=\"0; url={address}\">\n<a href=\"{address}\">The laboratory</a>\n"
-    );
+    let text = html! {
+        (DOCTYPE)
+        meta charset="utf-8";
+        meta name="referrer" content="no-referrer";
+        title { "misclosure lab" }
+        meta http-equiv="refresh" content={ "0; url=" (address) };
+        a href=(address) { "The laboratory" }
+    };
     let context = || format!("{}: cannot write", page.display());
     match std::fs::remove_file(page) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error).with_context(context),
@@ -198,7 +204,7 @@ fn opened(page: &Path, address: &str) -> anyhow::Result<bool> {
     }
     let mut file =
         std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(page).with_context(context)?;
-    file.write_all(text.as_bytes()).with_context(context)?;
+    file.write_all(text.0.as_bytes()).with_context(context)?;
     let openers: &[&str] = if cfg!(target_os = "macos") { &["open"] } else { &["xdg-open"] };
     Ok(openers.iter().any(|opener| {
         let mut command = Command::new(opener);

@@ -82,7 +82,10 @@ fn own_effect(page: &mut Page) {
              formula. This one is whole:",
         );
         page.code(EXAMPLE);
-        page.paragraph("From a template to a plug-in that takes part in adjustment, diagnosis and report like those of the catalogue:");
+        page.paragraph(
+            "From a template to a plug-in that takes part in adjustment, diagnosis and report like those of the \
+                        catalogue:",
+        );
         page.code(
             "misclosure effects new my-effect --stage image\n\
              misclosure effects build my-effect.h -o my-effect.so\n\

@@ -97,8 +97,9 @@ pub fn candidates_table(candidates: &[CandidateEntry], shown: usize, scaled: boo
         table.row(test.into_iter().chain(change).chain([estimate, candidate.inseparable_from.join(", ")]));
     }
     table.note(
-        "F: of the parameters; z: of the summed squares of a random effect's scores, standardised. p: of this test alone; \
-         p, Sidak, and significant: among all candidates together. predicted drop: of the weighted sum of squares",
+        "F: of the parameters; z: of the summed squares of a random effect's scores, standardised. p: of this test \
+         alone; p, Sidak, and significant: among all candidates together. predicted drop: of the weighted sum of \
+         squares",
     );
     table
 }

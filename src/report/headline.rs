@@ -25,7 +25,8 @@ pub(super) fn headline(run: &RunFolder) -> String {
         }
         let checked = checked(&run.summary);
         sentences.extend(match diagnosis.verdict {
-            Verdict::Mistake => checked.map(|sentence| format!("With the mistake in the data: {}", lowered(&sentence))),
+            // What the diagnosis left out, undid or kept differs from mistake to mistake: the sections say it of each.
+            Verdict::Mistake => checked.map(|sentence| format!("In this run, {}", lowered(&sentence))),
             _ => checked,
         });
     } else {
@@ -266,8 +267,8 @@ mod tests {
         };
         assert_eq!(
             of(Verdict::Adequate, true),
-            "Rolling shutter (19.9 ms) moved your points by 28.0 mm (50 check points, 3D RMS). With it in the model the \
-             check-point error falls from 29.2 to 3.4 mm (50 points, 3D RMS)."
+            "Rolling shutter (19.9 ms) moved your points by 28.0 mm (50 check points, 3D RMS). With it in the model \
+             the check-point error falls from 29.2 to 3.4 mm (50 points, 3D RMS)."
         );
         for sentence in [of(Verdict::Mistake, true), of(Verdict::Adequate, false)] {
             assert!(sentence.ends_with("falls from 0.400 to 0.300 px (left out of the fit, RMS)."), "{sentence}");

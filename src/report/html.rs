@@ -1,10 +1,11 @@
 //! The page of a run: one HTML file that needs nothing else, and its pictures as SVG files beside it.
 
-use super::html_text::{escaped as escape, unbroken};
+use super::html_text::unbroken;
 use super::tables::Table;
 use crate::diagnose::verdict::Verdict;
 use crate::run::folder::write_atomically;
 use anyhow::{Context, Result, bail};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::fs;
 use std::path::Path;
 
@@ -66,22 +67,25 @@ impl Page {
 
     /// A part of the page that is set apart by its class.
     pub fn part(&mut self, class: &str, content: impl FnOnce(&mut Self)) -> &mut Self {
-        self.enclosed(&format!("<div class=\"{}\">\n", escape(class)), "</div>\n", content)
+        let content = self.apart(content);
+        self.put(html! { div class=(class) { (content) } })
     }
 
     /// A paragraph of a class.
     pub fn line(&mut self, class: &str, text: &str) -> &mut Self {
-        self.put(&format!("p class=\"{}\"", escape(class)), text)
+        self.put(html! { p class=(class) { (unbroken(text)) } })
     }
 
     /// Terms and what is to be said of each.
     pub fn terms<T: AsRef<str>, D: AsRef<str>>(&mut self, terms: impl IntoIterator<Item = (T, D)>) -> &mut Self {
-        self.body += "<dl>\n";
-        for (term, text) in terms {
-            self.body += &format!("<dt>{}</dt><dd>{}</dd>\n", unbroken(term.as_ref()), unbroken(text.as_ref()));
-        }
-        self.body += "</dl>\n";
-        self
+        self.put(html! {
+            dl {
+                @for (term, text) in terms {
+                    dt { (unbroken(term.as_ref())) }
+                    dd { (unbroken(text.as_ref())) }
+                }
+            }
+        })
     }
 
     /// Begins a section, which the contents list.
@@ -89,32 +93,31 @@ impl Page {
         self.lead.get_or_insert(self.body.len());
         self.sections.push(heading.into());
         let id = self.sections.len();
-        self.put(&format!("h2 id=\"section-{id}\""), heading)
+        self.put(html! { h2 id={ "section-" (id) } { (unbroken(heading)) } })
     }
 
     /// A heading within a section.
     pub fn subsection(&mut self, heading: &str) -> &mut Self {
-        self.put("h3", heading)
+        self.put(html! { h3 { (unbroken(heading)) } })
     }
 
     /// A paragraph.
     pub fn paragraph(&mut self, text: &str) -> &mut Self {
-        self.put("p", text)
+        self.put(html! { p { (unbroken(text)) } })
     }
 
     /// A list.
     pub fn list<S: AsRef<str>>(&mut self, items: impl IntoIterator<Item = S>) -> &mut Self {
-        let items: String = items.into_iter().map(|i| format!("<li>{}</li>\n", unbroken(i.as_ref()))).collect();
-        if !items.is_empty() {
-            self.body += &format!("<ul>\n{items}</ul>\n");
+        let mut items = items.into_iter().peekable();
+        if items.peek().is_none() {
+            return self;
         }
-        self
+        self.put(html! { ul { @for item in items { li { (unbroken(item.as_ref())) } } } })
     }
 
     /// Text as it would stand in a terminal or a file.
     pub fn code(&mut self, text: &str) -> &mut Self {
-        self.body += &format!("<pre>{}</pre>\n", escape(text));
-        self
+        self.put(html! { pre { (text) } })
     }
 
     /// The verdict: its meaning in words, then what was found.
@@ -124,23 +127,28 @@ impl Page {
 
     /// A remark that should not be missed.
     pub fn note(&mut self, text: &str) -> &mut Self {
-        self.put("div class=\"callout\" role=\"note\"", text)
+        self.put(html! { div class="callout" role="note" { (unbroken(text)) } })
     }
 
     /// A warning.
     pub fn warning(&mut self, text: &str) -> &mut Self {
-        self.put("div class=\"callout warning\" role=\"note\"", &format!("⚠ Warning: {text}"))
+        self.put(html! { div class="callout warning" role="note" { "⚠ Warning: " (unbroken(text)) } })
     }
 
     /// A table.
     pub fn table(&mut self, table: &Table) -> &mut Self {
-        self.body += &table.to_html();
-        self
+        self.put(table.to_html())
     }
 
-    /// A picture, an SVG text from [`super::figures`], with its caption. `id` names its file: lower-case letters, digits and hyphens, once per page.
+    /// A picture, an SVG text from [`super::figures`], with its caption. `id` names its file: lower-case letters,
+    /// digits and hyphens, once per page.
     pub fn figure(&mut self, id: &str, svg: String, caption: &str) -> &mut Self {
-        self.body += &figure(&svg, caption);
+        self.put(html! {
+            figure {
+                (PreEscaped(&svg))
+                @if !caption.is_empty() { figcaption { (unbroken(caption)) } }
+            }
+        });
         self.figures.push((id.into(), svg));
         self
     }
@@ -154,42 +162,50 @@ impl Page {
 
     /// A part that is folded away until the reader opens it. Sections do not belong into it: use subsections.
     pub fn details(&mut self, summary: &str, content: impl FnOnce(&mut Self)) -> &mut Self {
-        self.folded("", summary, content)
+        let content = self.apart(content);
+        self.put(html! { details { summary { (summary) } (content) } })
     }
 
     /// [`Self::details`] with rows of data, which stand in a table of the folder, too: they are not printed.
     pub fn data(&mut self, summary: &str, content: impl FnOnce(&mut Self)) -> &mut Self {
-        self.folded(" class=\"data\"", summary, content)
+        let content = self.apart(content);
+        self.put(html! { details class="data" { summary { (summary) } (content) } })
     }
 
-    fn folded(&mut self, attributes: &str, summary: &str, content: impl FnOnce(&mut Self)) -> &mut Self {
-        let begins = format!("<details{attributes}>\n<summary>{}</summary>\n", escape(summary));
-        self.enclosed(&begins, "</details>\n", content)
-    }
-
-    fn enclosed(&mut self, begins: &str, ends: &str, content: impl FnOnce(&mut Self)) -> &mut Self {
-        self.body += begins;
-        content(self);
-        self.body += ends;
+    /// Adds a part of the page as a line of its own.
+    fn put(&mut self, part: Markup) -> &mut Self {
+        self.body += &part.0;
+        self.body.push('\n');
         self
+    }
+
+    /// What `content` would add to the page.
+    fn apart(&mut self, content: impl FnOnce(&mut Self)) -> Markup {
+        let begins = self.body.len();
+        content(self);
+        PreEscaped(self.body.split_off(begins))
     }
 
     /// The whole page. Contents are listed where there are three sections or more.
     pub fn html(&self) -> String {
-        let mut contents = String::new();
-        if self.sections.len() >= 3 {
-            let item =
-                |(i, s): (usize, &String)| format!("<li><a href=\"#section-{}\">{}</a></li>\n", i + 1, escape(s));
-            let items: String = self.sections.iter().enumerate().map(item).collect();
-            contents = format!("<nav aria-label=\"Contents\">\n<ol>\n{items}</ol>\n</nav>\n");
-        }
         let (_, rest) = self.split();
-        self.document(&format!("{contents}<main>\n{rest}</main>\n"))
+        self.document(html! {
+            @if self.sections.len() >= 3 {
+                nav aria-label="Contents" {
+                    ol {
+                        @for (i, section) in self.sections.iter().enumerate() {
+                            li { a href={ "#section-" (i + 1) } { (section) } }
+                        }
+                    }
+                }
+            }
+            main { (PreEscaped(rest)) }
+        })
     }
 
     /// The part before the first section alone: one page for the client.
     pub fn client(&self) -> String {
-        self.document("")
+        self.document(Markup::default())
     }
 
     /// What stands before the first section, and the rest.
@@ -197,23 +213,32 @@ impl Page {
         self.body.split_at(self.lead.unwrap_or(self.body.len()))
     }
 
-    fn document(&self, rest: &str) -> String {
-        let title = escape(&self.title);
-        let subtitle = match self.subtitle.as_str() {
-            "" => String::new(),
-            text => format!("<p class=\"subtitle\">{}</p>\n", escape(text)),
-        };
+    fn document(&self, rest: Markup) -> String {
         let foot = match self.provenance.as_str() {
             "" => String::new(),
             text => format!("@page {{ @bottom-left {{ content: \"{}\"; }} }}\n", css_text(text)),
         };
         let (lead, _) = self.split();
-        format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <title>{title}</title>\n<style>\n{CSS}{foot}</style>\n</head>\n<body>\n\
-             <header>\n<h1>{title}</h1>\n{subtitle}{lead}</header>\n{rest}</body>\n</html>\n"
-        )
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (self.title) }
+                    style { (PreEscaped(CSS)) (PreEscaped(foot)) }
+                }
+                body {
+                    header {
+                        h1 { (self.title) }
+                        @if !self.subtitle.is_empty() { p class="subtitle" { (self.subtitle) } }
+                        (PreEscaped(lead))
+                    }
+                    (rest)
+                }
+            }
+        };
+        page.into_string()
     }
 
     /// Writes `report.html` and `figures/*.svg` into the folder, which is made where it is missing. Pictures of an
@@ -240,12 +265,6 @@ impl Page {
         write_atomically(&folder.join("report.html"), self.html().as_bytes())?;
         Ok(())
     }
-
-    fn put(&mut self, tag: &str, text: &str) -> &mut Self {
-        let name = tag.split(' ').next().unwrap_or(tag);
-        self.body += &format!("<{tag}>{}</{name}>\n", unbroken(text));
-        self
-    }
 }
 
 /// Text in a string of a style sheet within HTML.
@@ -258,12 +277,6 @@ fn css_text(text: &str) -> String {
         }
     }
     out
-}
-
-fn figure(svg: &str, caption: &str) -> String {
-    let caption =
-        if caption.is_empty() { String::new() } else { format!("<figcaption>{}</figcaption>\n", unbroken(caption)) };
-    format!("<figure>\n{svg}{caption}</figure>\n")
 }
 
 fn remove_old(figures: &Path, keep: impl Fn(&str) -> bool) -> Result<()> {

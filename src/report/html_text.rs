@@ -1,16 +1,18 @@
 //! Text in HTML.
 
-pub(super) use super::svg::escape as escaped;
+use super::svg::escape as escaped;
+use maud::{Markup, PreEscaped};
 
 /// Escaped text in which no number is broken across lines (browsers break `1e-300` behind its hyphen), but long words
 /// are: names of images and points may have any length, and a column of them is as wide as its longest word.
-pub(super) fn unbroken(text: &str) -> String {
+pub(super) fn unbroken(text: &str) -> Markup {
     let words = text.split(' ').map(|word| match has_exponent(word) {
         true if word.len() <= LONG_WORD => format!("<span class=\"n\">{}</span>", escaped(word)),
         _ => breakable(word),
     });
     // A bound stays with its sign.
-    words.collect::<Vec<_>>().join(" ").replace("&lt; <span class=\"n\">", "<span class=\"n\">&lt; ")
+    let text = words.collect::<Vec<_>>().join(" ");
+    PreEscaped(text.replace("&lt; <span class=\"n\">", "<span class=\"n\">&lt; "))
 }
 
 /// Characters beyond which a word may be broken.
@@ -37,14 +39,14 @@ mod tests {
 
     #[test]
     fn numbers_stay_whole() {
-        assert_eq!(unbroken("p < 1e-300."), "p <span class=\"n\">&lt; 1e-300.</span>");
-        assert_eq!(unbroken("± 9.3e-5 s & more"), "± <span class=\"n\">9.3e-5</span> s &amp; more");
-        assert_eq!(unbroken("a one-way re-entry"), "a one-way re-entry");
+        assert_eq!(unbroken("p < 1e-300.").0, "p <span class=\"n\">&lt; 1e-300.</span>");
+        assert_eq!(unbroken("± 9.3e-5 s & more").0, "± <span class=\"n\">9.3e-5</span> s &amp; more");
+        assert_eq!(unbroken("a one-way re-entry").0, "a one-way re-entry");
     }
 
     #[test]
     fn long_words_may_be_broken() {
-        assert_eq!(unbroken("in DJI_20260131_0001_V&.JPG"), "in DJI_20260<wbr>131_0001_<wbr>V&amp;.JPG");
-        assert_eq!(unbroken("DJI_0001.JPG"), "DJI_0001.JPG");
+        assert_eq!(unbroken("in DJI_20260131_0001_V&.JPG").0, "in DJI_20260<wbr>131_0001_<wbr>V&amp;.JPG");
+        assert_eq!(unbroken("DJI_0001.JPG").0, "DJI_0001.JPG");
     }
 }

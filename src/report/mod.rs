@@ -1,9 +1,10 @@
 //! Pictures, tables and the page that a run leaves behind.
 //!
-//! This module computes no statistics: it draws what it is given. The page of a run ([`run`]) is made from what its folder holds and nothing else. A figure is a plain struct of `f64` data and one
-//! function that turns it into an SVG text; a [`tables::Table`] prints to the terminal and to HTML; a [`html::Page`]
-//! collects headings, tables and figures and writes `report.html` (one file, no script, nothing loaded from elsewhere)
-//! and the same pictures under `figures/`.
+//! This module computes no statistics: it draws what it is given. The page of a run ([`run`]) is made from what its
+//! folder holds and nothing else. A figure is a plain struct of `f64` data and one function that turns it into an SVG
+//! text; a [`tables::Table`] prints to the terminal and to HTML; a [`html::Page`] collects headings, tables and figures
+//! and writes `report.html` (one file, no script, nothing loaded from elsewhere) and the same pictures under
+//! `figures/`.
 //!
 //! ```
 //! use misclosure::diagnose::verdict::Verdict;

@@ -14,7 +14,8 @@ use crate::run::folder::{self, CheckRow, GnssRow, ModelCheckRow, SensorRow};
 /// The folder of a run, with what a diagnosis left in it.
 pub type RunFolder = folder::RunFolder<Diagnosis>;
 
-/// Cells below this p-value are marked. A cell is one of hundreds: 1e-5 marks no cell of a clean block in most pictures.
+/// Cells below this p-value are marked. A cell is one of hundreds: 1e-5 marks no cell of a clean block in most
+/// pictures.
 pub const MARKED_P: f64 = 1e-5;
 
 /// What the horizontal coordinates of a run are.

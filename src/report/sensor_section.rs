@@ -15,8 +15,8 @@ pub(super) fn sensor_figures(page: &mut Page, run: &RunFolder) {
         let field =
             |stage: &str, title: &str| pictures::sensor(run, camera, stage, &format!("{title}, camera {camera}"));
         let marks = format!(
-            "Mean residual of the measurements of tie points and control points in cells; cells marked as significant have p \
-             below {MARKED_P:e} each."
+            "Mean residual of the measurements of tie points and control points in cells; cells marked as significant \
+             have p below {MARKED_P:e} each."
         );
         let id = |stage: &str| format!("sensor-{stage}-{}", c + 1);
         match (field("base", "Before"), field("final", "After")) {

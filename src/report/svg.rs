@@ -139,7 +139,8 @@ impl Svg {
         }
         let dash = if stroke.dashed { " stroke-dasharray=\"6 3\"" } else { "" };
         self.put(format_args!(
-            "<path d=\"{d}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linecap=\"round\" stroke-linejoin=\"round\"{dash}/>",
+            "<path d=\"{d}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linecap=\"round\" \
+             stroke-linejoin=\"round\"{dash}/>",
             stroke.colour,
             coordinate(stroke.width)
         ));
@@ -160,7 +161,8 @@ impl Svg {
         self.path(&nameless, stroke);
         if !named.is_empty() {
             self.put(format_args!(
-                "<g fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linecap=\"round\" stroke-linejoin=\"round\">{named}</g>",
+                "<g fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linecap=\"round\" \
+                 stroke-linejoin=\"round\">{named}</g>",
                 stroke.colour,
                 coordinate(stroke.width)
             ));
@@ -213,7 +215,8 @@ impl Svg {
     /// A faintly shaded rectangle that says something to whoever points at it.
     pub fn shade(&mut self, [at, opposite]: [[f64; 2]; 2], opacity: f64, words: &str) {
         self.put(format_args!(
-            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{GREY}\" fill-opacity=\"{}\"><title>{}</title></rect>",
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{GREY}\" \
+             fill-opacity=\"{}\"><title>{}</title></rect>",
             coordinate(at[0]),
             coordinate(at[1]),
             coordinate(opposite[0] - at[0]),

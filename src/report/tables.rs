@@ -1,6 +1,7 @@
 //! One table, printed alike in the terminal and in HTML.
 
-use super::html_text::{escaped, unbroken};
+use super::html_text::unbroken;
+use maud::{Markup, html};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A column's heading.
@@ -61,14 +62,14 @@ impl Table {
         self
     }
 
-    /// Aligned plain text, each line ended by a newline, within the width that [`fit_text_to`] set. Line breaks within a
-    /// cell become spaces.
+    /// Aligned plain text, each line ended by a newline, within the width that [`fit_text_to`] set. Line breaks within
+    /// a cell become spaces.
     pub fn to_text(&self) -> String {
         self.to_text_within(TEXT_WIDTH.load(Ordering::Relaxed))
     }
 
-    /// [`Self::to_text`] in lines of at most `width` characters: the last columns of a wide table stand below the others,
-    /// beside the first column again. A cell that is wider by itself is not cut.
+    /// [`Self::to_text`] in lines of at most `width` characters: the last columns of a wide table stand below the
+    /// others, beside the first column again. A cell that is wider by itself is not cut.
     pub fn to_text_within(&self, width: usize) -> String {
         let all = self.all_columns();
         let widths: Vec<usize> = (0..all.len()).map(|k| self.text_width(&all, k)).collect();
@@ -145,49 +146,49 @@ impl Table {
     }
 
     /// An HTML `<table>` with caption and remarks.
-    pub fn to_html(&self) -> String {
+    pub fn to_html(&self) -> Markup {
         let all = self.all_columns();
-        let class = |c: &Column| if c.numeric { " class=\"number\"" } else { "" };
+        let class = |c: &Column| c.numeric.then_some("number");
         // Each row of a wide table becomes a card on a narrow screen, which names every cell.
-        let is_wide = all.len() > WIDEST_OF_A_PHONE;
-        let label = |c: &Column| match (is_wide, c.unit.as_str()) {
-            (false, _) => String::new(),
-            (true, "") => format!(" data-label=\"{}\"", escaped(&c.name)),
-            (true, unit) => format!(" data-label=\"{} ({})\"", escaped(&c.name), escaped(unit)),
+        let label = |c: &Column| match c.unit.as_str() {
+            _ if all.len() <= WIDEST_OF_A_PHONE => None,
+            "" => Some(c.name.clone()),
+            unit => Some(format!("{} ({unit})", c.name)),
         };
-        let labels: Vec<String> = all.iter().map(label).collect();
+        let labels: Vec<Option<String>> = all.iter().map(label).collect();
         let kind = match all.len() {
             0..=WIDEST_OF_A_PHONE => "table",
             WIDE..MANY => "table wide",
             _ => "table wide many",
         };
-        let mut out = format!("<div class=\"{kind}\"><table>\n");
-        if !self.caption.is_empty() {
-            out += &format!("<caption>{}</caption>\n", unbroken(&self.caption));
+        html! {
+            div class=(kind) {
+                table {
+                    @if !self.caption.is_empty() { caption { (unbroken(&self.caption)) } }
+                    thead {
+                        tr {
+                            @for c in &all {
+                                th scope="col" class=[class(c)] {
+                                    (c.name)
+                                    @if !c.unit.is_empty() { " " span class="unit" { "(" (c.unit) ")" } }
+                                }
+                            }
+                        }
+                    }
+                    tbody {
+                        @for row in &self.rows {
+                            tr {
+                                @for (k, (c, label)) in all.iter().zip(&labels).enumerate() {
+                                    td class=[class(c)] data-label=[label] { (unbroken(cell(row, k))) }
+                                }
+                            }
+                        }
+                        @if self.rows.is_empty() { tr { td colspan=(all.len().max(1)) { "no rows" } } }
+                    }
+                }
+                @for note in &self.notes { p class="remark" { (unbroken(note)) } }
+            }
         }
-        out += "<thead><tr>";
-        for c in &all {
-            let unit = if c.unit.is_empty() {
-                String::new()
-            } else {
-                format!(" <span class=\"unit\">({})</span>", escaped(&c.unit))
-            };
-            out += &format!("<th scope=\"col\"{}>{}{unit}</th>", class(c), escaped(&c.name));
-        }
-        out += "</tr></thead>\n<tbody>\n";
-        for row in &self.rows {
-            let cells = all.iter().zip(&labels).enumerate();
-            let cells = cells.map(|(k, (c, label))| format!("<td{}{label}>{}</td>", class(c), unbroken(cell(row, k))));
-            out += &format!("<tr>{}</tr>\n", cells.collect::<String>());
-        }
-        if self.rows.is_empty() {
-            out += &format!("<tr><td colspan=\"{}\">no rows</td></tr>\n", all.len().max(1));
-        }
-        out += "</tbody></table>\n";
-        for n in &self.notes {
-            out += &format!("<p class=\"remark\">{}</p>\n", unbroken(n));
-        }
-        out + "</div>\n"
     }
 
     /// The named columns, and nameless ones for rows that are longer.
@@ -259,23 +260,22 @@ mod tests {
 
     #[test]
     fn plain_text_is_aligned() {
-        let expected = "\
-Check points
-set         mean  sigma
-              mm     mm
-----------  ----  -----
-planimetry  0.26   0.19
-height      0.92
-after the similarity
-";
-        assert_eq!(sample().to_text(), expected);
+        insta::assert_snapshot!(sample().to_text(), @"
+        Check points
+        set         mean  sigma
+                      mm     mm
+        ----------  ----  -----
+        planimetry  0.26   0.19
+        height      0.92
+        after the similarity
+        ");
     }
 
     #[test]
     fn html_is_escaped_and_well_formed() {
         let mut t = sample();
         t.row(["<b>&", "1", "2", "extra"]);
-        let html = t.to_html();
+        let html = t.to_html().0;
         super::super::svg::tests::assert_well_formed(&html);
         assert!(html.contains("&lt;b&gt;&amp;") && html.contains("extra"));
         assert!(t.to_text().contains("extra"));
@@ -284,6 +284,6 @@ after the similarity
     #[test]
     fn an_empty_table_says_so() {
         assert!(Table::new("").to_text().contains("(no rows)"));
-        assert!(Table::new("").to_html().contains("no rows"));
+        assert!(Table::new("").to_html().0.contains("no rows"));
     }
 }

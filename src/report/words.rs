@@ -1,4 +1,5 @@
-//! What each effect is, for somebody who flies drones and never heard the term; what to do about it; what would tell it from its partners.
+//! What each effect is, for somebody who flies drones and never heard the term; what to do about it; what would tell it
+//! from its partners.
 
 use crate::diagnose::verdict::FoundEntry;
 use crate::effects::{self, Words};
@@ -8,7 +9,8 @@ use std::sync::LazyLock;
 /// A camera parameter that was held and that the images ask for.
 static FREED: LazyLock<Words> = LazyLock::new(|| Words {
     what: Cow::Borrowed(
-        "A number of the camera was held at a value from elsewhere, and the images ask for another. A calibration of another day, focus or mode does not fit this flight.",
+        "A number of the camera was held at a value from elsewhere, and the images ask for another. A calibration of \
+         another day, focus or mode does not fit this flight.",
     ),
     remedy: Cow::Borrowed("Leave the parameter free, or calibrate the camera as it flies."),
     tell: Cow::Borrowed("images at two heights, or turned by 90 degrees, determine it better"),

@@ -36,7 +36,8 @@ pub fn correlation_matrix(matrix: &CorrelationMatrix) -> String {
     };
     let longest = matrix.names.iter().map(|s| text_width(s, LABEL)).fold(0.0, f64::max);
     let left = longest + 26.0;
-    // Names above the columns lean to the right, and need room beyond the last one, or stand upright where columns are narrow.
+    // Names above the columns lean to the right, and need room beyond the last one, or stand upright where columns are
+    // narrow.
     let upright = n > MOST_NUMBERS;
     let lean = if upright { longest } else { 0.72 * longest };
     let width = (left + cell * n as f64 + lean.max(110.0) + 20.0).max(480.0);

@@ -40,8 +40,8 @@ pub struct HeatMap {
     pub value: Axis,
     /// Colours.
     pub colours: Colours,
-    /// Largest magnitude of the colour scale; `None` takes it from the values. Beyond it the end colour is used, and a note counts the
-    /// cells.
+    /// Largest magnitude of the colour scale; `None` takes it from the values. Beyond it the end colour is used, and a
+    /// note counts the cells.
     pub limit: Option<f64>,
 }
 

@@ -93,7 +93,8 @@ pub fn image_bars(chart: &ImageBars) -> String {
         let (x, y) = (frame.x.px(i as f64 + 1.0), frame.y.px(bar.value));
         let zero = frame.y.px(0.0);
         let limits = ends(bar).map(|e| e.map(|v| frame.y.px(v)));
-        // Where bars are narrow, whiskers before them would hide their colours: they stand behind, pale and without caps.
+        // Where bars are narrow, whiskers before them would hide their colours: they stand behind, pale and without
+        // caps.
         if let Some([a, b]) = limits.filter(|_| slot < 5.0) {
             sheet.svg.line([x, a], [x, b], Stroke::new(PALE, (0.8 * slot).min(1.0)));
         }

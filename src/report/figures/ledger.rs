@@ -30,8 +30,8 @@ pub struct Ledger {
     pub width: Option<f64>,
 }
 
-/// Draws three panels over the same steps: held-out measurements, check points, sigma0. Every axis begins at zero, so that a fall
-/// looks as large as it is.
+/// Draws three panels over the same steps: held-out measurements, check points, sigma0. Every axis begins at zero, so
+/// that a fall looks as large as it is.
 pub fn ledger(ledger: &Ledger) -> String {
     let names = || ledger.steps.iter().enumerate().map(|(i, s)| format!("{i}  {}", s.name));
     let numbers = || (0..ledger.steps.len()).map(|i| i.to_string());

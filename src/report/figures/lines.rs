@@ -200,8 +200,8 @@ struct Look {
     dashed: bool,
 }
 
-/// The look of a series. What stands out from something dimmed has the colour that it has in every figure; each of several has
-/// the marker of its dimmed counterpart, and every second one is dashed.
+/// The look of a series. What stands out from something dimmed has the colour that it has in every figure; each of
+/// several has the marker of its dimmed counterpart, and every second one is dashed.
 fn look(chart: &LineChart, labels: &[&str], series: &Series) -> Look {
     let all = || chart.panels.iter().flat_map(|p| &p.series);
     let dimmed = |label: &str| all().find(|s| s.label == label).is_some_and(|s| s.dimmed);

@@ -64,8 +64,8 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// A plan of these points, `page` pixels wide, at the height `top` on the page, with `border` pixels around them for arrows. `None`
-    /// where no point can be drawn.
+    /// A plan of these points, `page` pixels wide, at the height `top` on the page, with `border` pixels around them
+    /// for arrows. `None` where no point can be drawn.
     pub fn fit(
         kind: MapFrame,
         points: impl Iterator<Item = [f64; 2]> + Clone,

@@ -62,8 +62,8 @@ pub struct PlanSigned {
     pub unit: String,
     /// Drawn as strokes or dots.
     pub style: SignedStyle,
-    /// Figure pixels per unit; `None` fits the largest value. With dots, pixels of radius for a value of 1, growing with
-    /// the square root. Pictures to be compared share one.
+    /// Figure pixels per unit; `None` fits the largest value. With dots, pixels of radius for a value of 1, growing
+    /// with the square root. Pictures to be compared share one.
     pub scale: Option<f64>,
     /// Per value, whether it stands out, the others dimmed (strokes alone); empty where none does.
     pub standing_out: Vec<bool>,
