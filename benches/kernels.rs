@@ -1,5 +1,6 @@
-//! The inner kernels of the native solver one by one, in every width of the vector registers that the processor has, and reading and writing: part of
-//! `make bench`, or `cargo bench --bench kernels`. A text behind `--` runs those that have it in their name.
+//! The inner kernels of the native solver one by one, in every width of the vector registers that the processor has,
+//! and reading and writing: part of `make bench`, or `cargo bench --bench kernels`. A text behind `--` runs those that
+//! have it in their name.
 //!
 //! Where an iteration has become slower (`cargo bench --bench solvers`), this says in which of its passes.
 

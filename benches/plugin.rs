@@ -1,7 +1,8 @@
 //! What a plug-in costs beside the same effect built in: part of `make bench`, or `cargo bench --bench plugin`.
 //! `MISCLOSURE_BENCH_THREADS` sets the number of threads (2).
 //!
-//! Headers of ours with only the id changed, one per stage that every measurement goes through, solved by turns with what is built in.
+//! Headers of ours with only the id changed, one per stage that every measurement goes through, solved by turns with
+//! what is built in.
 
 use anyhow::{Context, Result, ensure};
 use misclosure::adjust::{BUILT, CovarianceOf, Options};

@@ -1,5 +1,5 @@
-//! What it costs to test the residuals for structure beside the adjustment itself: part of `make bench`, or `cargo bench --bench structure`.
-//! `MISCLOSURE_BENCH_THREADS` sets the number of threads (2).
+//! What it costs to test the residuals for structure beside the adjustment itself: part of `make bench`, or `cargo
+//! bench --bench structure`. `MISCLOSURE_BENCH_THREADS` sets the number of threads (2).
 
 use anyhow::{Context, Result};
 use misclosure::adjust::native::Native;
@@ -42,8 +42,8 @@ fn main() -> Result<()> {
     let structure = analyse(problem, state, &heights, SIGNIFICANCE, threads)?;
     let analysed = started.elapsed().as_secs_f64();
     println!(
-        "{BLOCK}, {} measurements, {threads} threads: {} tests {analysed:.2} s, {propagated:.2} s of it for check points; \
-         adjusting {adjusted:.2} s; ratio {:.2}",
+        "{BLOCK}, {} measurements, {threads} threads: {} tests {analysed:.2} s, {propagated:.2} s of it for check \
+         points; adjusting {adjusted:.2} s; ratio {:.2}",
         run.problem.observations.len(),
         structure.tests.len(),
         analysed / adjusted

@@ -58,7 +58,8 @@ std::size_t Adjustment::MakeThetaBlocks() {
           const std::size_t t = view_.slot_base[s] + instance;
           if (view_.slot_scope[s] != scope || !view_.theta_free[t]) continue;
           if (theta_places_[t].block >= 0) {
-            throw std::invalid_argument("array `slot_base`: entry " + std::to_string(s) + " shares values with another");
+            throw std::invalid_argument("array `slot_base`: entry " + std::to_string(s) +
+                                        " shares values with another");
           }
           theta_places_[t] = {static_cast<int>(theta_blocks_.size()), static_cast<int>(block.members.size())};
           block.members.push_back(t);

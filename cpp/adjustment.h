@@ -1,5 +1,5 @@
-// A ProblemView as a ceres::Problem: parameter blocks, their manifolds, cost functions, and the way back to the numbering of the
-// unknowns.
+// A ProblemView as a ceres::Problem: parameter blocks, their manifolds, cost functions, and the way back to the
+// numbering of the unknowns.
 
 #ifndef MISCLOSURE_ADJUSTMENT_H_
 #define MISCLOSURE_ADJUSTMENT_H_
@@ -96,7 +96,8 @@ class Adjustment {
 
   const ProblemView& view_;
   std::vector<CameraBlock> camera_blocks_;
-  // Every parameter block in one array: Ceres orders blocks by their addresses, and results must not depend on the heap.
+  // Every parameter block in one array: Ceres orders blocks by their addresses, and results must not depend on the
+  // heap.
   std::vector<double> values_;
   std::size_t theta_start_ = 0, camera_start_ = 0, point_start_ = 0;
   std::vector<ThetaBlock> theta_blocks_;

@@ -13,7 +13,8 @@
 namespace misclosure::bridge {
 namespace {
 
-static_assert(sizeof(misclosure_effect_handle) == sizeof(const misclosure_effect*), "an array of handles is one of addresses");
+static_assert(sizeof(misclosure_effect_handle) == sizeof(const misclosure_effect*),
+              "an array of handles is one of addresses");
 
 template <class T>
 Span<T> Borrow(rust::Slice<const T> slice) {

@@ -4,8 +4,9 @@
 
 namespace misclosure {
 
-// Weights of the four coefficients that count at s, and the position of the first of them. Piece i is i <= s < i + 1 and has the
-// coefficients i to i + 3: there are three more than pieces. Left and right of all, the outermost polynomials go on.
+// Weights of the four coefficients that count at s, and the position of the first of them. Piece i is i <= s < i + 1
+// and has the coefficients i to i + 3: there are three more than pieces. Left and right of all, the outermost
+// polynomials go on.
 template <class T>
 int CubicBSpline(const T& s, int pieces, T weight[4]) {
   int piece = 0;

@@ -4,9 +4,9 @@
 //   (interior, r) --interior--> interior';  (x, y) = Fraser(interior', v) --image--> (x', y')
 //   antenna: (r, C) --position--> A --frame--> A';  surveyed: P --control--> S --frame--> S'
 //
-// Column and row of the context are those of (x', y'), which the chain itself decides: see ImageCost::FindPlace.
-// Ray effects get what the exposure stage made of the pose. Interior effects get the image's own r, not the row's r': an image has one
-// interior orientation.
+// Column and row of the context are those of (x', y'), which the chain itself decides: see ImageCost::FindPlace. Ray
+// effects get what the exposure stage made of the pose. Interior effects get the image's own r, not the row's r': an
+// image has one interior orientation.
 
 #ifndef MISCLOSURE_CHAIN_H_
 #define MISCLOSURE_CHAIN_H_
@@ -83,11 +83,13 @@ class ChainRun {
     last_ = link.effect;
     double* d_in = derive_ ? derivatives_ + link.d_in : nullptr;
     double* d_theta = derive_ && link.effect->parameter_count > 0 ? derivatives_ + link.d_theta : nullptr;
-    return misclosure_guarded_eval(link.effect, &context, in, values_ + link.values, out, d_in, d_theta) == MISCLOSURE_DONE;
+    return misclosure_guarded_eval(link.effect, &context, in, values_ + link.values, out, d_in, d_theta) ==
+           MISCLOSURE_DONE;
   }
 
-  // The interior orientation after the interior effects, in place. It is one for all measurements of an image, so the last one that this
-  // thread made of it, with its derivatives, serves as long as nothing that it depends on has changed.
+  // The interior orientation after the interior effects, in place. It is one for all measurements of an image, so the
+  // last one that this thread made of it, with its derivatives, serves as long as nothing that it depends on has
+  // changed.
   bool ForwardInterior(const double* r, double* interior) {
     const std::vector<Link>& links = chain_.stage(Stage::kInterior);
     if (links.empty()) return true;
@@ -117,7 +119,8 @@ class ChainRun {
     for (const Link& link : links) {
       const double *values = values_ + link.values, *derivatives = derivatives_ + link.d_in;
       last.values.insert(last.values.end(), values, values + link.effect->parameter_count);
-      if (derive_) last.derivatives.insert(last.derivatives.end(), derivatives, derivatives + InteriorDerivatives(link));
+      if (derive_)
+        last.derivatives.insert(last.derivatives.end(), derivatives, derivatives + InteriorDerivatives(link));
     }
     std::copy_n(interior, 12, last.out);
     last.derived = derive_;
@@ -167,7 +170,9 @@ class ChainRun {
   static constexpr std::uint64_t kInteriors = 4096;
 
   // By input and parameters, one behind the other.
-  static int InteriorDerivatives(const Link& link) { return 12 * (15 + static_cast<int>(link.effect->parameter_count)); }
+  static int InteriorDerivatives(const Link& link) {
+    return 12 * (15 + static_cast<int>(link.effect->parameter_count));
+  }
 
   bool SameValues(const std::vector<Link>& links, const Interior& last) const {
     const double* other = last.values.data();

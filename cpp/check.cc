@@ -1,4 +1,5 @@
-// Checks of the borrowed arrays: nothing behind this file meets a wrong index, a wrong length or a number that is not finite.
+// Checks of the borrowed arrays: nothing behind this file meets a wrong index, a wrong length or a number that is not
+// finite.
 
 #include <cmath>
 #include <string>
@@ -134,7 +135,8 @@ void Check(const ProblemView& view) {
                            std::to_string(view.cameras()));
     }
     if (context.flight >= context.flight_count || context.flight_count != view.contexts[0].flight_count) {
-      Fail("contexts", place + ": flight is " + std::to_string(context.flight) + " of " + std::to_string(context.flight_count));
+      Fail("contexts",
+           place + ": flight is " + std::to_string(context.flight) + " of " + std::to_string(context.flight_count));
     }
   }
   CheckEffects(view);

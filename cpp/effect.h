@@ -14,12 +14,13 @@
 //   MISCLOSURE_EFFECT(FocalTime)
 //   }
 //
-// Derivatives follow from it by automatic differentiation, by every input of the stage. An effect that depends on a few of them costs
-// less when it says which:
+// Derivatives follow from it by automatic differentiation, by every input of the stage. An effect that depends on a few
+// of them costs less when it says which:
 //
 //     static constexpr std::array reads = {0, 1, 5, 6};             // of an image effect: x, y, dcx, dcy
 //
-// An input that is not listed is handed on: it is a summand of its own output of the identity, and no other output depends on it.
+// An input that is not listed is handed on: it is a summand of its own output of the identity, and no other output
+// depends on it.
 //
 // A header in cpp/effects/ is built in. The same file, unchanged, is a
 // plug-in when compiled with `misclosure effects build focal-time.h -o focal-time.so`, which is
@@ -31,13 +32,14 @@
 // The loader checks that of a plug-in which it can (description, null law at random places) and refuses it otherwise;
 // `misclosure effects check` checks every law.
 //
-// Two laws: at the nominal values of its parameters an effect is exactly the identity, and it has no state, throws nothing and
-// may be called from several threads at once.
+// Two laws: at the nominal values of its parameters an effect is exactly the identity, and it has no state, throws
+// nothing and may be called from several threads at once.
 //
 // A frame effect is called for two kinds of coordinates: of control and check points, after the control stage, and of
-// antennas, after the position stage. `surveyed_kind` of the context says which of the two is at hand; at all other stages it
-// is NaN. Control points belong to no image: control and frame effects have global parameters alone and read nothing of one.
-// What a map does may reach one kind alone; cpp/surveyed.h has the given parameter `in` for that choice.
+// antennas, after the position stage. `surveyed_kind` of the context says which of the two is at hand; at all other
+// stages it is NaN. Control points belong to no image: control and frame effects have global parameters alone and read
+// nothing of one. What a map does may reach one kind alone; cpp/surveyed.h has the given parameter `in` for that
+// choice.
 //
 // An effect that names a cause may state three things more: plausible ranges, which a diagnosis weighs, and words and
 // a picture, which a report shows. Without a range any size counts as possible; without words there are figures alone.
@@ -55,7 +57,7 @@
 
 #include <stdint.h>
 
-// ---------------------------------------------------------------------------------------------------------------- C ABI
+// ------------------------------------------------------------------------------------------------------------- C ABI
 
 // Raised by one whenever a struct below changes. A program of version 3 also loads what was compiled with version 2,
 // which had neither ranges nor words nor pictures: version 3 adds their fields at the end of the structs, and
@@ -127,14 +129,15 @@ typedef struct misclosure_parameter {
   const char* plausible_source;   // where the range comes from; null: no range is stated
 } misclosure_parameter;
 
-// What an effect answers. Where it is called (guarded.h) an exception is caught and numbers are looked at, which gives the last two.
+// What an effect answers. Where it is called (guarded.h) an exception is caught and numbers are looked at, which gives
+// the last two.
 #define MISCLOSURE_OUTSIDE 0     // it cannot be evaluated there
 #define MISCLOSURE_DONE 1
 #define MISCLOSURE_NOT_FINITE 2  // a value or derivative is NaN or infinite
 #define MISCLOSURE_THREW 3
 
-// Writes out (m), and where not null d_in (m x n) and d_theta (m x p), row-major and whole, and returns MISCLOSURE_DONE, or else why
-// it did not. Columns of d_theta of given parameters are zero.
+// Writes out (m), and where not null d_in (m x n) and d_theta (m x p), row-major and whole, and returns
+// MISCLOSURE_DONE, or else why it did not. Columns of d_theta of given parameters are zero.
 typedef int (*misclosure_eval)(void* self, const misclosure_context* context, const double* in, const double* theta,
                                double* out, double* d_in, double* d_theta);
 
@@ -164,7 +167,7 @@ typedef struct misclosure_effect {
 #ifdef __cplusplus
 }  // extern "C"
 
-// ------------------------------------------------------------------------------------------------------------------ C++
+// --------------------------------------------------------------------------------------------------------------- C++
 
 #include <array>
 #include <cmath>
@@ -181,8 +184,8 @@ using Context = misclosure_context;
 using Name = misclosure_name;
 using Parameter = misclosure_parameter;
 
-// Where in the measurement chain an effect acts. r: rotation vector of R (world to camera); C: projection centre; P: object point;
-// interior: f, ppx, ppy, dcx, dcy, k1, k2, k3, p1, p2, b1, b2.
+// Where in the measurement chain an effect acts. r: rotation vector of R (world to camera); C: projection centre; P:
+// object point; interior: f, ppx, ppy, dcx, dcy, k1, k2, k3, p1, p2, b1, b2.
 enum class Stage : uint32_t {
   kExposure = 0,  // r 3, C 3 -> r 3, C 3
   kRay = 1,       // r 3, C 3, P 3 -> P 3
@@ -214,7 +217,8 @@ enum class Kind : uint32_t {
   kEmpirical = 1,  // only takes a shape away: may serve a fit, explains nothing
 };
 
-// How many values a parameter has in a block. Where there are several cameras, a global one of the interior or image stage has one per camera.
+// How many values a parameter has in a block. Where there are several cameras, a global one of the interior or image
+// stage has one per camera.
 enum class Scope : uint32_t {
   kGlobal = 0,          // one
   kCamera = 1,          // one per camera
@@ -223,8 +227,8 @@ enum class Scope : uint32_t {
   kImage = 4,           // one per image
 };
 
-// How a parameter gets its value. Priors: a random parameter has one of mean zero, whose standard deviation is estimated; an estimated one
-// has none, unless `--add ID:prior=K` gives it K times its typical size.
+// How a parameter gets its value. Priors: a random parameter has one of mean zero, whose standard deviation is
+// estimated; an estimated one has none, unless `--add ID:prior=K` gives it K times its typical size.
 enum class Role : uint32_t {
   kEstimated = 0,  // from the measurements; at its nominal value nothing happens
   kSearched = 1,   // too, but the effect is nonlinear in it: a test scans its domain first
@@ -242,7 +246,8 @@ enum class Domain : uint32_t {
   kRange = 4,           // two values in the parameter's unit
 };
 
-// What a block must have to test an effect. What is not known is NaN: a formula that uses it without saying so here gives no values.
+// What a block must have to test an effect. What is not known is NaN: a formula that uses it without saying so here
+// gives no values.
 enum class Need : uint32_t {
   kTime = 0,         // time_s of every image
   kTemperature = 1,  // temperature_c of every image
@@ -285,12 +290,12 @@ struct Words {
 // Parameters by role; `nominal` is the value of the identity. Within and UpTo give one its plausible range, with the
 // source of the range: UpTo on both sides of zero.
 constexpr Parameter Estimated(const char* name, const char* unit, Scope scope, double nominal, double typical) {
-  return {name, unit, static_cast<uint32_t>(scope), static_cast<uint32_t>(Role::kEstimated), nominal, typical, 0, 0, 0.0, 0.0,
-          nullptr, nullptr, 0.0, 0.0, nullptr};
+  return {name, unit, static_cast<uint32_t>(scope), static_cast<uint32_t>(Role::kEstimated), nominal, typical, 0, 0,
+          0.0, 0.0, nullptr, nullptr, 0.0, 0.0, nullptr};
 }
 
-constexpr Parameter Searched(const char* name, const char* unit, Scope scope, double start, double typical, Domain domain,
-                             double domain_min = 0.0, double domain_max = 0.0) {
+constexpr Parameter Searched(const char* name, const char* unit, Scope scope, double start, double typical,
+                             Domain domain, double domain_min = 0.0, double domain_max = 0.0) {
   return {name, unit, static_cast<uint32_t>(scope), static_cast<uint32_t>(Role::kSearched), start, typical,
           static_cast<uint32_t>(domain), 0, domain_min, domain_max, nullptr, nullptr, 0.0, 0.0, nullptr};
 }
@@ -307,8 +312,8 @@ constexpr Parameter Given(const char* name, const char* unit, double value, cons
 }
 
 constexpr Parameter Random(const char* name, const char* unit, double typical, const char* deviation) {
-  return {name, unit, static_cast<uint32_t>(Scope::kImage), static_cast<uint32_t>(Role::kRandom), 0.0, typical, 0, 0, 0.0, 0.0,
-          nullptr, deviation, 0.0, 0.0, nullptr};
+  return {name, unit, static_cast<uint32_t>(Scope::kImage), static_cast<uint32_t>(Role::kRandom), 0.0, typical, 0, 0,
+          0.0, 0.0, nullptr, deviation, 0.0, 0.0, nullptr};
 }
 
 constexpr Parameter VelocityError(const char* name, double typical) {
@@ -425,8 +430,8 @@ int Eval(void*, const misclosure_context* context, const double* in, const doubl
   constexpr auto& reads = ReadsOf<E>::value;
   constexpr int r = static_cast<int>(reads.size());
   constexpr int width = r + DifferentiableCount<E>();
-  // An even number, so that Eigen aligns the derivatives: of an odd one they straddle the pairs in which a compiler stores them, and each
-  // load waits for two stores.
+  // An even number, so that Eigen aligns the derivatives: of an odd one they straddle the pairs in which a compiler
+  // stores them, and each load waits for two stores.
   using Jet = ceres::Jet<double, width == 0 ? 2 : (width + 1) / 2 * 2>;
   Jet jet_in[n], jet_theta[p > 0 ? p : 1], jet_out[m];
   for (int k = 0; k < n; ++k) jet_in[k] = Jet(in[k]);
@@ -453,8 +458,8 @@ int Eval(void*, const misclosure_context* context, const double* in, const doubl
 
 // Whoever loads a plug-in may be no C++: an exception ends here. What is built in is called through guarded.h.
 template <class E>
-int Call(void* self, const misclosure_context* context, const double* in, const double* theta, double* out, double* d_in,
-         double* d_theta) {
+int Call(void* self, const misclosure_context* context, const double* in, const double* theta, double* out,
+         double* d_in, double* d_theta) {
 #if defined(MISCLOSURE_PLUGIN) && defined(__cpp_exceptions)
   try {
     return Eval<E>(self, context, in, theta, out, d_in, d_theta);
@@ -506,7 +511,8 @@ constexpr const misclosure_effect& EffectOf() {
 
 }  // namespace misclosure
 
-// Makes a type an effect: the exported symbol of a plug-in, or the entry that the generated registry of built-in effects calls.
+// Makes a type an effect: the exported symbol of a plug-in, or the entry that the generated registry of built-in
+// effects calls.
 #if defined(MISCLOSURE_PLUGIN)
 #define MISCLOSURE_EFFECT(Type)                                                                                       \
   extern "C" __attribute__((visibility("default"))) const misclosure_effect* misclosure_plugin(void) {               \

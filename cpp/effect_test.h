@@ -1,5 +1,5 @@
-// Test kit for effects: the laws that every effect must keep, checked at random places through its C ABI, as a solver calls it. For an
-// effect of your own:
+// Test kit for effects: the laws that every effect must keep, checked at random places through its C ABI, as a solver
+// calls it. For an effect of your own:
 //
 //   #include "my-effect.h"
 //   #include "effect_test.h"
@@ -10,7 +10,8 @@
 //
 //   c++ -std=c++17 -O1 -I cpp -I /usr/include/eigen3 my-effect-test.cc -lglog && ./a.out
 //
-// The places are those of a small aerial block: 40 to 120 m above ground, up to 40 degrees from the nadir, a camera of 20 megapixels.
+// The places are those of a small aerial block: 40 to 120 m above ground, up to 40 degrees from the nadir, a camera of
+// 20 megapixels.
 #ifndef MISCLOSURE_EFFECT_TEST_H_
 #define MISCLOSURE_EFFECT_TEST_H_
 
@@ -31,8 +32,8 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double kWidth = 5120.0, kHeight = 3840.0;
 constexpr int kSamples = 200;
 
-// Error of a derivative relative to the largest of its column: far above the error of extrapolated differences, far below any slip
-// of a sign, a factor or a term. The rounding of the differences themselves is added.
+// Error of a derivative relative to the largest of its column: far above the error of extrapolated differences, far
+// below any slip of a sign, a factor or a term. The rounding of the differences themselves is added.
 constexpr double kDerivativeTolerance = 1e-6;
 
 inline int failures = 0;
@@ -104,8 +105,18 @@ inline Place Draw(const misclosure_effect& effect, std::mt19937_64& random) {
   double point[3];
   RotateBack(r, ray, point);
   for (int k = 0; k < 3; ++k) point[k] = centre[k] + centre[2] * point[k];
-  const double interior[12] = {between(4000.0, 6000.0), between(2530.0, 2590.0), between(1890.0, 1950.0),
-                               between(2500.0, 2620.0), between(1860.0, 1980.0), 1e-9, 1e-17, 1e-24, 1e-8, 1e-8, 1e-4, 1e-4};
+  const double interior[12] = {between(4000.0, 6000.0),
+                               between(2530.0, 2590.0),
+                               between(1890.0, 1950.0),
+                               between(2500.0, 2620.0),
+                               between(1860.0, 1980.0),
+                               1e-9,
+                               1e-17,
+                               1e-24,
+                               1e-8,
+                               1e-8,
+                               1e-4,
+                               1e-4};
   const auto add = [&](const double* values, int count) { place.in.insert(place.in.end(), values, values + count); };
   const double image[2] = {c.column_px + between(-2.0, 2.0), c.row_px + between(-2.0, 2.0)};
   switch (static_cast<Stage>(effect.stage)) {
@@ -167,7 +178,8 @@ inline Result Evaluate(const misclosure_effect& effect, const Place& place, bool
   return result;
 }
 
-// At the nominal values of what is estimated the output is the input, bit for bit, and its derivative exactly the identity's.
+// At the nominal values of what is estimated the output is the input, bit for bit, and its derivative exactly the
+// identity's.
 inline void CheckNull(const misclosure_effect& effect, Place place) {
   const std::string id = effect.id;
   const Stage stage = static_cast<Stage>(effect.stage);
@@ -180,11 +192,14 @@ inline void CheckNull(const misclosure_effect& effect, Place place) {
   const Result value = Evaluate(effect, place, false), jet = Evaluate(effect, place, true);
   Expect(value.ok && jet.ok, id + ": null law: outside the domain");
   const size_t bytes = m * sizeof(double);
-  Expect(std::memcmp(value.out.data(), &place.in[offset], bytes) == 0, id + ": null law: the output is not the identity");
-  Expect(std::memcmp(jet.out.data(), &place.in[offset], bytes) == 0, id + ": null law: with derivatives, not the identity");
+  Expect(std::memcmp(value.out.data(), &place.in[offset], bytes) == 0,
+         id + ": null law: the output is not the identity");
+  Expect(std::memcmp(jet.out.data(), &place.in[offset], bytes) == 0,
+         id + ": null law: with derivatives, not the identity");
   for (int i = 0; i < m; ++i) {
     for (int k = 0; k < n; ++k) {
-      Expect(jet.d_in[i * n + k] == (k == i + offset ? 1.0 : 0.0), id + ": null law: the derivative is not the identity's");
+      Expect(jet.d_in[i * n + k] == (k == i + offset ? 1.0 : 0.0),
+             id + ": null law: the derivative is not the identity's");
     }
   }
 }
@@ -200,7 +215,8 @@ inline void Unwrap(const double* reference, double* r) {
 inline void CheckDerivatives(const misclosure_effect& effect, const Place& place) {
   const std::string id = effect.id;
   const Stage stage = static_cast<Stage>(effect.stage);
-  const int n = Inputs(stage), m = Outputs(stage), p = static_cast<int>(effect.parameter_count), offset = IdentityOffset(stage);
+  const int n = Inputs(stage), m = Outputs(stage), p = static_cast<int>(effect.parameter_count),
+            offset = IdentityOffset(stage);
   const int turns = stage == Stage::kExposure ? 3 : 0;
   const Result jet = Evaluate(effect, place, true), value = Evaluate(effect, place, false);
   Expect(jet.ok && value.ok, id + ": outside the domain at an ordinary place");
@@ -224,7 +240,8 @@ inline void CheckDerivatives(const misclosure_effect& effect, const Place& place
     } else {
       const Parameter& parameter = effect.parameters[variable - n];
       if (parameter.role == static_cast<uint32_t>(Role::kGiven)) {
-        for (int i = 0; i < m; ++i) Expect(jet.d_theta[i * p + variable - n] == 0.0, id + ": column of a given parameter");
+        for (int i = 0; i < m; ++i)
+          Expect(jet.d_theta[i * p + variable - n] == 0.0, id + ": column of a given parameter");
         continue;
       }
       const bool searched = parameter.role == static_cast<uint32_t>(Role::kSearched);
@@ -288,8 +305,8 @@ inline void CheckNeeds(const misclosure_effect& effect, const Place& place) {
   }
 }
 
-// Surveyed points belong to no image: what acts on them has global parameters, and the same values where all of an image is
-// unknown.
+// Surveyed points belong to no image: what acts on them has global parameters, and the same values where all of an
+// image is unknown.
 inline void CheckSurveyed(const misclosure_effect& effect, const Place& place) {
   const Stage stage = static_cast<Stage>(effect.stage);
   if (stage != Stage::kControl && stage != Stage::kFrame) return;

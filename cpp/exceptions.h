@@ -7,8 +7,8 @@
 
 namespace misclosure::bridge {
 
-// From now on `refused` is called where `operator new` gets no memory. Where an exception would end the program for lack
-// of memory, `end_by_memory` ends it.
+// From now on `refused` is called where `operator new` gets no memory. Where an exception would end the program for
+// lack of memory, `end_by_memory` ends it.
 void watch_exceptions(rust::Fn<void()> refused, rust::Fn<void()> end_by_memory);
 
 }  // namespace misclosure::bridge

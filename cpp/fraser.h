@@ -1,5 +1,5 @@
-// The Fraser camera in pixels, forward formula for any number type; derivatives come from Jets. The formula is the one of the block
-// format: distortion acts on the ideal image point, from object to image, about a centre of its own.
+// The Fraser camera in pixels, forward formula for any number type; derivatives come from Jets. The formula is the one
+// of the block format: distortion acts on the ideal image point, from object to image, about a centre of its own.
 
 #ifndef MISCLOSURE_FRASER_H_
 #define MISCLOSURE_FRASER_H_
@@ -19,8 +19,8 @@ bool Perspective(const T& f, const T v[3], T ideal[2]) {
   return true;
 }
 
-// Distortion, px, at d from the centre of distortion, with k1, k2, k3, p1, p2, b1, b2. Either can be plain numbers while the
-// other has derivatives.
+// Distortion, px, at d from the centre of distortion, with k1, k2, k3, p1, p2, b1, b2. Either can be plain numbers
+// while the other has derivatives.
 template <class D, class C, class T>
 void Distortion(const D d[2], const C c[kCoefficients], T out[2]) {
   const D xx = d[0] * d[0];
@@ -47,7 +47,8 @@ bool Project(const T interior[kInteriorSize], const T v[3], T xy[2]) {
 // v = R p for the unit quaternion (w, x, y, z) of R. Either can be plain numbers while the other has derivatives.
 template <class Q, class P, class V>
 void RotateByQuaternion(const Q q[4], const P p[3], V v[3]) {
-  const V t[3] = {2.0 * (q[2] * p[2] - q[3] * p[1]), 2.0 * (q[3] * p[0] - q[1] * p[2]), 2.0 * (q[1] * p[1] - q[2] * p[0])};
+  const V t[3] = {2.0 * (q[2] * p[2] - q[3] * p[1]), 2.0 * (q[3] * p[0] - q[1] * p[2]),
+                  2.0 * (q[1] * p[1] - q[2] * p[0])};
   v[0] = p[0] + q[0] * t[0] + (q[2] * t[2] - q[3] * t[1]);
   v[1] = p[1] + q[0] * t[1] + (q[3] * t[0] - q[1] * t[2]);
   v[2] = p[2] + q[0] * t[2] + (q[1] * t[1] - q[2] * t[0]);

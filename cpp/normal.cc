@@ -198,7 +198,8 @@ void Normal::Accumulate() {
     Eliminate(part);
   }
   Rows rows;
-  for (std::size_t r = view_.observation_image.size + view_.control_point.size; r < adjustment_.residual_block_count(); ++r) {
+  for (std::size_t r = view_.observation_image.size + view_.control_point.size; r < adjustment_.residual_block_count();
+       ++r) {
     adjustment_.Linearise(r, robust_, rows);
     Add(rows);
   }

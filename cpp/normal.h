@@ -1,6 +1,6 @@
-// Normal equations N = J'J with the points eliminated, in two parts: the unknowns of single images (poses and effect parameters per
-// image: sparse) and the shared ones (cameras and the other effect parameters: few, dense). Rank, covariance, and what a full
-// Gauss-Newton step would still gain.
+// Normal equations N = J'J with the points eliminated, in two parts: the unknowns of single images (poses and effect
+// parameters per image: sparse) and the shared ones (cameras and the other effect parameters: few, dense). Rank,
+// covariance, and what a full Gauss-Newton step would still gain.
 
 #ifndef MISCLOSURE_NORMAL_H_
 #define MISCLOSURE_NORMAL_H_
@@ -24,8 +24,8 @@ constexpr double kRounding = 1e-14;
 
 class Normal {
  public:
-  // At the present values of the adjustment, with robust weights or without. Eliminates the points; throws Singular where one is
-  // not determined by its rays.
+  // At the present values of the adjustment, with robust weights or without. Eliminates the points; throws Singular
+  // where one is not determined by its rays.
   Normal(const ProblemView& view, const Adjustment& adjustment, bool robust);
 
   // Points eliminated, nothing else.

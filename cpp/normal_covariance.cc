@@ -99,7 +99,8 @@ Covariance Normal::Invert(bool everything) const {
     const Eigen::Index start = static_cast<Eigen::Index>(side_start_[image]);
     const Eigen::Index size = static_cast<Eigen::Index>(SideSize(image));
     const auto part = y.middleRows(start, size);
-    const Eigen::MatrixXd block = inverse.block(start, start, size, size) + part * shared_covariance_ * part.transpose();
+    const Eigen::MatrixXd block =
+        inverse.block(start, start, size, size) + part * shared_covariance_ * part.transpose();
     for (Eigen::Index i = 0; i < size; ++i) {
       if (side_unknowns_[start + i] < first_pose) continue;
       for (Eigen::Index j = 0; j < size; ++j) {
@@ -111,8 +112,8 @@ Covariance Normal::Invert(bool everything) const {
     }
   }
 
-  // A point moves with the images and the shared unknowns that its rays hang on: V^-1 + V^-1 W S^-1 W' V^-1, where the images'
-  // part of S^-1 is S_pp^-1 + Y Sigma Y' and its coupling to the shared ones -Y Sigma.
+  // A point moves with the images and the shared unknowns that its rays hang on: V^-1 + V^-1 W S^-1 W' V^-1, where the
+  // images' part of S^-1 is S_pp^-1 + Y Sigma Y' and its coupling to the shared ones -Y Sigma.
   result.points.assign(9 * view_.point_count(), 0.0);
   PointPart part;
   for (std::size_t j = 0; j < view_.point_count(); ++j) {

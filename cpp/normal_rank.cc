@@ -116,7 +116,8 @@ void Normal::FindSideNullSpace(bool failed) const {
     constexpr int kRounds = 6;  // each divides what is not null by its information in units of ten
     for (int round = 0; round < kRounds; ++round) {
       basis = factor.solve(basis).eval();
-      basis = (Eigen::HouseholderQR<Eigen::MatrixXd>(basis).householderQ() * Eigen::MatrixXd::Identity(n, count)).eval();
+      basis =
+          (Eigen::HouseholderQR<Eigen::MatrixXd>(basis).householderQ() * Eigen::MatrixXd::Identity(n, count)).eval();
     }
   }
   const Eigen::MatrixXd small = basis.transpose() * (matrix.selfadjointView<Eigen::Lower>() * basis);
@@ -140,7 +141,8 @@ void Normal::FindSharedNullSpace() const {
     domain[i] = unknown < view_.theta_unknown(0) ? view_.camera_domains[unknown]
                                                  : kThetaDomain * view_.theta_scales[unknown - view_.theta_unknown(0)];
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(domain.asDiagonal() * shared_reduced_ * domain.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(domain.asDiagonal() * shared_reduced_ *
+                                                             domain.asDiagonal());
   const double largest = shared_diagonal_.cwiseProduct(domain.cwiseAbs2()).maxCoeff();
   const double least = std::max(kLeastInformation, kRounding * largest);
   Eigen::Index null = 0;

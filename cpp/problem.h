@@ -1,8 +1,8 @@
 // What crosses the bridge: a problem as flat arrays, options, results and errors.
 //
-// Unknowns are numbered cameras (12 each), effect parameters (theta), poses (6 each: rotation w with R <- exp([w]x) R, rad, then
-// projection centre, m), points (3 each, m). Residuals are (observed - computed) / sigma, in the order image observations (2 each),
-// control (3 each), GNSS (3 each), priors of theta, priors of camera parameters.
+// Unknowns are numbered cameras (12 each), effect parameters (theta), poses (6 each: rotation w with R <- exp([w]x) R,
+// rad, then projection centre, m), points (3 each, m). Residuals are (observed - computed) / sigma, in the order image
+// observations (2 each), control (3 each), GNSS (3 each), priors of theta, priors of camera parameters.
 
 #ifndef MISCLOSURE_PROBLEM_H_
 #define MISCLOSURE_PROBLEM_H_
@@ -120,7 +120,8 @@ struct CannotProject : std::runtime_error {
 };
 constexpr std::size_t kNoPoint = static_cast<std::size_t>(-1);
 
-// A direction without information: unknowns that take part and their components in units of their domains, by falling size.
+// A direction without information: unknowns that take part and their components in units of their domains, by falling
+// size.
 struct NullDirection {
   std::vector<std::size_t> unknowns;
   std::vector<double> components;

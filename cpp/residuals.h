@@ -1,5 +1,5 @@
-// Cost functions. Jets stay within one stage of the chain each; stages are composed by small matrix products, from the residual
-// back to the unknowns, which costs a fraction of one wide Jet.
+// Cost functions. Jets stay within one stage of the chain each; stages are composed by small matrix products, from the
+// residual back to the unknowns, which costs a fraction of one wide Jet.
 
 #ifndef MISCLOSURE_RESIDUALS_H_
 #define MISCLOSURE_RESIDUALS_H_
@@ -68,7 +68,8 @@ struct ImageChain {
   CameraBlock camera;
 };
 
-// An image measurement. Parameter blocks: camera, pose, point, then those of the effects. Of these there are millions: each is small.
+// An image measurement. Parameter blocks: camera, pose, point, then those of the effects. Of these there are millions:
+// each is small.
 class ImageCost final : public ceres::CostFunction {
  public:
   // `image` and `xy` (2) must outlive this.
@@ -177,8 +178,9 @@ class ImageCost final : public ceres::CostFunction {
     return true;
   }
 
-  // Tells the context the place at which the chain ends when it is told that place, and gives, where it is asked for, the derivative of the end by the
-  // place. The measurement is only where the search begins: a place that kept its noise would make that noise look like the effect.
+  // Tells the context the place at which the chain ends when it is told that place, and gives, where it is asked for,
+  // the derivative of the end by the place. The measurement is only where the search begins: a place that kept its
+  // noise would make that noise look like the effect.
   bool FindPlace(double const* const* x, bool derive, misclosure_context& context, RowMajor<2, 2>& by_place,
                  std::string* reason) const {
     // Each gains the change of the effect from pixel to pixel, a hundredth or less for anything that a sensor does.
@@ -273,11 +275,12 @@ class ImageCost final : public ceres::CostFunction {
   double weight_;
 };
 
-// An observed position: of a surveyed point (blocks: point, effects) or of an antenna (blocks: pose, effects). `stage` is kControl
-// or kPosition; the frame's effects follow it.
+// An observed position: of a surveyed point (blocks: point, effects) or of an antenna (blocks: pose, effects). `stage`
+// is kControl or kPosition; the frame's effects follow it.
 class PositionCost final : public ceres::CostFunction {
  public:
-  PositionCost(const Chain& chain, Stage stage, const double* position, const double* sigma) : chain_(chain), stage_(stage) {
+  PositionCost(const Chain& chain, Stage stage, const double* position, const double* sigma)
+      : chain_(chain), stage_(stage) {
     std::copy_n(position, 3, position_);
     for (int k = 0; k < 3; ++k) weight_[k] = 1.0 / sigma[k];
     set_num_residuals(3);

@@ -71,8 +71,8 @@ void RotationVectorOf(const T q[4], T r[3]) {
   for (int i = 0; i < 3; ++i) r[i] = k * q[i + 1];
 }
 
-// Rotation vector of exp([a]x) exp([r]x): r turned by a in the camera's axes. Where a is zero this is r itself, to the last bit,
-// as the null law wants it; the derivative there is the limit (inverse left Jacobian of r).
+// Rotation vector of exp([a]x) exp([r]x): r turned by a in the camera's axes. Where a is zero this is r itself, to the
+// last bit, as the null law wants it; the derivative there is the limit (inverse left Jacobian of r).
 template <class T>
 void Turn(const T a[3], const T r[3], T out[3]) {
   if (a[0] == 0.0 && a[1] == 0.0 && a[2] == 0.0) {

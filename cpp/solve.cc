@@ -23,13 +23,13 @@ constexpr double kLastRadius = 1e14;
 constexpr double kLargestRadius = 1e18;
 // Rounds without damping; one or two are met in practice.
 constexpr int kMostRounds = 10;
-// Chi-square itself is not known better than this share of it: differences of coordinates of some thousand pixels keep 1e-12 px, and
-// are squared and summed.
+// Chi-square itself is not known better than this share of it: differences of coordinates of some thousand pixels keep
+// 1e-12 px, and are squared and summed.
 constexpr double kCostRounding = 1e-12;
 // Steps that polish at most. Large residuals make each leave a share of what was left.
 constexpr int kMostPolishing = 50;
-// Reduced systems up to this size are dense: looking up the blocks of a sparse one, for every pair of images of every point, takes
-// longer than the dense factorisation.
+// Reduced systems up to this size are dense: looking up the blocks of a sparse one, for every pair of images of every
+// point, takes longer than the dense factorisation.
 constexpr int kLargestDense = 1000;
 // A Cholesky that fails in a weak direction shrinks the radius and tries again; each failure shrinks it more.
 constexpr int kMostInvalidSteps = 20;
@@ -109,8 +109,9 @@ ceres::Solver::Options CeresOptions(const Adjustment& adjustment, const SolveOpt
   return ceres_options;
 }
 
-// Ceres takes no step that does not reduce chi-square, whose rounding hides the last of what there is to gain. The decrement has its digits
-// from the gradient: full steps, from Ceres' derivatives, for as long as it falls. Gives the steps taken; `normal` is that of the last state.
+// Ceres takes no step that does not reduce chi-square, whose rounding hides the last of what there is to gain. The
+// decrement has its digits from the gradient: full steps, from Ceres' derivatives, for as long as it falls. Gives the
+// steps taken; `normal` is that of the last state.
 int Polish(const ProblemView& view, Adjustment& adjustment, double asked, std::optional<Normal>& normal) {
   double least = normal->Decrement();
   for (int step = 1; step <= kMostPolishing; ++step) {
@@ -124,8 +125,9 @@ int Polish(const ProblemView& view, Adjustment& adjustment, double asked, std::o
   return kMostPolishing;
 }
 
-// Ceres writes warnings of its own to standard error; what matters comes back as an outcome. CHOLMOD's OpenMP, of which it has one short
-// loop, prints a message of its own and ends the program where no thread can be started: no region has more than the calling thread.
+// Ceres writes warnings of its own to standard error; what matters comes back as an outcome. CHOLMOD's OpenMP, of which
+// it has one short loop, prints a message of its own and ends the program where no thread can be started: no region has
+// more than the calling thread.
 void Quiet() {
   FLAGS_minloglevel = google::GLOG_FATAL;
   using SetLevels = void (*)(int);
@@ -158,8 +160,10 @@ Solution Solve(const ProblemView& view, const SolveOptions& options, const Progr
       solution.outcome = Outcome::kCancelled;
       return solution;
     }
-    if (summary.termination_type == ceres::FAILURE && summary.message.find(kNoFactor) != std::string::npos) throw std::bad_alloc();
-    const bool stopped = summary.termination_type == ceres::CONVERGENCE || summary.termination_type == ceres::USER_SUCCESS;
+    if (summary.termination_type == ceres::FAILURE && summary.message.find(kNoFactor) != std::string::npos)
+      throw std::bad_alloc();
+    const bool stopped =
+        summary.termination_type == ceres::CONVERGENCE || summary.termination_type == ceres::USER_SUCCESS;
     if (summary.termination_type == ceres::FAILURE && watch.number() == 0) adjustment.FindCulprit();
     solution.seconds = watch.seconds();
     solution.iterations = watch.number();
@@ -174,7 +178,8 @@ Solution Solve(const ProblemView& view, const SolveOptions& options, const Progr
     if (left < allowed && stopped) {
       solution.outcome = Outcome::kConverged;
       // Less than usual is asked for: as far as the gradient tells.
-      const bool finer = options.chi_square_change < SolveOptions().chi_square_change && left > options.chi_square_change;
+      const bool finer =
+          options.chi_square_change < SolveOptions().chi_square_change && left > options.chi_square_change;
       if (finer) solution.iterations += Polish(view, adjustment, options.chi_square_change, normal);
       if (options.covariance != CovarianceOf::kNothing) {
         solution.covariance = normal->Invert(options.covariance == CovarianceOf::kEverything);
@@ -186,8 +191,8 @@ Solution Solve(const ProblemView& view, const SolveOptions& options, const Progr
         solution.reason = summary.message;
       } else {
         std::ostringstream reason;
-        reason << (stopped ? "" : "iteration limit reached; ") << "a full step would still change chi-square by " << left
-               << ", allowed are " << allowed;
+        reason << (stopped ? "" : "iteration limit reached; ") << "a full step would still change chi-square by "
+               << left << ", allowed are " << allowed;
         solution.reason = reason.str();
       }
       break;

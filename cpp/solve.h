@@ -1,6 +1,7 @@
 // The Ceres solver behind flat arrays: no Ceres and no Eigen type here, so that the bridge and its tests need neither.
 //
-// Every function checks each index, length and number first and throws std::invalid_argument with the name of the array.
+// Every function checks each index, length and number first and throws std::invalid_argument with the name of the
+// array.
 
 #ifndef MISCLOSURE_SOLVE_H_
 #define MISCLOSURE_SOLVE_H_
@@ -15,7 +16,8 @@ namespace misclosure {
 Solution Solve(const ProblemView& view, const SolveOptions& options, const Progress& progress);
 Evaluation Evaluate(const ProblemView& view);
 ReducedSystem Reduce(const ProblemView& view);
-// Of the shared unknowns at the start values, robust weights applied: what Solve gives when it ends there. Throws as it does.
+// Of the shared unknowns at the start values, robust weights applied: what Solve gives when it ends there. Throws as it
+// does.
 Covariance CovarianceAt(const ProblemView& view);
 
 // Throws std::invalid_argument with the name of the array that is wrong.

@@ -1,5 +1,5 @@
-// Stages of the measurement chain with their derivatives. Jets stay within one stage each, and there are as wide as one of its
-// arguments: two narrow Jets through a stage cost less than one wide one.
+// Stages of the measurement chain with their derivatives. Jets stay within one stage each, and there are as wide as one
+// of its arguments: two narrow Jets through a stage cost less than one wide one.
 
 #ifndef MISCLOSURE_STAGES_H_
 #define MISCLOSURE_STAGES_H_

@@ -1,7 +1,7 @@
 // Which surveyed coordinates a frame effect acts on: its given parameter `in`.
 //
-// A survey can give the control points in a map and the antennas in Cartesian coordinates, or the other way round; what a map
-// does to coordinates must then reach one kind of them alone.
+// A survey can give the control points in a map and the antennas in Cartesian coordinates, or the other way round; what
+// a map does to coordinates must then reach one kind of them alone.
 
 #ifndef MISCLOSURE_SURVEYED_H_
 #define MISCLOSURE_SURVEYED_H_
@@ -17,8 +17,8 @@ constexpr double kControlKind = 0.0, kAntennaKind = 1.0;
 constexpr double kInBoth = 0.0, kInControl = 1.0, kInGnss = 2.0;
 inline constexpr Name kSurveyedIn[] = {{"both", kInBoth}, {"control", kInControl}, {"gnss", kInGnss}};
 
-// Whether an effect acts on the coordinate at hand. Returns false where that cannot be said: `in` is none of the choices, or
-// it is one kind and the coordinate's is not known.
+// Whether an effect acts on the coordinate at hand. Returns false where that cannot be said: `in` is none of the
+// choices, or it is one kind and the coordinate's is not known.
 template <class T>
 bool ActsOn(const Context& context, const T& in, bool* acts) {
   const double kind = context.surveyed_kind;

@@ -15,7 +15,10 @@ impl Effect for Wave {
             d_input: Option<&mut [f64]>, d_theta: Option<&mut [f64]>) -> Result<(), OutsideDomain> {
         let (sin, cos) = (TAU * input[0] / 250.0).sin_cos();
         out.copy_from_slice(&[input[0] + theta[0] * sin, input[1]]);
-        if let Some(matrix) = d_input { fill_identity(Stage::Image, matrix); matrix[0] += theta[0] * TAU / 250.0 * cos; }
+        if let Some(matrix) = d_input {
+            fill_identity(Stage::Image, matrix);
+            matrix[0] += theta[0] * TAU / 250.0 * cos;
+        }
         if let Some(matrix) = d_theta { matrix.copy_from_slice(&[sin, 0.0]) }
         Ok(())
     }

@@ -1,4 +1,5 @@
-//! A block is simulated, something goes wrong with it, it is adjusted, and the diagnosis says what: `cargo run --release --example diagnose`.
+//! A block is simulated, something goes wrong with it, it is adjusted, and the diagnosis says what: `cargo run
+//! --release --example diagnose`.
 
 use misclosure::adjust::{Options, ceres::Ceres, native::Native};
 use misclosure::diagnose::{run::diagnose, settings::Settings};

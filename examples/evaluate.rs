@@ -1,11 +1,13 @@
-//! A block that another program adjusted, judged by surveyed points that it has not seen: `cargo run --release --example evaluate`.
+//! A block that another program adjusted, judged by surveyed points that it has not seen: `cargo run --release
+//! --example evaluate`.
 
 use misclosure::evaluate::{Alignment, Method, PlainModel, compare};
 use misclosure::io::foreign::{ExportOptions, ImportOptions, registry};
 use misclosure::scenario::{Scenario, simulate};
 use misclosure::{block::Block, inject};
 
-/// What another program hands on: a COLMAP model. Here it is written first, from a block whose focal length is 20 px off.
+/// What another program hands on: a COLMAP model. Here it is written first, from a block whose focal length is 20 px
+/// off.
 fn of_another_program(block: &Block, folder: &std::path::Path) -> Result<Block, Box<dyn std::error::Error>> {
     let colmap = registry().iter().find(|format| format.name() == "colmap-text").ok_or("no such format")?;
     let mut handed = inject::apply(block, block, &[inject::parse("calibration:f=20")?], 1)?.block;
@@ -23,7 +25,8 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     measured.marks.retain(|mark| mark.point.index() < 60);
     let folder = tempfile::tempdir()?;
     let adjusted = of_another_program(&measured, folder.path())?;
-    // Its cameras and poses, with our marks and surveyed points; a similarity from the control points takes it to the survey.
+    // Its cameras and poses, with our marks and surveyed points; a similarity from the control points takes it to the
+    // survey.
     let mut judged = measured.clone();
     for image in &mut judged.images {
         let theirs = adjusted.images.iter().find(|other| other.name == image.name).ok_or("an image is missing")?;

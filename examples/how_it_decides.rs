@@ -104,7 +104,8 @@ fn noise(truth: &Block) -> Result<String, Box<dyn Error>> {
     let points = p_values.iter().enumerate().map(|(k, p)| [(k as f64 + 0.5) / n, *p]).collect();
     let line = Series::new("uniform", vec![[0.0, 0.0], [1.0, 1.0]]).style(LineStyle::Line);
     let note = format!(
-        "{NOISE_BLOCKS} dikes of noise alone, {n} p-values; no cause named in {adequate}. Bounds (searched ranges, variances) lie above the line."
+        "{NOISE_BLOCKS} dikes of noise alone, {n} p-values; no cause named in {adequate}. Bounds (searched ranges, \
+         variances) lie above the line."
     );
     let series = vec![Series::new("candidates", points).style(LineStyle::Line), line];
     Ok(chart("Noise alone: p-values", Axis::new("share of the candidates", ""), Axis::new("p-value", ""), series, note))

@@ -1,5 +1,5 @@
-//! The pages of the repository as chapters: what the code alone does not say, in the order in which one reads it. `make docs` makes a book of
-//! them, with a page for each effect and a gallery of findings.
+//! The pages of the repository as chapters: what the code alone does not say, in the order in which one reads it. `make
+//! docs` makes a book of them, with a page for each effect and a gallery of findings.
 //!
 //! 0. [`start`]: a block, an error, an adjustment, a diagnosis; [`architecture`] is the map of the code.
 //! 1. [`crate`]: the problem in formulas, an example, and which module does what.
@@ -12,11 +12,13 @@
 //!    [`mistakes`] has what people get wrong, which is looked for first.
 //!    [`compare_runs`] sets runs side by side.
 //!    [`check_points`] says what a sentence on check points beside a verdict means.
-//! 6. [`your_own_block`]: a block from another program, diagnosed and taken back; [`your_odm_project`]: one of OpenDroneMap;
+//! 6. [`your_own_block`]: a block from another program, diagnosed and taken back; [`your_odm_project`]: one of
+//!    OpenDroneMap;
 //!    [`real_block`]: a mistake in a real block, and what else it shows. [`block_format`] has the files of a block,
 //!    [`formats`] what each format of other programs can hold.
 //! 7. [`laboratory`]: the page in which all that is done with the mouse.
-//! 8. [`validation`]: problems whose answers are certain; [`benchmarks`]: time and memory; [`study`]: a published study, repeated.
+//! 8. [`validation`]: problems whose answers are certain; [`benchmarks`]: time and memory; [`study`]: a published
+//!    study, repeated.
 
 #[doc = include_str!("../CONVENTIONS.md")]
 pub mod conventions {}

@@ -1,7 +1,7 @@
 //! misclosure: what is left over when a measurement and its model do not meet, and why.
 //!
-//! An image point is predicted from the camera (twelve numbers of the Fraser model), the pose of its image, the point on the ground, and the
-//! *effects* that act on the way between them:
+//! An image point is predicted from the camera (twelve numbers of the Fraser model), the pose of its image, the point
+//! on the ground, and the *effects* that act on the way between them:
 //!
 //! ```text
 //! P ──frame──► P' ──ray──► P'' ──R(P'' - C)──► (X, Y, Z) ──camera──► (x, y) ──image──► (x, y)'       v = measured - (x, y)'
@@ -9,15 +9,16 @@
 //!                         exposure │                 interior │
 //! ```
 //!
-//! An adjustment finds cameras, poses, points and effects that minimise `v'Pv`, `P` the weights. At the solution, with `A` the derivatives of
-//! everything that was estimated, the [null model](null_model) says of any columns `C` that the model lacks what they would explain:
+//! An adjustment finds cameras, poses, points and effects that minimise `v'Pv`, `P` the weights. At the solution, with
+//! `A` the derivatives of everything that was estimated, the [null model](null_model) says of any columns `C` that the
+//! model lacks what they would explain:
 //!
 //! ```text
 //! Q = P - P A (A'PA)^-1 A'P        s = C'Q v        M = C'Q C        drop of v'Pv: s'M^-1 s        estimate: M^-1 s
 //! ```
 //!
-//! Everything that the diagnosis decides is small linear algebra of `(s, M)`: [`diagnose`]. Axes, rotations, units and names:
-//! [`book::conventions`]; the other chapters stand in the [`book`].
+//! Everything that the diagnosis decides is small linear algebra of `(s, M)`: [`diagnose`]. Axes, rotations, units and
+//! names: [`book::conventions`]; the other chapters stand in the [`book`].
 //!
 //! # Simulate, adjust, diagnose
 //!

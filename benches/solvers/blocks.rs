@@ -48,8 +48,8 @@ pub const BLOCKS: [Block; 4] = [
     },
 ];
 
-/// Models whose cost is held against that of the plain camera: an effect of each stage that every measurement goes through, alone and all
-/// together, and values of every image.
+/// Models whose cost is held against that of the plain camera: an effect of each stage that every measurement goes
+/// through, alone and all together, and values of every image.
 pub const MODELS: [(&str, &[&str]); 7] = [
     ("plain", &[]),
     ("exposure", &["rolling-shutter"]),
@@ -60,7 +60,8 @@ pub const MODELS: [(&str, &[&str]); 7] = [
     ("per image", &["focal-image"]),
 ];
 
-/// The plain camera without any datum, which is all that the reference knows; those above have that of control and GNSS.
+/// The plain camera without any datum, which is all that the reference knows; those above have that of control and
+/// GNSS.
 pub const FREE: &str = "free";
 
 const SEED: u64 = 1;

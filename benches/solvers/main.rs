@@ -1,8 +1,9 @@
-//! Both solvers on the same blocks, side by side, and beside them the reference for speed where there is one (`../shared/perf`): `make bench`, or
-//! `cargo bench --bench solvers`, with names of blocks behind `--` for some of them alone.
+//! Both solvers on the same blocks, side by side, and beside them the reference for speed where there is one
+//! (`../shared/perf`): `make bench`, or `cargo bench --bench solvers`, with names of blocks behind `--` for some of
+//! them alone.
 //!
-//! Every solve runs in a process of its own; the solvers take turns, so that what else the machine does meets all. Seconds are those that the
-//! processor spent, on one thread. `MISCLOSURE_BENCH_RUNS` sets the number of runs (5).
+//! Every solve runs in a process of its own; the solvers take turns, so that what else the machine does meets all.
+//! Seconds are those that the processor spent, on one thread. `MISCLOSURE_BENCH_RUNS` sets the number of runs (5).
 
 mod blocks;
 mod once;
@@ -16,7 +17,8 @@ use once::{Case, Measured, ONCE, available_memory};
 use reference::{Program, Reference};
 use std::process::Command;
 
-/// First argument of the process that writes a problem for the reference; it prints the counts and the weight of the measurements.
+/// First argument of the process that writes a problem for the reference; it prints the counts and the weight of the
+/// measurements.
 const WRITE: &str = "write";
 
 /// Costs of two solvers agree to this share: the reference prints them to so many digits.
@@ -49,7 +51,8 @@ impl Who {
     }
 }
 
-/// Limits of the ratios: block, native to the reference per iteration, native to the reference's Ceres per iteration and to convergence.
+/// Limits of the ratios: block, native to the reference per iteration, native to the reference's Ceres per iteration
+/// and to convergence.
 const LIMITS: [(&str, f64, f64, f64); 3] =
     [("small", 1.2, 0.18, 0.15), ("medium", 1.3, 0.15, 0.12), ("areal", f64::INFINITY, 0.15, 0.15)];
 /// Ours to the reference's Ceres, per iteration.

@@ -14,8 +14,9 @@ use std::time::Instant;
 /// First argument of the process that solves once.
 pub const ONCE: &str = "once";
 
-/// Converged is the first iteration whose cost exceeds the final one by no more than this share: the reference prints its costs to so many
-/// digits. One rule for all: what a solver spends on steps that gain less, until its own rule stops it, is in the whole call alone.
+/// Converged is the first iteration whose cost exceeds the final one by no more than this share: the reference prints
+/// its costs to so many digits. One rule for all: what a solver spends on steps that gain less, until its own rule
+/// stops it, is in the whole call alone.
 pub const CONVERGED: f64 = 1e-9;
 
 /// What one process measured. Seconds are those of the processor, of all threads, where nothing else is said.
@@ -33,7 +34,8 @@ pub struct Measured {
     pub to_convergence: f64,
     /// Of the whole call, with the solver's own last checks.
     pub call: f64,
-    /// Largest resident memory during the iterations above that before the call, bytes; the reference does not tell everywhere.
+    /// Largest resident memory during the iterations above that before the call, bytes; the reference does not tell
+    /// everywhere.
     pub peak: Option<u64>,
     /// The same with what the process held before: the problem above all.
     pub peak_of_process: u64,

@@ -1,5 +1,5 @@
-//! The reference for speed, two programs that are no part of the project: what a machine can do with a plain corridor, by hand and with Ceres.
-//! They get the problem that our solvers get, as a file, and what they print is read.
+//! The reference for speed, two programs that are no part of the project: what a machine can do with a plain corridor,
+//! by hand and with Ceres. They get the problem that our solvers get, as a file, and what they print is read.
 
 use super::once::{CONVERGED, Measured};
 use anyhow::{Context, Result, bail, ensure};
@@ -150,8 +150,8 @@ pub fn weight_of(problem: &Problem) -> Result<f64> {
     Ok(weight)
 }
 
-/// Writes the problem as the reference reads it (`src/fba.h`): header, interior orientation, poses, points, measurements. What it keeps of the
-/// truth it does not look at here.
+/// Writes the problem as the reference reads it (`src/fba.h`): header, interior orientation, poses, points,
+/// measurements. What it keeps of the truth it does not look at here.
 pub fn write(problem: &Problem, path: &Path) -> Result<()> {
     weight_of(problem)?;
     let mut file = BufWriter::new(File::create(path).with_context(|| path.display().to_string())?);

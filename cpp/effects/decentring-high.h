@@ -13,7 +13,8 @@ struct DecentringHigh {
   static constexpr const char* formula =
       "(x, y) += r^2 (q1 (r^2+2dx^2) + 2 q2 dx dy, q2 (r^2+2dy^2) + 2 q1 dx dy), d = (x, y) - dc";
   static constexpr const char* confused_with = "free:decentring, which takes most of it; unflatness in mapping blocks.";
-  static constexpr const char* source = "Brown, Decentering distortion of lenses, Photogrammetric Engineering 32 (1966)";
+  static constexpr const char* source =
+      "Brown, Decentering distortion of lenses, Photogrammetric Engineering 32 (1966)";
   static constexpr Parameter parameters[] = {
       Estimated("q1", "px^-3", Scope::kGlobal, 0.0, 1e-15),
       Estimated("q2", "px^-3", Scope::kGlobal, 0.0, 1e-15),

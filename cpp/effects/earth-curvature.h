@@ -1,7 +1,8 @@
 // Surveyed coordinates of a map, with heights above a curved earth, used as if they were Cartesian.
 //
-// The Cartesian system touches a sphere of radius Re at the survey's centre: x, y in the tangent plane, h = z - z0 upwards,
-// D^2 = x^2 + y^2. The sphere's centre is Re below, and P is sqrt(D^2 + (Re + h)^2) away from it: its height in the map is
+// The Cartesian system touches a sphere of radius Re at the survey's centre: x, y in the tangent plane, h = z - z0
+// upwards, D^2 = x^2 + y^2. The sphere's centre is Re below, and P is sqrt(D^2 + (Re + h)^2) away from it: its height
+// in the map is
 //   h + D^2 / (2 Re)
 // and the foot of its plumb line, at the angle atan(D / (Re + h)), lies in the map at the distance
 //   D (1 - h / Re).

@@ -1,12 +1,15 @@
-// A plane window before the lens, perpendicular to its axis: thickness D, index n relative to the medium on its two sides.
+// A plane window before the lens, perpendicular to its axis: thickness D, index n relative to the medium on its two
+// sides.
 //
-// A ray that meets it at the angle a to the axis runs on at b within, sin a = n sin b, and leaves parallel to itself. Across the
-// plate it gains D tan b away from the axis instead of D tan a. The ray into the lens, extended backwards, therefore passes beside
-// the true point, on the side away from the axis (n > 1), by D (tan a - tan b) measured across the axis, that is by
+// A ray that meets it at the angle a to the axis runs on at b within, sin a = n sin b, and leaves parallel to itself.
+// Across the plate it gains D tan b away from the axis instead of D tan a. The ray into the lens, extended backwards,
+// therefore passes beside the true point, on the side away from the axis (n > 1), by D (tan a - tan b) measured across
+// the axis, that is by
 //   D (tan a - tan b) cos a = D sin a (1 - cos a / (n cos b))
-// measured across the ray. The straight ray sees P' = P + that along e, the unit vector perpendicular to the ray, in the plane of
-// ray and axis, away from the axis. With the axis k and the direction u of the ray, sin a e = cos a u - k: smooth at the axis.
-// a is taken from the straight line C P. That of the bent ray differs by the shift over the distance: second order in D.
+// measured across the ray. The straight ray sees P' = P + that along e, the unit vector perpendicular to the ray, in
+// the plane of ray and axis, away from the axis. With the axis k and the direction u of the ray, sin a e = cos a u - k:
+// smooth at the axis. a is taken from the straight line C P. That of the bent ray differs by the shift over the
+// distance: second order in D.
 #include "effect.h"
 
 namespace misclosure {
@@ -18,10 +21,12 @@ struct FlatPort {
   static constexpr const char* summary =
       "A plane window before the lens shifts every ray sideways, so that near points are seen farther from the axis.";
   static constexpr const char* formula =
-      "P' = P + D sin a (1 - cos a / (n cos b)) e, sin a = n sin b, a from the axis, e across the ray and away from the "
+      "P' = P + D sin a (1 - cos a / (n cos b)) e, sin a = n sin b, a from the axis, e across the ray and away from "
+      "the "
       "axis";
   static constexpr const char* confused_with =
-      "free:f, free:radial: where all points are equally far it is a scale and a radial distortion; told apart by depth.";
+      "free:f, free:radial: where all points are equally far it is a scale and a radial distortion; told apart by "
+      "depth.";
   static constexpr const char* source =
       "plane-parallel plate; e.g. Luhmann et al., Close-Range Photogrammetry and 3D Imaging (2014)";
   static constexpr Parameter parameters[] = {

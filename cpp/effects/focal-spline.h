@@ -1,4 +1,5 @@
-// A focal length that varies smoothly within each flight: a uniform cubic B-spline of six coefficients over its duration.
+// A focal length that varies smoothly within each flight: a uniform cubic B-spline of six coefficients over its
+// duration.
 #include "effect.h"
 #include "bspline.h"
 
@@ -8,10 +9,12 @@ struct FocalSpline {
   static constexpr const char* id = "focal-spline";
   static constexpr Stage stage = Stage::kInterior;
   static constexpr Kind kind = Kind::kEmpirical;
-  static constexpr const char* summary = "The focal length varies smoothly within each flight, in any way; names no cause.";
+  static constexpr const char* summary =
+      "The focal length varies smoothly within each flight, in any way; names no cause.";
   static constexpr const char* formula =
       "f += sum a_j B_j(3 t / span), t since the first image of the flight, uniform cubic B-spline";
-  static constexpr const char* confused_with = "focal-time, focal-temperature, focal-flight: it takes all of them along.";
+  static constexpr const char* confused_with =
+      "focal-time, focal-temperature, focal-flight: it takes all of them along.";
   static constexpr const char* source = "de Boor, A Practical Guide to Splines (2001)";
   static constexpr Parameter parameters[] = {
       Estimated("a_0", "px", Scope::kFlight, 0.0, 3.0),

@@ -1,9 +1,9 @@
 // A focal length that follows the temperature: f += a (T_lens - mean T).
 //
-// The lens follows the camera's temperature T with a lag: T_lens' = (T - T_lens) / lag. T runs straight from measurement to
-// measurement, the lens starts in equilibrium with the first. On a piece of slope s the difference e = T_lens - T obeys
-// e' = -e / lag - s, so that after a time h it is e exp(-h / lag) - s lag (1 - exp(-h / lag)): no step size enters.
-// Source: Daakir et al., ISPRS Journal 148 (2019).
+// The lens follows the camera's temperature T with a lag: T_lens' = (T - T_lens) / lag. T runs straight from
+// measurement to measurement, the lens starts in equilibrium with the first. On a piece of slope s the difference e =
+// T_lens - T obeys e' = -e / lag - s, so that after a time h it is e exp(-h / lag) - s lag (1 - exp(-h / lag)): no step
+// size enters. Source: Daakir et al., ISPRS Journal 148 (2019).
 #include "effect.h"
 
 namespace misclosure {
@@ -14,7 +14,8 @@ struct FocalTemperature {
   static constexpr Kind kind = Kind::kPhysical;
   static constexpr const char* summary =
       "The focal length follows the temperature of the lens, which may lag behind the measured one.";
-  static constexpr const char* formula = "f += a (T_lens - mean T), T_lens' = (T - T_lens) / lag; T_lens = T where lag = 0";
+  static constexpr const char* formula =
+      "f += a (T_lens - mean T), T_lens' = (T - T_lens) / lag; T_lens = T where lag = 0";
   static constexpr const char* confused_with =
       "focal-time: a temperature that rises steadily is a clock; told apart by cooling, or by several flights.";
   static constexpr const char* source =

@@ -8,10 +8,12 @@ struct FocalTime {
   static constexpr const char* id = "focal-time";
   static constexpr Stage stage = Stage::kInterior;
   static constexpr Kind kind = Kind::kPhysical;
-  static constexpr const char* summary = "The focal length drifts in proportion to time over the block, as a lens does that warms up.";
+  static constexpr const char* summary =
+      "The focal length drifts in proportion to time over the block, as a lens does that warms up.";
   static constexpr const char* formula = "f += a tau";
   static constexpr const char* confused_with =
-      "focal-flight: a step between flights; told apart by images within one flight, or by time stamps. In corridors heights and "
+      "focal-flight: a step between flights; told apart by images within one flight, or by time stamps. In corridors "
+      "heights and "
       "intrinsics take most of it.";
   static constexpr const char* source = "study of error-free blocks with an injected gradual focal length error";
   static constexpr Name against[] = {{"time", 0.0}, {"order", 1.0}};

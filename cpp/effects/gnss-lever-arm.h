@@ -7,7 +7,8 @@ struct GnssLeverArm {
   static constexpr const char* id = "gnss-lever-arm";
   static constexpr Stage stage = Stage::kPosition;
   static constexpr Kind kind = Kind::kPhysical;
-  static constexpr const char* summary = "The antenna stands off the projection centre by an arm that is fixed in the camera frame.";
+  static constexpr const char* summary =
+      "The antenna stands off the projection centre by an arm that is fixed in the camera frame.";
   static constexpr const char* formula = "antenna = C + R^T l";
   static constexpr const char* confused_with =
       "gnss-shift (constant in the world: opposite headings tell them apart), gnss-delay (along the velocity).";

@@ -1,9 +1,9 @@
 // Additional parameters as a Fourier series over the sensor, of degree two: 24 coefficients for x and for y.
 //
-// With u = pi (x/w - 1/2) and v = pi (y/h - 1/2) each pair of frequencies (m, n) has a cosine and a sine of m u + n v. The period is
-// twice the sensor, so that opposite edges need not move alike. Of (m, n) and (-m, -n) one is enough, and (0, 0) is a shift.
-// Coefficients are in pixels: the paper's factor of 1e-6 is left out.
-// Source: Tang, Fritsch and Cramer, ISPRS Journal 71 (2012).
+// With u = pi (x/w - 1/2) and v = pi (y/h - 1/2) each pair of frequencies (m, n) has a cosine and a sine of m u + n v.
+// The period is twice the sensor, so that opposite edges need not move alike. Of (m, n) and (-m, -n) one is enough, and
+// (0, 0) is a shift. Coefficients are in pixels: the paper's factor of 1e-6 is left out. Source: Tang, Fritsch and
+// Cramer, ISPRS Journal 71 (2012).
 #include "effect.h"
 
 namespace misclosure {

@@ -1,9 +1,9 @@
-// A smooth displacement field over the sensor or a part of it: uniform cubic B-splines, 8 columns and 6 rows of coefficients for x
-// and for y.
+// A smooth displacement field over the sensor or a part of it: uniform cubic B-splines, 8 columns and 6 rows of
+// coefficients for x and for y.
 //
-// Knots are w/5 and h/3 apart, so that the sensor is five by three polynomial pieces, each of the 4 x 4 coefficients around it; with
-// a cell above zero they are that far apart, and the five by three pieces lie around the centre. Outside these pieces the further
-// coefficients are zero: the field fades out over three spacings.
+// Knots are w/5 and h/3 apart, so that the sensor is five by three polynomial pieces, each of the 4 x 4 coefficients
+// around it; with a cell above zero they are that far apart, and the five by three pieces lie around the centre.
+// Outside these pieces the further coefficients are zero: the field fades out over three spacings.
 #include "effect.h"
 #include "bspline.h"
 
@@ -23,22 +23,38 @@ struct ImageGrid {
   static constexpr const char* source = "tensor-product B-splines; de Boor, A Practical Guide to Splines (2001)";
   static constexpr Name cells[] = {{"sensor", 0.0}};
   static constexpr Parameter parameters[] = {
-      GridNode("gx_0_0"), GridNode("gx_0_1"), GridNode("gx_0_2"), GridNode("gx_0_3"), GridNode("gx_0_4"), GridNode("gx_0_5"),
-      GridNode("gx_1_0"), GridNode("gx_1_1"), GridNode("gx_1_2"), GridNode("gx_1_3"), GridNode("gx_1_4"), GridNode("gx_1_5"),
-      GridNode("gx_2_0"), GridNode("gx_2_1"), GridNode("gx_2_2"), GridNode("gx_2_3"), GridNode("gx_2_4"), GridNode("gx_2_5"),
-      GridNode("gx_3_0"), GridNode("gx_3_1"), GridNode("gx_3_2"), GridNode("gx_3_3"), GridNode("gx_3_4"), GridNode("gx_3_5"),
-      GridNode("gx_4_0"), GridNode("gx_4_1"), GridNode("gx_4_2"), GridNode("gx_4_3"), GridNode("gx_4_4"), GridNode("gx_4_5"),
-      GridNode("gx_5_0"), GridNode("gx_5_1"), GridNode("gx_5_2"), GridNode("gx_5_3"), GridNode("gx_5_4"), GridNode("gx_5_5"),
-      GridNode("gx_6_0"), GridNode("gx_6_1"), GridNode("gx_6_2"), GridNode("gx_6_3"), GridNode("gx_6_4"), GridNode("gx_6_5"),
-      GridNode("gx_7_0"), GridNode("gx_7_1"), GridNode("gx_7_2"), GridNode("gx_7_3"), GridNode("gx_7_4"), GridNode("gx_7_5"),
-      GridNode("gy_0_0"), GridNode("gy_0_1"), GridNode("gy_0_2"), GridNode("gy_0_3"), GridNode("gy_0_4"), GridNode("gy_0_5"),
-      GridNode("gy_1_0"), GridNode("gy_1_1"), GridNode("gy_1_2"), GridNode("gy_1_3"), GridNode("gy_1_4"), GridNode("gy_1_5"),
-      GridNode("gy_2_0"), GridNode("gy_2_1"), GridNode("gy_2_2"), GridNode("gy_2_3"), GridNode("gy_2_4"), GridNode("gy_2_5"),
-      GridNode("gy_3_0"), GridNode("gy_3_1"), GridNode("gy_3_2"), GridNode("gy_3_3"), GridNode("gy_3_4"), GridNode("gy_3_5"),
-      GridNode("gy_4_0"), GridNode("gy_4_1"), GridNode("gy_4_2"), GridNode("gy_4_3"), GridNode("gy_4_4"), GridNode("gy_4_5"),
-      GridNode("gy_5_0"), GridNode("gy_5_1"), GridNode("gy_5_2"), GridNode("gy_5_3"), GridNode("gy_5_4"), GridNode("gy_5_5"),
-      GridNode("gy_6_0"), GridNode("gy_6_1"), GridNode("gy_6_2"), GridNode("gy_6_3"), GridNode("gy_6_4"), GridNode("gy_6_5"),
-      GridNode("gy_7_0"), GridNode("gy_7_1"), GridNode("gy_7_2"), GridNode("gy_7_3"), GridNode("gy_7_4"), GridNode("gy_7_5"),
+      GridNode("gx_0_0"),           GridNode("gx_0_1"),           GridNode("gx_0_2"),
+      GridNode("gx_0_3"),           GridNode("gx_0_4"),           GridNode("gx_0_5"),
+      GridNode("gx_1_0"),           GridNode("gx_1_1"),           GridNode("gx_1_2"),
+      GridNode("gx_1_3"),           GridNode("gx_1_4"),           GridNode("gx_1_5"),
+      GridNode("gx_2_0"),           GridNode("gx_2_1"),           GridNode("gx_2_2"),
+      GridNode("gx_2_3"),           GridNode("gx_2_4"),           GridNode("gx_2_5"),
+      GridNode("gx_3_0"),           GridNode("gx_3_1"),           GridNode("gx_3_2"),
+      GridNode("gx_3_3"),           GridNode("gx_3_4"),           GridNode("gx_3_5"),
+      GridNode("gx_4_0"),           GridNode("gx_4_1"),           GridNode("gx_4_2"),
+      GridNode("gx_4_3"),           GridNode("gx_4_4"),           GridNode("gx_4_5"),
+      GridNode("gx_5_0"),           GridNode("gx_5_1"),           GridNode("gx_5_2"),
+      GridNode("gx_5_3"),           GridNode("gx_5_4"),           GridNode("gx_5_5"),
+      GridNode("gx_6_0"),           GridNode("gx_6_1"),           GridNode("gx_6_2"),
+      GridNode("gx_6_3"),           GridNode("gx_6_4"),           GridNode("gx_6_5"),
+      GridNode("gx_7_0"),           GridNode("gx_7_1"),           GridNode("gx_7_2"),
+      GridNode("gx_7_3"),           GridNode("gx_7_4"),           GridNode("gx_7_5"),
+      GridNode("gy_0_0"),           GridNode("gy_0_1"),           GridNode("gy_0_2"),
+      GridNode("gy_0_3"),           GridNode("gy_0_4"),           GridNode("gy_0_5"),
+      GridNode("gy_1_0"),           GridNode("gy_1_1"),           GridNode("gy_1_2"),
+      GridNode("gy_1_3"),           GridNode("gy_1_4"),           GridNode("gy_1_5"),
+      GridNode("gy_2_0"),           GridNode("gy_2_1"),           GridNode("gy_2_2"),
+      GridNode("gy_2_3"),           GridNode("gy_2_4"),           GridNode("gy_2_5"),
+      GridNode("gy_3_0"),           GridNode("gy_3_1"),           GridNode("gy_3_2"),
+      GridNode("gy_3_3"),           GridNode("gy_3_4"),           GridNode("gy_3_5"),
+      GridNode("gy_4_0"),           GridNode("gy_4_1"),           GridNode("gy_4_2"),
+      GridNode("gy_4_3"),           GridNode("gy_4_4"),           GridNode("gy_4_5"),
+      GridNode("gy_5_0"),           GridNode("gy_5_1"),           GridNode("gy_5_2"),
+      GridNode("gy_5_3"),           GridNode("gy_5_4"),           GridNode("gy_5_5"),
+      GridNode("gy_6_0"),           GridNode("gy_6_1"),           GridNode("gy_6_2"),
+      GridNode("gy_6_3"),           GridNode("gy_6_4"),           GridNode("gy_6_5"),
+      GridNode("gy_7_0"),           GridNode("gy_7_1"),           GridNode("gy_7_2"),
+      GridNode("gy_7_3"),           GridNode("gy_7_4"),           GridNode("gy_7_5"),
       Given("centre_x", "px", 0.0), Given("centre_y", "px", 0.0), Given("cell", "px", 0.0, cells),
   };
   static constexpr std::array<Need, 0> needs = {};
@@ -60,7 +76,8 @@ struct ImageGrid {
     }
     out[0] = in[0];
     out[1] = in[1];
-    // Three rows of zero coefficients on each side: position k there is coefficient k - 3, and all that lies farther out is zero too.
+    // Three rows of zero coefficients on each side: position k there is coefficient k - 3, and all that lies farther
+    // out is zero too.
     const T from_left = s + 3.0, from_top = t + 3.0;
     if (!(from_left >= 0.0 && from_left < kColumns + 3.0 && from_top >= 0.0 && from_top < kRows + 3.0)) {
       return s == s && t == t;

@@ -8,7 +8,8 @@ struct LocalFlaw {
   static constexpr Stage stage = Stage::kImage;
   static constexpr Kind kind = Kind::kPhysical;
   static constexpr const char* summary =
-      "Image points around one place of the sensor are pushed away from it (or drawn to it), as by a drop or a scratch.";
+      "Image points around one place of the sensor are pushed away from it (or drawn to it), as by a drop or a "
+      "scratch.";
   static constexpr const char* formula =
       "(x, y) += lambda exp(-s^2/sigma^2) q/s, q = (x, y) - centre, s = |q|; smooth: q/sigma instead of q/s";
   static constexpr const char* confused_with =

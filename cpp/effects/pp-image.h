@@ -11,7 +11,8 @@ struct PpImage {
       "The principal point varies from image to image: a stabilised sensor that floats, or a loose lens.";
   static constexpr const char* formula = "pp and dc += (ax, ay)_i, each ~ N(0, s^2)";
   static constexpr const char* confused_with =
-      "pp-time, pp-flight: courses in time, which an effect per image takes along; small rotations, with which it nearly "
+      "pp-time, pp-flight: courses in time, which an effect per image takes along; small rotations, with which it "
+      "nearly "
       "coincides.";
   static constexpr const char* source = "practice: sensor stabilisation";
   static constexpr Parameter parameters[] = {

@@ -7,9 +7,11 @@ struct PpTime {
   static constexpr const char* id = "pp-time";
   static constexpr Stage stage = Stage::kInterior;
   static constexpr Kind kind = Kind::kPhysical;
-  static constexpr const char* summary = "The lens or sensor moves sideways in proportion to time over the block: warm-up.";
+  static constexpr const char* summary =
+      "The lens or sensor moves sideways in proportion to time over the block: warm-up.";
   static constexpr const char* formula = "pp and dc += (ax, ay) tau";
-  static constexpr const char* confused_with = "pp-flight: steps between flights; told apart by images within one flight.";
+  static constexpr const char* confused_with =
+      "pp-flight: steps between flights; told apart by images within one flight.";
   static constexpr const char* source = "practice: warm-up drift; e.g. Daakir et al., ISPRS Journal 148 (2019)";
   static constexpr Parameter parameters[] = {
       Estimated("ax", "px", Scope::kGlobal, 0.0, 3.0),

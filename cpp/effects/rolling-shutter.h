@@ -31,7 +31,8 @@ struct RollingShutter {
   template <class T>
   static bool Apply(const Context& context, const T* in, const T* theta, T* out) {
     const T dt = theta[0] * (context.row_px / context.height_px - 0.5);
-    const T turn[3] = {-dt * context.angular_velocity[0], -dt * context.angular_velocity[1], -dt * context.angular_velocity[2]};
+    const T turn[3] = {-dt * context.angular_velocity[0], -dt * context.angular_velocity[1],
+                       -dt * context.angular_velocity[2]};
     Turn(turn, in, out);
     for (int k = 0; k < 3; ++k) out[3 + k] = in[3 + k] + dt * (context.velocity[k] + theta[1 + k]);
     return true;

@@ -1,4 +1,5 @@
-// Effects on the camera and the image against numbers worked by hand, and against a numerical integration of their physics.
+// Effects on the camera and the image against numbers worked by hand, and against a numerical integration of their
+// physics.
 #include "effects/decentring-high.h"
 #include "effects/focal-flight.h"
 #include "effects/focal-image.h"
@@ -68,7 +69,8 @@ void Temperature() {
   ExpectNear(At<FocalTemperature>(c, in, {1, 50}, ramp).out[0], 5000 + 10 - 4.32332358381694, 1e-11, "lag on a ramp");
   c.time_s = 60;  // in the middle of the ramp; 0.1 * 50 (1 - exp(-1)) = 3.16060279 behind 25
   c.temperature_c = 25;
-  ExpectNear(At<FocalTemperature>(c, in, {1, 50}, ramp).out[0], 5000 + 5 - 3.16060279414279, 1e-11, "lag within a piece");
+  ExpectNear(At<FocalTemperature>(c, in, {1, 50}, ramp).out[0], 5000 + 5 - 3.16060279414279, 1e-11,
+             "lag within a piece");
   c.time_s = 0;  // in equilibrium
   c.temperature_c = 20;
   ExpectOut<FocalTemperature>(c, in, {1, 50}, {5000}, ramp);
@@ -87,9 +89,11 @@ void Temperature() {
     const double temperature = from[1] + (from[3] - from[1]) * (t - from[0]) / (from[2] - from[0]);
     lens += step * (temperature - lens) / lag;
   }
-  ExpectNear(At<FocalTemperature>(c, in, {1, lag}, course).out[0], 5000 + lens - 20.0, 1e-5, "lag against Euler's method");
+  ExpectNear(At<FocalTemperature>(c, in, {1, lag}, course).out[0], 5000 + lens - 20.0, 1e-5,
+             "lag against Euler's method");
   // A vanishing lag is none, and the derivative by the lag is a times minus the slope, 2 K in 70 s.
-  ExpectNear(At<FocalTemperature>(c, in, {1, 1e-200}, course).out[0], 5000 + c.temperature_c - 20.0, 1e-11, "vanishing lag");
+  ExpectNear(At<FocalTemperature>(c, in, {1, 1e-200}, course).out[0], 5000 + c.temperature_c - 20.0, 1e-11,
+             "vanishing lag");
   const Result none = Evaluate(EffectOf<FocalTemperature>(), Place{c, course, in, {3, 0}}, true);
   ExpectNear(none.d_theta[1], -3.0 * 2.0 / 70.0, kRounding, "derivative at no lag");
   ExpectOutside<FocalTemperature>(c, in, {1, 50}, "with a lag but no history");
@@ -106,8 +110,10 @@ void ImageEffects() {
   ExpectOut<DecentringHigh>(c, Image(3500, 2000), {1e-12, 0}, {3500 + 4.0625, 2000 + 1.25});
   ExpectOut<DecentringHigh>(c, Image(3500, 2000), {0, 1e-12}, {3500 + 1.25, 2000 + 2.1875});
 
-  // At (3750, 750) the arguments are 1/2 and -1/2 and the slopes 5/16 and -3/16. P_1 to P_4 of 1/2: 1/2, -1/8, -7/16, -37/128.
-  ExpectNames<Unflatness>({"c_02", "c_03", "c_04", "c_11", "c_12", "c_13", "c_20", "c_21", "c_22", "c_30", "c_31", "c_40"});
+  // At (3750, 750) the arguments are 1/2 and -1/2 and the slopes 5/16 and -3/16. P_1 to P_4 of 1/2: 1/2, -1/8, -7/16,
+  // -37/128.
+  ExpectNames<Unflatness>(
+      {"c_02", "c_03", "c_04", "c_11", "c_12", "c_13", "c_20", "c_21", "c_22", "c_30", "c_31", "c_40"});
   const double heights[12] = {-1.0 / 8, 7.0 / 16, -37.0 / 128, -1.0 / 4, -1.0 / 16, 7.0 / 32,
                               -1.0 / 8, 1.0 / 16, 1.0 / 64,    -7.0 / 16, 7.0 / 32, -37.0 / 128};
   for (int k = 0; k < 12; ++k) {
@@ -122,7 +128,8 @@ void Grid() {
   std::vector<std::string> names;
   for (const char* component : {"gx", "gy"}) {
     for (int i = 0; i < 8; ++i) {
-      for (int j = 0; j < 6; ++j) names.push_back(std::string(component) + "_" + std::to_string(i) + "_" + std::to_string(j));
+      for (int j = 0; j < 6; ++j)
+        names.push_back(std::string(component) + "_" + std::to_string(i) + "_" + std::to_string(j));
     }
   }
   for (const char* given : {"centre_x", "centre_y", "cell"}) names.push_back(given);
@@ -176,7 +183,8 @@ void Fourier() {
       if (m == 0 && n <= 0) continue;
       for (const bool sine : {false, true}) {
         for (const char component : {'x', 'y'}) {
-          names[component == 'y'].push_back(std::string(sine ? "b" : "a") + component + "_" + std::to_string(m) + "_" + std::to_string(n));
+          names[component == 'y'].push_back(std::string(sine ? "b" : "a") + component + "_" + std::to_string(m) + "_" +
+                                            std::to_string(n));
         }
         const double* quarter = sine ? quarter_sin : quarter_cos;
         Values x(48, 0.0), y(48, 0.0);

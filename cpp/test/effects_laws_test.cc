@@ -38,8 +38,8 @@ struct Timed {
 };
 
 // A derivative that is wrong in one place by a thousandth.
-int WrongDerivative(void* self, const misclosure_context* context, const double* in, const double* theta, double* out, double* d_in,
-                    double* d_theta) {
+int WrongDerivative(void* self, const misclosure_context* context, const double* in, const double* theta, double* out,
+                    double* d_in, double* d_theta) {
   const auto* right = static_cast<const misclosure_effect*>(self);
   const int ok = right->eval(right->self, context, in, theta, out, d_in, d_theta);
   if (d_theta != nullptr) d_theta[0] *= 1.001;

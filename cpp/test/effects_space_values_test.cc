@@ -1,4 +1,5 @@
-// Effects on exposure, ray, positions and frame against numbers worked by hand, and against another way to the same physics: a traced ray.
+// Effects on exposure, ray, positions and frame against numbers worked by hand, and against another way to the same
+// physics: a traced ray.
 #include "effects/earth-curvature.h"
 #include "effects/flat-port.h"
 #include "effects/forward-motion.h"
@@ -32,11 +33,12 @@ void Motion() {
   c.angular_velocity[2] = 0.5;
   ExpectOut<RollingShutter>(c, {0, 0, 0, 0, 0, 0}, {0.04, 0, 0, 0}, {0, 0, -0.01});
 
-  // Turning about all axes, from several rotations, straight down among them: R' = -[omega]x R by the midpoint rule in 2000 steps,
-  // whose error is below (omega dt / 2000)^2.
+  // Turning about all axes, from several rotations, straight down among them: R' = -[omega]x R by the midpoint rule in
+  // 2000 steps, whose error is below (omega dt / 2000)^2.
   c.angular_velocity[0] = 0.4, c.angular_velocity[1] = -0.3, c.angular_velocity[2] = 0.8;
   const double* w = c.angular_velocity;
-  for (const Values& r : {Values{0, 0, 0}, Values{0.3, -0.2, 0.5}, Values{kPi, 0, 0}, Values{2.2, -2.2, 0.3}, Values{0, 0, -3.1}}) {
+  for (const Values& r :
+       {Values{0, 0, 0}, Values{0.3, -0.2, 0.5}, Values{kPi, 0, 0}, Values{2.2, -2.2, 0.3}, Values{0, 0, -3.1}}) {
     const Values in = {r[0], r[1], r[2], 0, 0, 0};
     for (const double t : {-0.4, 1e-7, 0.4}) {
       const Result result = At<RollingShutter>(c, in, {t, 0, 0, 0});
@@ -46,7 +48,9 @@ void Motion() {
         double p[3], turned[3];
         Rotate(r.data(), world, p);
         const double h = 0.5 * t / 2000.0;
-        const auto rate = [&](const double* q, int k) { return -(w[(k + 1) % 3] * q[(k + 2) % 3] - w[(k + 2) % 3] * q[(k + 1) % 3]); };
+        const auto rate = [&](const double* q, int k) {
+          return -(w[(k + 1) % 3] * q[(k + 2) % 3] - w[(k + 2) % 3] * q[(k + 1) % 3]);
+        };
         for (int step = 0; step < 2000; ++step) {
           double middle[3], next[3];
           for (int k = 0; k < 3; ++k) middle[k] = p[k] + 0.5 * h * rate(p, k);
@@ -67,7 +71,8 @@ void Rays() {
   ExpectOutside<Refraction>(c, {0, 0, 0, 10, 20, 30, 40, 60, 31}, {1e-6}, "a point above the camera");
 }
 
-// Of the ray from the lens at the angle a, the distance from the axis at the depth z, behind a plate of thickness d and index n.
+// Of the ray from the lens at the angle a, the distance from the axis at the depth z, behind a plate of thickness d and
+// index n.
 double Traced(double a, double z, double d, double n) {
   const double b = std::asin(std::sin(a) / n);
   return (z - d) * std::tan(a) + d * std::tan(b);
@@ -76,8 +81,8 @@ double Traced(double a, double z, double d, double n) {
 void Port() {
   const Context c = Camera();
   const double n = 1.33;
-  // By hand, a = 45 degrees, n^2 = 1.7689: cos a / (n cos b) = sqrt(0.5 / 1.2689) = 0.627726. D = 0.1 m moves the point by
-  // 0.1 * 0.372274 / 2 = 0.0186137 m away from the axis and as much towards the camera.
+  // By hand, a = 45 degrees, n^2 = 1.7689: cos a / (n cos b) = sqrt(0.5 / 1.2689) = 0.627726. D = 0.1 m moves the point
+  // by 0.1 * 0.372274 / 2 = 0.0186137 m away from the axis and as much towards the camera.
   const Values shifted = At<FlatPort>(c, {0, 0, 0, 0, 0, 0, 2, 0, 2}, {0.1, n}).out;
   ExpectNear(shifted[0], 2.0186137, 5e-7, "flat-port: across the axis");
   ExpectNear(shifted[1], 0.0, kRounding, "flat-port: in the plane of ray and axis");
@@ -110,8 +115,10 @@ void Port() {
         error[k] = std::abs(std::hypot(back[0], back[1]) / back[2] - std::tan(low));
         if (k == 0) effect = std::abs(std::tan(low) - slope);
       }
-      // The formula leaves what is of second order in D / z: some hundredths of the effect, a hundredth of that for a tenth of D.
-      Expect(error[0] < 0.03 * effect, "flat-port: against a traced ray: " + std::to_string(error[0] / effect) + " of the effect");
+      // The formula leaves what is of second order in D / z: some hundredths of the effect, a hundredth of that for a
+      // tenth of D.
+      Expect(error[0] < 0.03 * effect,
+             "flat-port: against a traced ray: " + std::to_string(error[0] / effect) + " of the effect");
       Expect(error[1] < 0.015 * error[0] && error[1] > 0.005 * error[0], "flat-port: the rest is not of second order");
     }
   }
@@ -134,7 +141,8 @@ void Positions() {
   ExpectOut<GnssDrift>(c, in, {1, 2, -3, 1e-3, -2e-3, 5e-3}, {11.2, 21.6, 28});
 }
 
-// A point of the sphere's tangent system as a map shows it, without approximation: the length of the arc and the height.
+// A point of the sphere's tangent system as a map shows it, without approximation: the length of the arc and the
+// height.
 Values OnSphere(double x, double y, double h, double radius) {
   const double distance = std::hypot(x, y);
   const double arc = radius * std::atan2(distance, radius + h);
@@ -147,8 +155,8 @@ void Frame() {
   c.surveyed_kind = 0;
   ExpectNames<EarthCurvature>({"q", "in"});
   ExpectNames<MapScale>({"m", "in"});
-  // q = 0.6371 bends as an earth of 1e7 m does. 600 m east, 800 m north, 500 m above the centre: -600 500 / 1e7 = -0.03,
-  // -800 500 / 1e7 = -0.04, (360000 + 640000) / 2e7 = 0.05.
+  // q = 0.6371 bends as an earth of 1e7 m does. 600 m east, 800 m north, 500 m above the centre: -600 500 / 1e7 =
+  // -0.03, -800 500 / 1e7 = -0.04, (360000 + 640000) / 2e7 = 0.05.
   const Values point = {700, 1000, 550}, bent = {699.97, 999.96, 550.05};
   ExpectOut<EarthCurvature>(c, point, {0.6371, 0}, bent);
   // 300 m west, 400 m south, 20 m below the centre, twice the earth: 2 * -(-300 * -20) / 6371000 = -12000 / 6371000,
@@ -178,7 +186,8 @@ void Frame() {
   for (const misclosure_effect* effect : {&EffectOf<EarthCurvature>(), &EffectOf<MapScale>()}) {
     const Parameter& in = effect->parameters[1];
     const char* names[] = {"both", "control", "gnss"};
-    Expect(in.role == static_cast<uint32_t>(Role::kGiven) && in.nominal == 0.0 && in.name_count == 3, "`in` and its default");
+    Expect(in.role == static_cast<uint32_t>(Role::kGiven) && in.nominal == 0.0 && in.name_count == 3,
+           "`in` and its default");
     for (uint32_t k = 0; k < in.name_count; ++k) {
       Expect(std::string(in.names[k].name) == names[k] && in.names[k].value == k, std::string("in=") + names[k]);
     }

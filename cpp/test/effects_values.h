@@ -28,11 +28,13 @@ Result At(const Context& context, const Values& in, const Values& theta, const V
 }
 
 template <class E>
-void ExpectOut(const Context& context, const Values& in, const Values& theta, const Values& expected, const Values& history = {}) {
+void ExpectOut(const Context& context, const Values& in, const Values& theta, const Values& expected,
+               const Values& history = {}) {
   const Result result = At<E>(context, in, theta, history);
   Expect(result.ok, std::string(E::id) + ": outside the domain");
   for (size_t k = 0; k < expected.size(); ++k) {
-    ExpectNear(result.out[k], expected[k], kRounding * (1.0 + std::abs(expected[k])), std::string(E::id) + " " + std::to_string(k));
+    ExpectNear(result.out[k], expected[k], kRounding * (1.0 + std::abs(expected[k])),
+               std::string(E::id) + " " + std::to_string(k));
   }
 }
 

@@ -12,8 +12,8 @@ namespace {
 constexpr double kExact = 1e-14;
 
 // |r| near zero, ordinary, near pi: where the formulas change branch.
-const double kVectors[][3] = {{0, 0, 0},       {1e-7, -2e-7, 1e-7}, {9e-5, 1e-6, 0}, {1.1e-4, 0, 1e-5}, {0.3, -0.2, 1.1},
-                              {3.1, 0.1, -0.2}, {kPi - 1e-9, 0, 0}, {0, -2.2, 2.2}};
+const double kVectors[][3] = {{0, 0, 0},        {1e-7, -2e-7, 1e-7}, {9e-5, 1e-6, 0},    {1.1e-4, 0, 1e-5},
+                              {0.3, -0.2, 1.1}, {3.1, 0.1, -0.2},    {kPi - 1e-9, 0, 0}, {0, -2.2, 2.2}};
 
 void RoundTrip() {
   const double p[3] = {1.0, -2.0, 0.5};
@@ -75,8 +75,8 @@ void Turned() {
   }
 }
 
-// The block format's formula by hand: f = 1000, pp = (500, 400), dc = (490, 410); (X, Y, Z) = (1, 2, 10) gives u = 600, v = 600,
-// du = 110, dv = 190, r2 = 48200.
+// The block format's formula by hand: f = 1000, pp = (500, 400), dc = (490, 410); (X, Y, Z) = (1, 2, 10) gives u = 600,
+// v = 600, du = 110, dv = 190, r2 = 48200.
 void WorkedProjection() {
   const double v[3] = {1.0, 2.0, 10.0};
   double interior[12] = {1000, 500, 400, 490, 410, 0, 0, 0, 0, 0, 0, 0};

@@ -1,4 +1,5 @@
-// The interface without Rust: a point intersected from two images, arrays that are wrong, a point that is not determined.
+// The interface without Rust: a point intersected from two images, arrays that are wrong, a point that is not
+// determined.
 #include <cmath>
 
 #include "effect_test.h"
@@ -71,8 +72,8 @@ void Intersection() {
   for (int k = 0; k < 3; ++k) ExpectNear(solution.points[k], expected[k], 1e-9, "coordinate");
   // Both images see y with 0.5 px at 100 px/m: sigma_y^2 = (0.5 / 100)^2 / 2, but y also hangs on the height.
   const double* covariance = solution.covariance.points.data();
-  // By hand: rows (100, 0, a), (0, -100, b) px/m per image with a = 100 (x -+ 10) / 50, b = -100 y / 50, weight 2; N is then
-  // 4 [[2e4, 0, 100 (a1 + a2)], [0, 2e4, -200 b], [., ., a1^2 + a2^2 + 2 b^2]].
+  // By hand: rows (100, 0, a), (0, -100, b) px/m per image with a = 100 (x -+ 10) / 50, b = -100 y / 50, weight 2; N is
+  // then 4 [[2e4, 0, 100 (a1 + a2)], [0, 2e4, -200 b], [., ., a1^2 + a2^2 + 2 b^2]].
   const double a1 = 100.0 * 12 / 50, a2 = 100.0 * -8 / 50, b = -100.0 * 5 / 50;
   const double nxz = 100 * (a1 + a2), nyz = -200 * b, nzz = a1 * a1 + a2 * a2 + 2 * b * b;
   const double height = 1.0 / (4 * (nzz - nxz * nxz / 2e4 - nyz * nyz / 2e4));

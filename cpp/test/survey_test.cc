@@ -1,5 +1,5 @@
-// Surveyed coordinates through the solver's interface: the stages control and position, then the frame; numbers worked by hand,
-// and the Jacobian against differences.
+// Surveyed coordinates through the solver's interface: the stages control and position, then the frame; numbers worked
+// by hand, and the Jacobian against differences.
 #include <cmath>
 
 #include "effect_test.h"
@@ -40,11 +40,12 @@ Span<T> Of(const std::vector<T>& values) {
 
 enum Theta { kQ, kCurvatureIn, kM, kScaleIn, kControlShift, kAntennaShift, kArm };
 
-// One point, surveyed, and one nadir image with an antenna. The frame's effects stand first in the model and still act last.
+// One point, surveyed, and one nadir image with an antenna. The frame's effects stand first in the model and still act
+// last.
 struct Survey {
   std::vector<const misclosure_effect*> effects = {&EffectOf<EarthCurvature>(), &EffectOf<MapScale>(),
-                                                   &EffectOf<Shift<Stage::kControl>>(), &EffectOf<Shift<Stage::kPosition>>(),
-                                                   &EffectOf<GnssLeverArm>()};
+                                                   &EffectOf<Shift<Stage::kControl>>(),
+                                                   &EffectOf<Shift<Stage::kPosition>>(), &EffectOf<GnssLeverArm>()};
   std::vector<uint8_t> effect_reads_place = std::vector<uint8_t>(10, 0);
   std::vector<uint32_t> slot_start = {0, 2, 4, 5, 6, 9};
   std::vector<uint32_t> slot_scope = std::vector<uint32_t>(9, 0), slot_base = {0, 1, 2, 3, 4, 5, 6, 7, 8};
@@ -52,7 +53,8 @@ struct Survey {
   std::vector<double> theta = {6371, kInBoth, 0.1, kInBoth, 2, -1, 2, -3, 2};
   std::vector<double> theta_scales = {3, 1, 2, 1, 4, 5, 6, 7, 8};
   std::vector<uint8_t> theta_free = {1, 0, 1, 0, 1, 1, 1, 1, 1};
-  std::vector<double> interiors = {5000, 2500, 2000, 2500, 2000, 0, 0, 0, 0, 0, 0, 0}, ones = std::vector<double>(12, 1.0);
+  std::vector<double> interiors = {5000, 2500, 2000, 2500, 2000, 0, 0, 0, 0, 0, 0, 0},
+                      ones = std::vector<double>(12, 1.0);
   std::vector<uint8_t> held = std::vector<uint8_t>(12, 0), pose_free = std::vector<uint8_t>(6, 1);
   std::vector<misclosure_context> contexts = std::vector<misclosure_context>(1);
   misclosure_context control_context = {};
@@ -114,11 +116,11 @@ void ExpectSurveyed(const Survey& survey, const std::vector<double>& expected, c
 }
 
 void Order() {
-  // The point (2, 5, 0) shifted by 2 is (4, 7, 2): (3, 4, 5) from the centre. Bent by (-3 * 5, -4 * 5, 25 / 2) * 1e-3 it is
-  // (3.985, 6.98, 2.0125), (2.985, 3.98) from the centre, of which a tenth is added.
+  // The point (2, 5, 0) shifted by 2 is (4, 7, 2): (3, 4, 5) from the centre. Bent by (-3 * 5, -4 * 5, 25 / 2) * 1e-3
+  // it is (3.985, 6.98, 2.0125), (2.985, 3.98) from the centre, of which a tenth is added.
   const double point[] = {4.2835, 7.378, 2.0125};
-  // The arm (2, -3, 2) is (2, 3, -2) in the world. With the shift by -1 the antenna is at (11, 2, 47): (10, -1, 50) from the
-  // centre. Bent by (-10 * 50, 50, 101 / 2) * 1e-3 it is (10.5, 2.05, 47.0505), (9.5, -0.95) from the centre.
+  // The arm (2, -3, 2) is (2, 3, -2) in the world. With the shift by -1 the antenna is at (11, 2, 47): (10, -1, 50)
+  // from the centre. Bent by (-10 * 50, 50, 101 / 2) * 1e-3 it is (10.5, 2.05, 47.0505), (9.5, -0.95) from the centre.
   const double antenna[] = {11.45, 1.955, 47.0505};
   // Without curvature: a tenth of (3, 4), and of (10, -1).
   const double flat_point[] = {4.3, 7.4, 2}, flat_antenna[] = {12, 1.9, 47};
@@ -141,8 +143,8 @@ void Unturned() {
   for (auto* slots : {&survey.slot_scope, &survey.slot_base}) slots->resize(4);
   for (auto* values : {&survey.theta, &survey.theta_scales}) values->resize(4);
   survey.theta_free.resize(4);
-  // The point is (1, 2, 3) from the centre and bent to (-3, -6, 5 / 2) * 1e-3 more; the antenna, (9, -3, 53) from it, by
-  // (-477, 159, 45) * 1e-3. A tenth of (0.997, 1.994) and of (8.523, -2.841) is added.
+  // The point is (1, 2, 3) from the centre and bent to (-3, -6, 5 / 2) * 1e-3 more; the antenna, (9, -3, 53) from it,
+  // by (-477, 159, 45) * 1e-3. A tenth of (0.997, 1.994) and of (8.523, -2.841) is added.
   ExpectSurveyed(survey, {2.0967, 5.1934, 0.0025, 10.3753, -0.1251, 50.045}, "no stage before the frame");
   const Evaluation evaluation = Evaluate(survey.View());
   const std::size_t poses = survey.View().pose_unknown(0, 0);
@@ -184,8 +186,8 @@ void Jacobian(double curvature_in, double scale_in) {
       rows[row][evaluation.columns[k]] = evaluation.values[k];
     }
   }
-  // The residuals are of second order in each unknown but the rotation: central differences are exact but for rounding, and
-  // those by the rotation good to h^2.
+  // The residuals are of second order in each unknown but the rotation: central differences are exact but for rounding,
+  // and those by the rotation good to h^2.
   const double h = 1e-4, tolerance = 1e-5;
   for (std::size_t unknown = view.theta_unknown(0); unknown < view.unknowns(); ++unknown) {
     const std::size_t t = unknown - view.theta_unknown(0);

@@ -1,13 +1,15 @@
 // A camera that shakes in its mount at a known frequency while its rows are read one after the other.
 //
-// A row at y is read dt = readout (y/h - 1/2) after the image's time t. At that instant the camera is turned about its x and y axes by waves
-// of one frequency, each with a phase of its own. Sine and cosine of the row's instant carry the phase, so that the effect is linear in
-// its four sizes; frequency and readout are given, from the rotors and from the sensor's data sheet.
+// A row at y is read dt = readout (y/h - 1/2) after the image's time t. At that instant the camera is turned about its
+// x and y axes by waves of one frequency, each with a phase of its own. Sine and cosine of the row's instant carry the
+// phase, so that the effect is linear in its four sizes; frequency and readout are given, from the rotors and from the
+// sensor's data sheet.
 //
 //   misclosure improve BLOCK -o RUN --plugin mount-vibration.so
 //   misclosure adjust BLOCK -o RUN --plugin mount-vibration.so --add mount-vibration:frequency=95,readout=0.03
 //
-// Rows that are read late are also seen from further on: that is rolling-shutter, which a block of this kind needs beside it.
+// Rows that are read late are also seen from further on: that is rolling-shutter, which a block of this kind needs
+// beside it.
 #include "effect.h"
 
 namespace misclosure {

@@ -1,7 +1,7 @@
 // A sensor that was exposed in steps on the wafer: its pixels are displaced periodically along the rows.
 //
-// `data/hidden/unknown-closerange-stitch.toml` is such a block: without this effect its diagnosis ends `unexplained` and says that a pattern
-// repeats every 250 px along x; with it, it is explained.
+// `data/hidden/unknown-closerange-stitch.toml` is such a block: without this effect its diagnosis ends `unexplained`
+// and says that a pattern repeats every 250 px along x; with it, it is explained.
 //
 //   misclosure effects build sensor-pattern.h -o sensor-pattern.so
 //   misclosure improve BLOCK -o RUN --plugin sensor-pattern.so
@@ -17,8 +17,9 @@ struct SensorPatternEffect {
   static constexpr const char* formula = "x += a sin(2 pi x / wavelength) + b cos(2 pi x / wavelength)";
   static constexpr const char* confused_with = "image-fourier, whose shortest waves are longer; unflatness is smooth over the sensor.";
   static constexpr const char* source = "stepper lithography: fields of a wafer are exposed one after the other";
-  // Sine and cosine together have any phase, and the effect is linear in both: nothing is to be searched. The period is given, for at
-  // a = b = 0 nothing depends on it, and a start beside it by more than a fifth of period^2 / width finds nothing.
+  // Sine and cosine together have any phase, and the effect is linear in both: nothing is to be searched. The period is
+  // given, for at a = b = 0 nothing depends on it, and a start beside it by more than a fifth of period^2 / width finds
+  // nothing.
   static constexpr Parameter parameters[] = {
       UpTo(Estimated("a", "px", Scope::kGlobal, 0.0, 0.2), 1.0, "fields of a stepper are placed to less than a pixel"),
       UpTo(Estimated("b", "px", Scope::kGlobal, 0.0, 0.2), 1.0, "fields of a stepper are placed to less than a pixel"),

@@ -1,5 +1,5 @@
-//! Do the two solvers agree? At the same point first: residuals and every entry of the Jacobian; then the solutions, in units of their own
-//! sigma, the covariance, and the cost.
+//! Do the two solvers agree? At the same point first: residuals and every entry of the Jacobian; then the solutions, in
+//! units of their own sigma, the covariance, and the cost.
 //!
 //! What both share (reading, weights, numbering, datum) this cannot test; those parts have tests of their own.
 
@@ -8,14 +8,15 @@ use crate::math::{null_is_nan, rotation};
 use crate::problem::{Problem, State};
 use serde::{Deserialize, Serialize};
 
-/// Two exact formulas in double precision at image coordinates of some 1e4 px differ by a few 1e-12 px; a wrong sign or term by far more.
+/// Two exact formulas in double precision at image coordinates of some 1e4 px differ by a few 1e-12 px; a wrong sign or
+/// term by far more.
 pub const RESIDUAL_PX: f64 = 1e-9;
 /// Relative to the largest entry of the column; rounding of a chain of a dozen products.
 pub const JACOBIAN_REL: f64 = 1e-9;
 /// What is asked of the solutions: a thousandth of what the measurements tell.
 pub const PARAMETER_SIGMA: f64 = 1e-3;
-/// Of the cost, or of half the redundancy where the cost is below it (error-free blocks): chi-square is stationary, an error of
-/// 1e-3 sigma in every unknown changes it by 1e-6 of their number.
+/// Of the cost, or of half the redundancy where the cost is below it (error-free blocks): chi-square is stationary, an
+/// error of 1e-3 sigma in every unknown changes it by 1e-6 of their number.
 pub const COST_REL: f64 = 1e-6;
 /// Of standard deviations: they lose the digits of the condition number.
 pub const COVARIANCE_REL: f64 = 1e-4;
@@ -40,8 +41,8 @@ pub struct Agreement {
     /// Of the cost.
     #[serde(deserialize_with = "null_is_nan")]
     pub cost_rel: f64,
-    /// Of standard deviations of camera and effect parameters: at each solver's own solution; where these differ by more than
-    /// [`COVARIANCE_REL`], at the first one's.
+    /// Of standard deviations of camera and effect parameters: at each solver's own solution; where these differ by
+    /// more than [`COVARIANCE_REL`], at the first one's.
     #[serde(deserialize_with = "null_is_nan")]
     pub covariance_max_rel: f64,
     /// The unknown behind `parameter_max_sigma`.
@@ -53,7 +54,8 @@ pub struct Agreement {
     pub worst_place: String,
     /// Image measurements whose rows were compared.
     pub compared_measurements: usize,
-    /// The solvers agree only since each, or the one that had not converged, was started once more from the other's solution.
+    /// The solvers agree only since each, or the one that had not converged, was started once more from the other's
+    /// solution.
     #[serde(default)]
     pub polished: bool,
     /// Effects in the model that have one derivation, used by both solvers: agreement proves nothing about these.
@@ -95,8 +97,9 @@ pub fn compare(
     let mut covariance_max_rel = 0.0;
     if let (Some(own), Some(other)) = (&of_a.covariance, &of_b.covariance) {
         covariance_max_rel = covariance_difference(own, other);
-        // What a displacement that jumps (a sharp flaw at its centre) tells of its place hangs on the nearest measurement alone: between two
-        // solutions a ten-thousandth of sigma apart that changes by more than rounding, and neither solver is wrong.
+        // What a displacement that jumps (a sharp flaw at its centre) tells of its place hangs on the nearest
+        // measurement alone: between two solutions a ten-thousandth of sigma apart that changes by more than rounding,
+        // and neither solver is wrong.
         if covariance_max_rel >= COVARIANCE_REL && of_a.state != of_b.state {
             covariance_max_rel = covariance_difference(own, &b.covariance_at(problem, &of_a.state)?);
         }
@@ -125,8 +128,8 @@ pub fn compare(
     Ok(agreement)
 }
 
-/// Holds the derivatives that plug-ins give themselves against differences of their values, at a solution: where one solver runs alone there
-/// is no other to disagree.
+/// Holds the derivatives that plug-ins give themselves against differences of their values, at a solution: where one
+/// solver runs alone there is no other to disagree.
 ///
 /// # Errors
 /// [`AdjustError::WrongDerivative`].
@@ -237,7 +240,8 @@ fn jacobian_worst(problem: &Problem, a: &Evaluation, b: &Evaluation) -> (f64, Op
     worst
 }
 
-/// Largest difference of two states in units of sigma, and its unknown. Poses and points count where their covariance is known.
+/// Largest difference of two states in units of sigma, and its unknown. Poses and points count where their covariance
+/// is known.
 fn parameter_difference(problem: &Problem, a: &State, b: &State, covariance: &Covariance) -> (f64, Option<usize>) {
     let layout = problem.layout();
     let mut worst = (0.0, None);

@@ -14,7 +14,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Linear algebra of the reduced camera system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LinearSolver {
-    /// The solver chooses: the native one dense where unknowns are few or the envelope of the image blocks is narrow, else sparse.
+    /// The solver chooses: the native one dense where unknowns are few or the envelope of the image blocks is narrow,
+    /// else sparse.
     #[default]
     Auto,
     /// Dense Cholesky.
@@ -37,19 +38,22 @@ pub enum CovarianceOf {
     Everything,
 }
 
-/// Options of a solve. Each solver destructures them without `..`: a new option that one of them forgets does not compile.
+/// Options of a solve. Each solver destructures them without `..`: a new option that one of them forgets does not
+/// compile.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Most steps tried, accepted or not.
     pub max_iterations: usize,
-    /// Stop when a full step, without damping, would change chi-square (`sum rho`, twice the cost) by less than this, absolutely: by the
-    /// Newton decrement. Where chi-square is so large that its rounding is more, that counts. Less than
-    /// [`CHI_SQUARE_CHANGE`] asks to go on there too, by the gradient alone.
+    /// Stop when a full step, without damping, would change chi-square (`sum rho`, twice the cost) by less than this,
+    /// absolutely: by the Newton decrement. Where chi-square is so large that its rounding is more, that counts. Less
+    /// than [`CHI_SQUARE_CHANGE`] asks to go on there too, by the gradient alone.
     pub chi_square_change: f64,
-    /// Stop, too, after so many steps in a row that gain less than `chi_square_change` each, where full steps promise more but little: along the
-    /// kink of a flaw the promise is never kept. For fits that are compared by their chi-square; `None`: never. The native solver alone can.
+    /// Stop, too, after so many steps in a row that gain less than `chi_square_change` each, where full steps promise
+    /// more but little: along the kink of a flaw the promise is never kept. For fits that are compared by their
+    /// chi-square; `None`: never. The native solver alone can.
     pub idle_steps: Option<usize>,
-    /// Give the state after `max_iterations` steps as it is, rather than fail: for a search of what stands far off. The native solver alone can.
+    /// Give the state after `max_iterations` steps as it is, rather than fail: for a search of what stands far off. The
+    /// native solver alone can.
     pub may_stay_unconverged: bool,
     /// Threads of the solver.
     pub threads: usize,
@@ -83,8 +87,8 @@ impl PartialEq for Stop {
     }
 }
 
-/// A parameter is wrong by `sqrt(change)` of its sigma at most when chi-square stops changing by `change`: 1e-8 leaves 1e-4 sigma,
-/// a tenth of what the agreement of the solvers allows.
+/// A parameter is wrong by `sqrt(change)` of its sigma at most when chi-square stops changing by `change`: 1e-8 leaves
+/// 1e-4 sigma, a tenth of what the agreement of the solvers allows.
 pub const CHI_SQUARE_CHANGE: f64 = 1e-8;
 
 /// Ten times what a block with start values within the basin of convergence takes.
@@ -205,7 +209,8 @@ impl std::fmt::Display for NullDirection {
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum AdjustError {
     /// Directions without information.
-    #[error("{solver}: the measurements do not determine: {}; hold or tie these parameters (--fix, --tie) or give them a prior", .directions.iter().map(ToString::to_string).collect::<Vec<_>>().join("; and: "))]
+    #[error("{solver}: the measurements do not determine: {}; hold or tie these parameters (--fix, --tie) or give them \
+             a prior", .directions.iter().map(ToString::to_string).collect::<Vec<_>>().join("; and: "))]
     Singular {
         /// Which solver found it.
         solver: &'static str,
@@ -214,7 +219,8 @@ pub enum AdjustError {
     },
     /// Rays that are as good as parallel, or one alone: a point that they do not fix.
     #[error(
-        "{solver}: the measurements do not determine: {point} (its rays do not meet); remove the point, or what is wrong of its measurements"
+        "{solver}: the measurements do not determine: {point} (its rays do not meet); remove the point, or what is \
+         wrong of its measurements"
     )]
     RaysDoNotMeet {
         /// Which solver found it.
@@ -271,7 +277,8 @@ pub enum AdjustError {
     },
     /// Threads that the system does not give.
     #[error(
-        "{solver}: {threads} threads cannot be started ({reason}); there is too little memory for them: allow more, or --threads with fewer"
+        "{solver}: {threads} threads cannot be started ({reason}); there is too little memory for them: allow more, or \
+         --threads with fewer"
     )]
     NoThreads {
         /// Which solver.

@@ -17,7 +17,8 @@ pub struct FlightInventory {
     pub tie_measurements: usize,
     /// From first to last exposure, s; `None` where fewer than two times are known.
     pub span_s: Option<f64>,
-    /// Median size of a pixel on the object at the tie points, `Z / f` at the approximations, m; `None` without tie points.
+    /// Median size of a pixel on the object at the tie points, `Z / f` at the approximations, m; `None` without tie
+    /// points.
     pub gsd_m: Option<f64>,
 }
 

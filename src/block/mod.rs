@@ -44,8 +44,8 @@ macro_rules! index {
 }
 index!(CameraId, FlightId, ImageId, PointId);
 
-/// A-priori standard deviations, used where a row gives none; infinite where the block gives none either, which reading a block
-/// allows only for what no row uses.
+/// A-priori standard deviations, used where a row gives none; infinite where the block gives none either, which reading
+/// a block allows only for what no row uses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sigma {
     /// Tie-point image coordinate, px.
@@ -202,9 +202,11 @@ pub struct Block {
     pub name: String,
     /// Coordinate system, free text or `EPSG:n`.
     pub crs: String,
-    /// The system in which the survey came, where that is another one; empty otherwise. Results are handed on in it, too.
+    /// The system in which the survey came, where that is another one; empty otherwise. Results are handed on in it,
+    /// too.
     pub survey_crs: String,
-    /// Where the zero of all object coordinates of this block lies in that system, m: zero unless [`Block::about_its_centre`] moved it.
+    /// Where the zero of all object coordinates of this block lies in that system, m: zero unless
+    /// [`Block::about_its_centre`] moved it.
     pub origin: Vector3<f64>,
     /// A-priori precision.
     pub sigma: Sigma,
@@ -233,7 +235,8 @@ impl Block {
         Self { ties, marks, tie_points, surveyed, ..self.images_alone() }
     }
 
-    /// The same cameras, flights and images without any point or measurement: what a table of images needs of a block of millions.
+    /// The same cameras, flights and images without any point or measurement: what a table of images needs of a block
+    /// of millions.
     pub fn images_alone(&self) -> Self {
         Self {
             name: self.name.clone(),
@@ -257,9 +260,10 @@ impl Block {
         &self.cameras[self.images[image.index()].camera.index()]
     }
 
-    /// The same block with coordinates that are small: an adjustment loses digits where they are not (a northing of 5 000 km leaves a nanometre
-    /// to the tenth of a micrometre of a close range, and derivatives by a rotation grow with it). The origin is the centre of the projection
-    /// centres, rounded to a power of ten that is at least the size of the block: a block that has its zero within stays as it is.
+    /// The same block with coordinates that are small: an adjustment loses digits where they are not (a northing of 5
+    /// 000 km leaves a nanometre to the tenth of a micrometre of a close range, and derivatives by a rotation grow with
+    /// it). The origin is the centre of the projection centres, rounded to a power of ten that is at least the size of
+    /// the block: a block that has its zero within stays as it is.
     pub fn about_its_centre(self) -> Self {
         let centres = || self.images.iter().map(|image| &image.pose.centre);
         let known = self.tie_points.iter().filter_map(|point| point.position.as_ref());

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-/// Measurements per cell of the search grid, on average: a neighbourhood of three by three cells then has about eighteen.
+/// Measurements per cell of the search grid, on average: a neighbourhood of three by three cells then has about
+/// eighteen.
 const PER_CELL: f64 = 2.0;
 
 /// Grid of one image.

@@ -9,7 +9,8 @@
 //! y = v + dv radial + p2 (r2 + 2 dv^2) + 2 p1 du dv
 //! ```
 //!
-//! Source: Fraser (1997), with a centre of distortion of its own as in MicMac; the distortion acts from object to image.
+//! Source: Fraser (1997), with a centre of distortion of its own as in MicMac; the distortion acts from object to
+//! image.
 
 use super::{F, Interior, PARAMETER_COUNT, PPX, PPY};
 use crate::math::Number;

@@ -93,8 +93,9 @@ impl Camera {
         0.5 * f64::from(self.width_px).hypot(f64::from(self.height_px))
     }
 
-    /// Largest plausible range of each interior parameter: the focal length itself for f, the sensor for pp and dc, and for each coefficient
-    /// the value that moves a point at half the diagonal by half the diagonal. What is known to no better is not determined.
+    /// Largest plausible range of each interior parameter: the focal length itself for f, the sensor for pp and dc, and
+    /// for each coefficient the value that moves a point at half the diagonal by half the diagonal. What is known to no
+    /// better is not determined.
     pub fn domains(&self) -> Interior {
         let h = self.half_diagonal_px();
         let (width, height) = (f64::from(self.width_px), f64::from(self.height_px));
@@ -103,8 +104,8 @@ impl Camera {
         domains
     }
 
-    /// Size of one unit of each interior parameter inside the solvers (raw = scale x scaled): 1 px for f, pp and dc, and for
-    /// each coefficient the value that moves a point at half the diagonal by one pixel.
+    /// Size of one unit of each interior parameter inside the solvers (raw = scale x scaled): 1 px for f, pp and dc,
+    /// and for each coefficient the value that moves a point at half the diagonal by one pixel.
     pub fn scales(&self) -> Interior {
         let h = self.half_diagonal_px();
         let k = |order: i32| h.powi(-2 * order - 1);

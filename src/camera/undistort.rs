@@ -7,9 +7,9 @@
 //! m(r) = min(1 + 3 k1 r^2 + 5 k2 r^4 + 7 k3 r^6, 1 + k1 r^2 + k2 r^4 + k3 r^6) - 6 |p| r + (b1 - |b|) / 2
 //! ```
 //!
-//! (radial and tangential eigenvalue of the radial terms; the decentring derivative is `2 [(p.q) I + p q' + q p']`; the affine
-//! one has the eigenvalues `(b1 +- |b|) / 2`). Where `m > 0` on a whole disc the model is strictly monotonic there, hence one to one:
-//! `(F(q) - F(s)) . (q - s) > 0` for any two of its points.
+//! (radial and tangential eigenvalue of the radial terms; the decentring derivative is `2 [(p.q) I + p q' + q p']`; the
+//! affine one has the eigenvalues `(b1 +- |b|) / 2`). Where `m > 0` on a whole disc the model is strictly monotonic
+//! there, hence one to one: `(F(q) - F(s)) . (q - s) > 0` for any two of its points.
 
 use super::{DCX, DCY, F, Interior, PPX, PPY, fraser};
 use nalgebra::{Matrix2, Vector2, Vector3};
@@ -29,8 +29,8 @@ const PARTS: f64 = 64.0;
 const LEAST_STEP: f64 = 1e-12;
 
 /// Distance (px, of the ideal point from the centre of distortion) up to which the model is monotonic, at most
-/// `max_radius_px`: the first radius where `m(r)` (see the module) falls to [`MIN_MONOTONICITY`]. Zero when it is nowhere so,
-/// or when a value is not finite.
+/// `max_radius_px`: the first radius where `m(r)` (see the module) falls to [`MIN_MONOTONICITY`]. Zero when it is
+/// nowhere so, or when a value is not finite.
 pub fn monotonic_radius(interior: &Interior, max_radius_px: f64) -> f64 {
     let [_, _, _, _, _, k1, k2, k3, p1, p2, b1, b2] = *interior;
     let decentring = 6.0 * p1.hypot(p2);
@@ -53,8 +53,8 @@ pub fn monotonic_radius(interior: &Interior, max_radius_px: f64) -> f64 {
     if slope(max_radius_px) * max_radius_px < excess(0.0) {
         return max_radius_px;
     }
-    // March by steps that cannot pass a zero of m; they shrink geometrically towards the first one. The bound is of the step itself: over a wider
-    // range it may be larger by any power of ten.
+    // March by steps that cannot pass a zero of m; they shrink geometrically towards the first one. The bound is of the
+    // step itself: over a wider range it may be larger by any power of ten.
     let mut r = 0.0;
     while r < max_radius_px {
         let mut step = max_radius_px / PARTS;

@@ -19,7 +19,8 @@ const NAMED: usize = 5;
 /// The search judges by thresholds of its own; no candidate is tested here.
 const NO_CANDIDATES: f64 = 0.0;
 
-/// What is set aside before the adjustment: points whose rays do not meet, and with `--outliers snoop` what stands alone.
+/// What is set aside before the adjustment: points whose rays do not meet, and with `--outliers snoop` what stands
+/// alone.
 pub fn search(
     block: &Block,
     model: &Model,
@@ -76,7 +77,8 @@ fn solved_by(fit: &Fit) -> Solved<'_> {
     Solved { problem: &fit.problem, state: &fit.solution.state }
 }
 
-/// The error of an adjustment, with the measurements that stand alone in a robust one. Its residuals are written where they replace no run.
+/// The error of an adjustment, with the measurements that stand alone in a robust one. Its residuals are written where
+/// they replace no run.
 pub fn explain(error: RunError, block: &Block, model: &Model, options: &Options, output: &Output) -> anyhow::Error {
     let RunError::Adjust(failure) = &error else { return error.into() };
     // What makes a problem singular is named; that it was blunders, only a fit that converged may say.

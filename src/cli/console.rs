@@ -44,7 +44,8 @@ impl Console {
     }
 }
 
-/// Characters of a line where tables are fitted to it: on a terminal, as wide as its `COLUMNS` say, at least [`NARROW`].
+/// Characters of a line where tables are fitted to it: on a terminal, as wide as its `COLUMNS` say, at least
+/// [`NARROW`].
 pub(super) fn text_width() -> Option<usize> {
     let columns = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
     std::io::stdout().is_terminal().then(|| columns.map_or(NARROW, |columns: usize| columns.max(NARROW)))
@@ -79,12 +80,14 @@ impl Drop for Progress {
     }
 }
 
-/// A line on standard error. That it cannot be written is no reason to fail, so `eprintln!`, which would panic, is not used.
+/// A line on standard error. That it cannot be written is no reason to fail, so `eprintln!`, which would panic, is not
+/// used.
 pub(super) fn write_error(text: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{}", printable(text));
 }
 
-/// The text without control characters other than line ends: a name from a file could hold what makes a terminal do things.
+/// The text without control characters other than line ends: a name from a file could hold what makes a terminal do
+/// things.
 pub(super) fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() && c != '\n' { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }

@@ -57,8 +57,8 @@ struct Common {
     /// Significance level: the probability that a block without any misfit gets a finding
     #[arg(long, default_value_t = SIGNIFICANCE, value_name = "P")]
     significance: f64,
-    /// Acceptable point error (mm). Remaining misfit below it is reported as harmless; without it, misfit is compared with
-    /// the precision of the points
+    /// Acceptable point error (mm). Remaining misfit below it is reported as harmless; without it, misfit is compared
+    /// with the precision of the points
     #[arg(long, value_name = "MM")]
     tolerance_mm: Option<f64>,
     /// Estimate the weights of image measurements and of GNSS for each flight by itself

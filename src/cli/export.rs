@@ -45,7 +45,8 @@ pub struct Arguments {
     /// Write the nearest camera where the format has not the same, however far off
     #[arg(long)]
     approximate: bool,
-    /// Take out of the measurements what the effects of the run's model do to them, and what of its cameras the format does not hold
+    /// Take out of the measurements what the effects of the run's model do to them, and what of its cameras the format
+    /// does not hold
     #[arg(long)]
     correct_measurements: bool,
     /// Say everything, not guesses and losses alone
@@ -78,7 +79,8 @@ pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
         files.join(", "),
         folder.display()
     );
-    let json = json!({ "format": 1, "to": arguments.format, "block": block.name, "folder": path_text(folder), "files": files,
+    let json = json!({ "format": 1, "to": arguments.format, "block": block.name, "folder": path_text(folder),
+        "files": files,
                        "notes": notes_as_json(&notes) });
     Ok(Answer { text, json, failure: None })
 }
@@ -107,8 +109,8 @@ fn adjusted(arguments: &Arguments, exporter: &dyn Exporter, notes: &mut Vec<Note
     }
     if !arguments.correct_measurements {
         return Err(Usage(format!(
-            "the model of {} has effects that other programs do not know: {effects}; they move measurements by up to {} px. \
-             --correct-measurements writes the measurements without them",
+            "the model of {} has effects that other programs do not know: {effects}; they move measurements by up to \
+             {} px. --correct-measurements writes the measurements without them",
             run.display(),
             significant(largest_px, 3)
         ))

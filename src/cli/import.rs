@@ -183,7 +183,8 @@ fn format(name: Option<&str>, paths: &[PathBuf]) -> Result<(&'static dyn Format,
             Ok((**format, vec![Note::guess(text)]))
         }
         _ => Err(Usage(format!(
-            "{}: the format cannot be told; name it: `misclosure import FORMAT {}` (`misclosure import --list` lists them)",
+            "{}: the format cannot be told; name it: `misclosure import FORMAT {}` (`misclosure import --list` lists \
+             them)",
             first.display(),
             first.display()
         ))),
@@ -209,7 +210,8 @@ fn add(
     }
     let output = Output::into_block(folder)?;
     let loaded = read_block(folder)?;
-    // The tables that an addition writes anew would lack what the reader sets aside; those of tie points stay as they are.
+    // The tables that an addition writes anew would lack what the reader sets aside; those of tie points stay as they
+    // are.
     let lost = SetAside { one_ray_points: 0, unmeasured_points: 0, ..loaded.set_aside };
     if !lost.is_empty() {
         let problem = "its tables have what serves nothing, and would lose it";
@@ -246,13 +248,15 @@ fn answer(from: &str, block: &Block, notes: &[Note], folder: &Path) -> Answer {
     let (images, cameras, points) = (block.images.len(), block.cameras.len(), block.tie_points.len());
     let (ties, surveyed, marks) = (block.ties.len(), block.surveyed.len(), block.marks.len());
     let text = format!(
-        "Block `{}` from {from}: {images} images, {cameras} cameras, {points} tie points with {ties} measurements, {surveyed} surveyed \
-         points with {marks} marks; coordinate system `{}`",
+        "Block `{}` from {from}: {images} images, {cameras} cameras, {points} tie points with {ties} measurements, \
+         {surveyed} surveyed points with {marks} marks; coordinate system `{}`",
         block.name, block.crs
     );
     let json = json!({
-        "format": 1, "from": from, "block": block.name, "crs": block.crs, "folder": path_text(folder), "images": images, "cameras": cameras,
-        "tie_points": points, "tie_measurements": ties, "surveyed": surveyed, "marks": marks, "notes": notes_as_json(notes),
+        "format": 1, "from": from, "block": block.name, "crs": block.crs, "folder": path_text(folder),
+        "images": images, "cameras": cameras,
+        "tie_points": points, "tie_measurements": ties, "surveyed": surveyed, "marks": marks,
+        "notes": notes_as_json(notes),
     });
     Answer { text: paragraph("", 0, &text) + &format!("\nBlock: {}\n", folder.display()), json, failure: None }
 }
@@ -274,7 +278,8 @@ fn list() -> Answer {
     let formats: Vec<Value> = registry()
         .iter()
         .map(|format| {
-            json!({ "name": format.name(), "about": format.about(), "import": true, "export": format.exporter().is_some() })
+            json!({ "name": format.name(), "about": format.about(), "import": true,
+                "export": format.exporter().is_some() })
         })
         .collect();
     let additions: Vec<Value> =

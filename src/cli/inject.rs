@@ -56,8 +56,8 @@ pub struct Arguments {
     /// Mistake of a person to make in the files (repeatable); mistakes come last, in the order given
     #[arg(long = "mistake", value_name = "KIND[:key=value,...]")]
     mistakes: Vec<String>,
-    /// Shared library of an effect, to be named with --error as `ID:parameter=value` (repeatable). It acts by its own formula, which
-    /// the estimator has too; the truth says so
+    /// Shared library of an effect, to be named with --error as `ID:parameter=value` (repeatable). It acts by its own
+    /// formula, which the estimator has too; the truth says so
     #[arg(long, value_name = "FILE.so")]
     plugin: Vec<PathBuf>,
     /// Seed of the errors; the same seed gives the same bytes [default: 1]

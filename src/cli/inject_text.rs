@@ -28,7 +28,8 @@ pub fn errors_text(report: &Report) -> String {
         }
     }
     text += &format!(
-        "\n{} measurements were made anew; their errors: {} px RMS per coordinate, at most {} px. (They replace errors of {} px RMS.)\n",
+        "\n{} measurements were made anew; their errors: {} px RMS per coordinate, at most {} px. (They replace errors \
+         of {} px RMS.)\n",
         report.measurements,
         significant(report.change_rms_px, 3),
         significant(report.change_max_px, 3),
@@ -94,7 +95,8 @@ pub fn errors_json(report: &Report, seed: u64) -> Value {
     });
     json!({
         "format": 1, "seed": seed, "errors": errors.collect::<Vec<_>>(), "measurements": report.measurements,
-        "replaced_rms_px": report.replaced_rms_px, "change_rms_px": report.change_rms_px, "change_max_px": report.change_max_px,
+        "replaced_rms_px": report.replaced_rms_px, "change_rms_px": report.change_rms_px,
+        "change_max_px": report.change_max_px,
         "gnss_change_max_m": report.gnss_change_max_m, "survey_change_max_m": report.survey_change_max_m,
         "dropped_measurements": report.dropped.total(), "dropped_tie_points": report.dropped_tie_points,
     })

@@ -21,7 +21,8 @@ const INDENT: usize = 8;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   misclosure check block                                  which mistakes are there
-  misclosure mend block -o mended                         undo all that can be undone; mended/mended.toml says what was changed
+  misclosure mend block -o mended                         undo all that can be undone; mended/mended.toml says what \
+  was changed
   misclosure mend block -o mended --only height-offset    undo this kind alone
   misclosure improve block -o run --mend                  the same before a diagnosis")]
 pub struct Arguments {

@@ -1,4 +1,5 @@
-//! The commands, one file each. A command reads files, calls the library and gives back an [`Answer`]; it computes nothing itself.
+//! The commands, one file each. A command reads files, calls the library and gives back an [`Answer`]; it computes
+//! nothing itself.
 //!
 //! Results go to standard output (as JSON with `--json`), progress and messages to standard error.
 
@@ -55,7 +56,13 @@ const LONG_VERSION: &str = if cfg!(feature = "ceres") {
 
 /// Finds why a photogrammetric adjustment does not fit its measurements.
 #[derive(Debug, Parser)]
-#[command(name = "misclosure", version, long_version = LONG_VERSION, max_term_width = 120, arg_required_else_help = true)]
+#[command(
+    name = "misclosure",
+    version,
+    long_version = LONG_VERSION,
+    max_term_width = 120,
+    arg_required_else_help = true
+)]
 #[command(after_help = "Exit codes:
   0  done
   1  any other failure
@@ -210,7 +217,8 @@ impl Command {
     }
 }
 
-/// Threads that are allowed on any machine: results do not depend on their number, and tests of that need more than a small one has.
+/// Threads that are allowed on any machine: results do not depend on their number, and tests of that need more than a
+/// small one has.
 const MOST_THREADS: usize = 64;
 
 fn available_threads() -> usize {
@@ -228,7 +236,8 @@ fn print(answer: &Answer, json: bool) -> std::io::Result<()> {
     out.flush()
 }
 
-/// `error: ...` and a line `  caused by: ...` per cause. A cause that its effect's message already ends with is not repeated.
+/// `error: ...` and a line `  caused by: ...` per cause. A cause that its effect's message already ends with is not
+/// repeated.
 fn error_chain(error: &anyhow::Error) -> String {
     let mut text = format!("error: {error}");
     let mut last = error.to_string();

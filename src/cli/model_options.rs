@@ -57,8 +57,8 @@ pub struct ModelOptions {
     /// Treatment of outliers [default: none for adjust, which names them; snoop for diagnose and improve]
     #[arg(long, value_enum)]
     pub outliers: Option<Treatment>,
-    /// Start from half to twice the focal length, and go on from the best: where its start value is in doubt. Where most tie
-    /// points lie behind the images, also with the images turned and the base reversed
+    /// Start from half to twice the focal length, and go on from the best: where its start value is in doubt. Where
+    /// most tie points lie behind the images, also with the images turned and the base reversed
     #[arg(long)]
     pub multistart: bool,
     /// Weights of tie points by the number m of their images: 1, m (m - 1), m (m - 1)^2 [default: unit]
@@ -199,7 +199,8 @@ impl ModelOptions {
                     doubts.extend(judged.doubts);
                     for (camera, factor) in judged.untold {
                         console.message(&format!(
-                            "The focal length that camera {camera} starts with cannot be judged: its rays meet about as well at {factor} times it"
+                            "The focal length that camera {camera} starts with cannot be judged: its rays meet about \
+                             as well at {factor} times it"
                         ));
                     }
                 }

@@ -200,8 +200,8 @@ fn text(block: &Block, report: &OverlapReport) -> String {
     let dropped = &report.dropped;
     if dropped.total() > 0 {
         text += &format!(
-            "Points left out of the twin: {} with fewer than two rays, {} without an intersection, {} behind a camera, {} that \
-             leave a sensor\n",
+            "Points left out of the twin: {} with fewer than two rays, {} without an intersection, {} behind a camera, \
+             {} that leave a sensor\n",
             dropped.too_few_rays, dropped.no_intersection, dropped.behind, dropped.outside
         );
     }
@@ -211,7 +211,8 @@ fn text(block: &Block, report: &OverlapReport) -> String {
 fn as_json(block: &Block, report: &OverlapReport) -> Value {
     let flights = report.flights.iter().map(|flight| {
         json!({ "flight": flight.flight, "images": flight.images, "strips": flight.strips, "gsd_m": flight.gsd_m,
-                "base_m": flight.base_m, "forward_overlap": flight.forward_overlap, "side_overlap": flight.side_overlap })
+                "base_m": flight.base_m, "forward_overlap": flight.forward_overlap,
+                "side_overlap": flight.side_overlap })
     });
     let dropped = &report.dropped;
     json!({

@@ -11,7 +11,8 @@ use crate::report::run_tables::{
 use crate::run::Run;
 use crate::run::summary::Summary;
 
-/// What nobody may overlook, to stand before everything else: that the solvers disagree, or that one of them failed. Empty where all is well.
+/// What nobody may overlook, to stand before everything else: that the solvers disagree, or that one of them failed.
+/// Empty where all is well.
 pub fn warning(summary: &Summary) -> String {
     let Some(verdict) = solvers_verdict(summary).filter(|verdict| !verdict.sound) else { return String::new() };
     let beyond = summary.agreement.as_ref().map_or_else(String::new, |agreement| format!(": {}", beyond(agreement)));
@@ -25,7 +26,8 @@ pub fn text(summary: &Summary) -> String {
         text += &format!("MISTAKES\n{}\n", mistakes_text(&summary.mistakes));
     }
     text += &format!(
-        "Block `{}`: {} observations, {} unknowns, datum defect {}, redundancy {}\nsigma0 {}, tie points {} px RMS per coordinate\n",
+        "Block `{}`: {} observations, {} unknowns, datum defect {}, redundancy {}\nsigma0 {}, tie points {} px RMS per \
+         coordinate\n",
         summary.block,
         summary.observations,
         summary.unknowns,
@@ -167,7 +169,10 @@ mod tests {
     #[test]
     fn what_went_wrong_between_the_solvers_comes_first() {
         let text = |agree, failure| super::text(&summary(agree, failure)).replace('\n', " ");
-        assert!(text(false, None).starts_with("WARNING: The solvers disagree; one derivation: solvers not independent here (mine): solutions: difference 0.50 at k1"));
+        assert!(text(false, None).starts_with(
+            "WARNING: The solvers disagree; one derivation: solvers not independent here (mine): solutions: difference \
+             0.50 at k1"
+        ));
         assert!(text(true, Some("ceres: not converged")).starts_with(
             "WARNING: The solver ceres failed, and what the other solver found was compared with nothing: not converged"
         ));

@@ -22,10 +22,12 @@ use std::path::{Path, PathBuf};
   misclosure validate --quick             without the problems of thousands of images
   misclosure validate pair huber          these alone
   misclosure validate --nist DIR          the native solver's loop on NIST's regression sets, whose files are in DIR
-  misclosure validate --suite DIR         writes the problems as blocks, and as COLMAP and BAL where these can express them
+  misclosure validate --suite DIR         writes the problems as blocks, and as COLMAP and BAL where these can express \
+  them
   misclosure validate --judge DIR         digits of the results in DIR: a block, a run or a COLMAP model per problem
 
-A digit is one of sigma: with 6, no value is off by more than a millionth of its standard deviation. The exit code is 4 where a
+A digit is one of sigma: with 6, no value is off by more than a millionth of its standard deviation. The exit code is \
+4 where a
 result has fewer than asked for, or where what has no solution got one.")]
 pub struct Arguments {
     /// Problems by name [default: all]
@@ -264,7 +266,8 @@ fn regression(folder: &Path) -> anyhow::Result<Answer> {
         let asked = if outcome.counts() { "fewer than asked for" } else { "far start of a set of higher difficulty" };
         let remark = match (&outcome.contradiction, &outcome.failure, &outcome.other_minimum) {
             (Some((stated, found)), ..) => format!(
-                "the file contradicts itself: its certified values have the sum of squares {found:.4e}, {stated:.4e} is stated"
+                "the file contradicts itself: its certified values have the sum of squares {found:.4e}, {stated:.4e} \
+                 is stated"
             ),
             (None, Some(reason), _) => format!("{asked}: {reason}"),
             (None, None, Some((sum, certified))) => {
@@ -286,7 +289,8 @@ fn regression(folder: &Path) -> anyhow::Result<Answer> {
         .map(|o| {
             json!({ "set": o.set, "difficulty": o.difficulty.to_string(), "near": o.near, "digits": o.digits,
                     "deviation_digits": o.deviation_digits, "iterations": o.iterations, "failure": o.failure,
-                    "other_minimum": o.other_minimum, "contradiction": o.contradiction, "counts": o.counts(), "passed": o.passes() })
+                    "other_minimum": o.other_minimum, "contradiction": o.contradiction, "counts": o.counts(),
+                    "passed": o.passes() })
         })
         .collect();
     let json = json!({ "format": 1, "passed": missed.is_empty(), "sets": json });

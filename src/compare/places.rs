@@ -45,7 +45,8 @@ fn common<'a>(
     before.iter().filter_map(|(name, from)| Some((name, from, after.get(name)?)))
 }
 
-/// The similarity that takes `after` to `before`: two free networks may lie anywhere. `None` of fewer than three points.
+/// The similarity that takes `after` to `before`: two free networks may lie anywhere. `None` of fewer than three
+/// points.
 pub fn aligning(before: &Places, after: &Places) -> Option<Similarity> {
     let (target, source): (Vec<_>, Vec<_>) = common(before, after).map(|(_, from, to)| (*from, *to)).unzip();
     Some(similarity::target_from_source(&source, &target, None).ok()?.similarity)

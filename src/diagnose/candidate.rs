@@ -1,4 +1,5 @@
-//! What may be missing: every effect of the catalogue and of plug-ins, and every group of camera parameters that the model holds.
+//! What may be missing: every effect of the catalogue and of plug-ins, and every group of camera parameters that the
+//! model holds.
 
 use crate::block::Block;
 use crate::camera;

@@ -10,12 +10,14 @@ use crate::model::EffectRef;
 use crate::problem::Problem;
 use crate::run::fit::Fit;
 
-/// Values that are tried besides the default: the domain's end and its halves, since a lag acts by its ratio to the length of a flight.
+/// Values that are tried besides the default: the domain's end and its halves, since a lag acts by its ratio to the
+/// length of a flight.
 const HALVINGS: i32 = 6;
 /// Share of a block's span by which times of an even sequence may be off by rounding.
 const EVEN: f64 = 1e-9;
 
-/// The `wanted` candidates that are not in the model: those that the block can test, in each variant, and those that it cannot, with what they need.
+/// The `wanted` candidates that are not in the model: those that the block can test, in each variant, and those that it
+/// cannot, with what they need.
 pub fn candidates(
     block: &Block,
     fit: &Fit,

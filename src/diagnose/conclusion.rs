@@ -15,7 +15,8 @@ use crate::residuals::Structure;
 /// Version of the format.
 const FORMAT: u32 = 1;
 
-/// Puts a diagnosis together: `first` is the linearisation of the base model, `last` that of the final one, `structure` the latter's.
+/// Puts a diagnosis together: `first` is the linearisation of the base model, `last` that of the final one, `structure`
+/// the latter's.
 #[allow(clippy::too_many_arguments)]
 pub fn diagnosis(
     block: &Block,

@@ -22,8 +22,8 @@ pub struct HandedOn {
     pub held: Option<String>,
 }
 
-/// Which model of a diagnosis is handed on. Both are diagnosed in the same way: whether the remaining misfit has a cause
-/// shows only when the cause is included.
+/// Which model of a diagnosis is handed on. Both are diagnosed in the same way: whether the remaining misfit has a
+/// cause shows only when the cause is included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Keep {
     /// The base model.
@@ -33,8 +33,8 @@ pub enum Keep {
 }
 
 impl Diagnosed {
-    /// Adjusts the model that is handed on with each solver, and completes the diagnosis: do the solvers agree on it, and
-    /// does the remaining misfit matter beside the precision of the points, or beside `tolerance_m`?
+    /// Adjusts the model that is handed on with each solver, and completes the diagnosis: do the solvers agree on it,
+    /// and does the remaining misfit matter beside the precision of the points, or beside `tolerance_m`?
     ///
     /// The models on the way decide nothing any more: their rows of the ledger keep the native solver's figures.
     ///
@@ -85,8 +85,8 @@ impl Diagnosis {
     }
 }
 
-/// Adjusts the model that a diagnosis hands on with each solver, from where the diagnosis ended. Where that fails with a place that was
-/// searched, the place stays where the diagnosis found it.
+/// Adjusts the model that a diagnosis hands on with each solver, from where the diagnosis ended. Where that fails with
+/// a place that was searched, the place stays where the diagnosis found it.
 ///
 /// # Errors
 /// Those of [`run::adjust_from`].

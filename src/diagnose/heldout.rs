@@ -1,8 +1,8 @@
 //! Does a model predict measurements that its fit did not see? Every fourth tie point is left out in turn.
 //!
-//! The cameras of a part follow from those of the whole by one Gauss-Newton step. A left-out point is intersected with them from all rays but one
-//! and predicted in that one (in closed form: the residual of the whole intersection divided by what it leaves of itself). An image that the
-//! other parts do not orient predicts nothing, and stays where it is.
+//! The cameras of a part follow from those of the whole by one Gauss-Newton step. A left-out point is intersected with
+//! them from all rays but one and predicted in that one (in closed form: the residual of the whole intersection divided
+//! by what it leaves of itself). An image that the other parts do not orient predicts nothing, and stays where it is.
 
 use crate::adjust::AdjustError;
 use crate::adjust::native::one_step;
@@ -21,8 +21,9 @@ const LEAST_RAYS: usize = 3;
 /// Steps of the intersection; from the adjusted point two suffice.
 const INTERSECTION_STEPS: usize = 2;
 
-/// Typical error per coordinate of predicted tie-point measurements, px: from the median, which badly intersected points do not move, of errors
-/// that are each divided by the precision of their intersection. NaN where no point has three rays.
+/// Typical error per coordinate of predicted tie-point measurements, px: from the median, which badly intersected
+/// points do not move, of errors that are each divided by the precision of their intersection. NaN where no point has
+/// three rays.
 pub fn held_out_px(fitted: &Fit, threads: usize) -> Result<f64, AdjustError> {
     let of_folds: Vec<Vec<f64>> = Pool::new(threads)?.install(|| {
         let fold = |fold: usize| of_fold(fitted, fold, threads.div_ceil(FOLDS));
@@ -82,7 +83,8 @@ fn rows(cameras: &Cameras<'_>, j: usize, object: &Vector3<f64>) -> Option<Rows> 
     seen().zip(predictor.image_points(sighted)).map(row).collect()
 }
 
-/// Squared errors of the predicted image points of a point, each by the precision of its intersection, per coordinate and in px^2.
+/// Squared errors of the predicted image points of a point, each by the precision of its intersection, per coordinate
+/// and in px^2.
 fn predict_point(cameras: &Cameras<'_>, near: &Vector3<f64>, j: usize) -> Vec<f64> {
     let normal = |rows: &Rows| -> Matrix3<f64> { rows.iter().map(|(_, a, _)| a.transpose() * a).sum() };
     let intersected = || {
@@ -98,7 +100,8 @@ fn predict_point(cameras: &Cameras<'_>, near: &Vector3<f64>, j: usize) -> Vec<f6
     };
     let Some((rows, inverse)) = intersected().filter(|(rows, _)| rows.len() >= LEAST_RAYS) else { return Vec::new() };
     let error = |(v, a, weight): &(Vector2<f64>, Matrix2x3<f64>, f64)| {
-        // Without this ray the intersection predicts it with error (I - A N^-1 A')^-1 v, of covariance (I - A N^-1 A')^-1.
+        // Without this ray the intersection predicts it with error (I - A N^-1 A')^-1 v, of covariance (I - A N^-1
+        // A')^-1.
         let spread = (Matrix2::identity() - a * inverse * a.transpose()).try_inverse()?;
         Some(0.5 * v.dot(&(spread * v)) / (weight * weight))
     };

@@ -1,5 +1,5 @@
-//! What an effect does in object space: how far surveyed points move when it is taken in, to first order; without surveyed points, a sample of
-//! tie points after a similarity, which the block does not feel.
+//! What an effect does in object space: how far surveyed points move when it is taken in, to first order; without
+//! surveyed points, a sample of tie points after a similarity, which the block does not feel.
 
 use super::linearised::Linearised;
 use super::select::{Judged, Nature, Situation, Taken};

@@ -4,8 +4,8 @@
 //! - [`linearised`]: a fit as `(s, M)`, every candidate a set of columns; [`select`]: tests conditional on the model.
 //! - [`hypothesis`]: everything that may be true, with prior and price; [`objective`]: what a set of hypotheses
 //!   leaves, and what it costs.
-//! - [`search`]: a beam over sets to first order; [`competition`]: a linearisation with its hypotheses;
-//!   [`refit`]: the objective of a fitted set, which counts; `descent`: a step of it, `options` another; [`improvement`]: the model on
+//! - [`search`]: a beam over sets to first order; [`competition`]: a linearisation with its hypotheses; [`refit`]: the
+//!   objective of a fitted set, which counts; `descent`: a step of it, `options` another; [`improvement`]: the model on
 //!   its way and its ledger.
 //! - [`settle`] fits without outliers; [`run`] is a whole diagnosis; [`look`]: one model as it stands, without the
 //!   descent.

@@ -128,8 +128,9 @@ fn take_out(model: &mut Model, fit: &Fit, id: &str, added: &mut Added) {
     });
 }
 
-/// The model with the start values of effects and cameras where its fit ended: what is adjusted with it again ends in the same minimum. (An
-/// unflat sensor and a free centre of distortion have two, 2.7 units of `v'Pv` apart in a small block.)
+/// The model with the start values of effects and cameras where its fit ended: what is adjusted with it again ends in
+/// the same minimum. (An unflat sensor and a free centre of distortion have two, 2.7 units of `v'Pv` apart in a small
+/// block.)
 pub fn at_solution(fitted: &Fit) -> Model {
     let mut model = fitted.model.clone();
     let cameras = fitted.problem.camera_names.iter().zip(&fitted.problem.camera_free);
@@ -161,7 +162,8 @@ pub fn at_solution(fitted: &Fit) -> Model {
     model
 }
 
-/// The model with the start values of free camera parameters where the block has them: a fit of another model may have driven them far away.
+/// The model with the start values of free camera parameters where the block has them: a fit of another model may have
+/// driven them far away.
 pub fn at_approximations(model: &Model) -> Model {
     let mut model = model.clone();
     let is_free = |name: &String| camera::PARAMETERS.iter().zip(model.free).any(|(own, free)| free && own == name);

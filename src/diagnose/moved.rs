@@ -1,5 +1,6 @@
-//! How far a diagnosis moved the points: measured between two adjustments, the one before anything was added and the one
-//! that is handed on. (What [`super::impact`] says is of one effect, to first order and at the weights of one model.)
+//! How far a diagnosis moved the points: measured between two adjustments, the one before anything was added and the
+//! one that is handed on. (What [`super::impact`] says is of one effect, to first order and at the weights of one
+//! model.)
 
 use crate::block::{Block, PointId, Role};
 use crate::evaluate::{Similarity, similarity};

@@ -1,5 +1,5 @@
-//! A fit without outliers: adjust, judge every measurement, and adjust again until nothing changes. Where blunders bend a least-squares fit, or make
-//! it fail, they are looked for in a robust one.
+//! A fit without outliers: adjust, judge every measurement, and adjust again until nothing changes. Where blunders bend
+//! a least-squares fit, or make it fail, they are looked for in a robust one.
 
 use super::error::DiagnoseError;
 use super::settings::Settings;
@@ -106,8 +106,9 @@ impl Settling<'_> {
         }
     }
 
-    /// The fit in place of one that came a long way. Least squares would rather bend a camera out of all proportion than leave a residual of hundreds
-    /// of pixels, and nothing stands out when that is done. `None` where no measurement is so far off at a robust fit.
+    /// The fit in place of one that came a long way. Least squares would rather bend a camera out of all proportion
+    /// than leave a residual of hundreds of pixels, and nothing stands out when that is done. `None` where no
+    /// measurement is so far off at a robust fit.
     fn without_what_bends(&mut self, near: Option<&Fit>, strictness: Strictness) -> Result<Option<Fit>, DiagnoseError> {
         let before = self.search.clone();
         let robust = self.search_robustly(near, strictness)?;
@@ -120,8 +121,9 @@ impl Settling<'_> {
         }
     }
 
-    /// Judges at robust fits until nothing changes. Gives the last of them, to start from: what is left agrees there, and an image that wrong
-    /// measurements had oriented is a long way from where the block puts it. `None` where nothing changed, as where such a fit fails.
+    /// Judges at robust fits until nothing changes. Gives the last of them, to start from: what is left agrees there,
+    /// and an image that wrong measurements had oriented is a long way from where the block puts it. `None` where
+    /// nothing changed, as where such a fit fails.
     fn search_robustly(&mut self, near: Option<&Fit>, strictness: Strictness) -> Result<Option<Fit>, DiagnoseError> {
         let Self { whole, model, settings, .. } = *self;
         let options = Options { may_stay_unconverged: true, ..settings.options.clone() };
@@ -139,8 +141,9 @@ impl Settling<'_> {
         Ok(last.filter(|_| changed))
     }
 
-    /// The fit of what a robust one has left: from there, since an image that wrong measurements had oriented is a long way from where the block
-    /// puts it, and from where that one had started, since blunders may have bent it into another minimum. The lower one.
+    /// The fit of what a robust one has left: from there, since an image that wrong measurements had oriented is a long
+    /// way from where the block puts it, and from where that one had started, since blunders may have bent it into
+    /// another minimum. The lower one.
     fn fit_after(&mut self, robust: &Fit, near: Option<&Fit>) -> Result<Fit, DiagnoseError> {
         let there = self.fit(Some(robust));
         let search = self.search.clone();

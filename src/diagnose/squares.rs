@@ -5,8 +5,8 @@ use crate::problem::{PositionObservation, Problem, State};
 use crate::run::fit::Fit;
 use nalgebra::Vector3;
 
-/// Tells point, image and standardised squared residual of every image measurement of a fit, in the order of its problem; robust weights not
-/// applied. What the state holds but cannot be predicted is left out, as it is in the fit.
+/// Tells point, image and standardised squared residual of every image measurement of a fit, in the order of its
+/// problem; robust weights not applied. What the state holds but cannot be predicted is left out, as it is in the fit.
 ///
 /// # Errors
 /// A state of which an image cannot be prepared.

@@ -136,8 +136,8 @@ pub struct CandidateEntry {
     /// F, or for random effects the standardised sum of squared scores.
     #[serde(deserialize_with = "null_is_nan")]
     pub statistic: f64,
-    /// What the statistic is: `F`, or `z` of the sum of squared scores of a random effect, standardised. Empty in a file of
-    /// before it was noted.
+    /// What the statistic is: `F`, or `z` of the sum of squared scores of a random effect, standardised. Empty in a
+    /// file of before it was noted.
     #[serde(default)]
     pub test: String,
     /// Degrees of freedom.
@@ -149,8 +149,8 @@ pub struct CandidateEntry {
     /// Its natural logarithm, which does not underflow.
     #[serde(deserialize_with = "null_is_nan")]
     pub ln_p_value: f64,
-    /// The p-value among all candidates (Sidak): that any of them is as clear by chance. Null in a file of before it was
-    /// computed, and where there was no test.
+    /// The p-value among all candidates (Sidak): that any of them is as clear by chance. Null in a file of before it
+    /// was computed, and where there was no test.
     #[serde(default)]
     pub family_p_value: Option<f64>,
     /// Significant among all candidates.
@@ -171,7 +171,8 @@ pub struct CandidateEntry {
     /// Is the estimate within what physics allows? Where not, a shape that looks like the effect, but not its cause.
     #[serde(default = "yes")]
     pub plausible: bool,
-    /// Candidates that this block cannot tell from this one: a correlation above 0.9, and for what was found those of [`FoundEntry`], too.
+    /// Candidates that this block cannot tell from this one: a correlation above 0.9, and for what was found those of
+    /// [`FoundEntry`], too.
     pub inseparable_from: Vec<String>,
     /// Factor on the variance of the score from measurements that err together.
     #[serde(deserialize_with = "null_is_nan")]
@@ -211,8 +212,8 @@ pub struct FoundEntry {
     pub size_px: f64,
     /// How far points move when it is left out.
     pub impact: Option<Impact>,
-    /// Candidates that this block cannot tell from it: a correlation above 0.9 at the base model, or significant in its place and nothing of it left
-    /// beside them at the final one.
+    /// Candidates that this block cannot tell from it: a correlation above 0.9 at the base model, or significant in its
+    /// place and nothing of it left beside them at the final one.
     pub inseparable_from: Vec<String>,
     /// Is the estimate within what physics allows?
     pub plausible: bool,

@@ -47,7 +47,8 @@ fn sentence(diagnosis: &Diagnosis, precision_m: f64, tolerance_m: Option<f64>) -
         .filter_map(|shape| Some((shape, shape.impact.as_ref()?)))
         .max_by(|(_, a), (_, b)| a.rms_m.total_cmp(&b.rms_m));
     let Some((shape, Impact { rms_m, height_m, .. })) = largest else {
-        return "The remaining misfit is no smooth pattern on the sensor, so its effect on the points cannot be computed."
+        return "The remaining misfit is no smooth pattern on the sensor, so its effect on the points cannot be \
+                computed."
             .into();
     };
     let beside = match known {
@@ -91,8 +92,9 @@ mod tests {
 
     fn unexplained(shapes: &str) -> Diagnosis {
         let text = format!(
-            r#"{{"format": 1, "verdict": "unexplained", "significance": 0.001, "candidates": [], "recommended": [], "structure": [],
-                "left": ["sensor"], "left_shapes": {shapes}, "ledger": [], "outliers": 0,
+            r#"{{"format": 1, "verdict": "unexplained", "significance": 0.001, "candidates": [],
+                "recommended": [], "structure": [], "left": ["sensor"], "left_shapes": {shapes}, "ledger": [],
+                "outliers": 0,
                 "sigma_factors": {{"image": 1.0, "control": 1.0, "control_z": 1.0, "gnss": 1.0, "gnss_z": 1.0}}}}"#
         );
         serde_json::from_str(&text).expect("a diagnosis")

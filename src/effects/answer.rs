@@ -5,7 +5,8 @@ use crate::math::Several;
 use crate::math::lane::{LANES, Lane};
 use smallvec::{SmallVec, smallvec};
 
-/// Parameters of eight measurements, handed on by reference: numbers that were just written one by one are waited for when they are copied.
+/// Parameters of eight measurements, handed on by reference: numbers that were just written one by one are waited for
+/// when they are copied.
 #[derive(Debug)]
 pub enum Thetas<'a> {
     /// The same for each, as those of a whole block are.
@@ -31,7 +32,8 @@ impl<'a> Thetas<'a> {
     }
 }
 
-/// What an effect answers, of one measurement or of eight. Shapes: `n = stage.inputs()`, `m = stage.outputs()`, `p = parameters.len()`.
+/// What an effect answers, of one measurement or of eight. Shapes: `n = stage.inputs()`, `m = stage.outputs()`, `p =
+/// parameters.len()`.
 #[derive(Debug)]
 pub struct Answer<'a, K> {
     /// `e(input, theta)`, m.

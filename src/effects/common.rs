@@ -62,8 +62,8 @@ const BOTH: f64 = 0.0;
 const CONTROL: f64 = 1.0;
 const GNSS: f64 = 2.0;
 
-/// Which surveyed coordinates an effect of the frame stage acts on. A block whose `crs` names a map (`EPSG:...`) or nothing that is
-/// known has all of them in one system: both is the default.
+/// Which surveyed coordinates an effect of the frame stage acts on. A block whose `crs` names a map (`EPSG:...`) or
+/// nothing that is known has all of them in one system: both is the default.
 pub(super) fn acting_in() -> Parameter {
     given("in", "1", BOTH, &[("both", BOTH), ("control", CONTROL), ("gnss", GNSS)])
 }

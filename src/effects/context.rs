@@ -8,8 +8,8 @@ use nalgebra::Vector3;
 pub struct BlockContext {
     /// Mean of the projection centres' start values, m.
     pub centre: Vector3<f64>,
-    /// Mean of the surveyed coordinates of the control points in the datum; without any, of the antenna positions in the datum; m.
-    /// Check points are never in it: they take part in no estimation.
+    /// Mean of the surveyed coordinates of the control points in the datum; without any, of the antenna positions in
+    /// the datum; m. Check points are never in it: they take part in no estimation.
     pub survey_centre: Vector3<f64>,
     /// Number of images, flights, cameras.
     pub counts: [u32; 3],

@@ -24,8 +24,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct DecentringHigh;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "decentring-high".into(),
     stage: Stage::Image,
     kind: Kind::Physical,
@@ -45,11 +44,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Brown 1966".into(),
     picture: Picture::Sensor,
     words: Some(Words {
-        what: "The elements of the lens are not exactly behind each other, and more than the usual two numbers describe. The distortion is stronger on one side of the image.".into(),
+        what: "The elements of the lens are not exactly behind each other, and more than the usual two numbers \
+               describe. The distortion is stronger on one side of the image."
+            .into(),
         remedy: "Add the terms, or have the lens centred.".into(),
         tell: "images turned by 90 and 180 degrees, and measurements in all corners".into(),
     }),
-}
 });
 
 impl Formula for DecentringHigh {

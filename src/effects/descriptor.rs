@@ -71,7 +71,8 @@ impl Domain {
     }
 }
 
-/// What a parameter can be if the cause that its effect names is at work. What is estimated beyond looks like that cause, and is another.
+/// What a parameter can be if the cause that its effect names is at work. What is estimated beyond looks like that
+/// cause, and is another.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plausible {
     /// Least value, in the parameter's unit.
@@ -93,13 +94,13 @@ pub struct Parameter {
     pub scope: Scope,
     /// Value at which the effect is the identity, whatever the searched and given ones are; for those, the default.
     pub nominal: f64,
-    /// A size met in practice, same unit; scales the parameter inside the solvers and must not be zero. Of coefficients in px^-n that on a
-    /// sensor of half a diagonal of [`HALF_DIAGONAL_PX`], like their plausible range.
+    /// A size met in practice, same unit; scales the parameter inside the solvers and must not be zero. Of coefficients
+    /// in px^-n that on a sensor of half a diagonal of [`HALF_DIAGONAL_PX`], like their plausible range.
     pub typical: f64,
     /// How it gets its value.
     pub role: Role,
-    /// Range of physically possible values; of a random parameter that of its standard deviation. `None` for what is given or
-    /// searched, for coefficients of a mere shape, and for a plug-in that states none.
+    /// Range of physically possible values; of a random parameter that of its standard deviation. `None` for what is
+    /// given or searched, for coefficients of a mere shape, and for a plug-in that states none.
     pub plausible: Option<Plausible>,
 }
 
@@ -107,14 +108,16 @@ pub struct Parameter {
 pub const HALF_DIAGONAL_PX: f64 = 3200.0;
 
 impl Parameter {
-    /// Typical size (above zero) on a sensor of this half diagonal. A coefficient in px^-n moves points by its size times the (n + 1)th power of
-    /// the distance from the centre: what is typical, and what physics allows, is the displacement at the corner.
+    /// Typical size (above zero) on a sensor of this half diagonal. A coefficient in px^-n moves points by its size
+    /// times the (n + 1)th power of the distance from the centre: what is typical, and what physics allows, is the
+    /// displacement at the corner.
     pub fn typical_on(&self, half_diagonal_px: f64) -> f64 {
         let power = self.unit.strip_prefix("px^-").and_then(|n| n.parse::<i32>().ok());
         self.typical.abs() * power.map_or(1.0, |n| (HALF_DIAGONAL_PX / half_diagonal_px).powi(n + 1))
     }
 
-    /// What is expected where `value` is none that a given parameter can have; `None` where it is one, or any number is.
+    /// What is expected where `value` is none that a given parameter can have; `None` where it is one, or any number
+    /// is.
     pub fn expected_instead_of(&self, value: f64) -> Option<String> {
         let Role::Given(named) = &self.role else { return None };
         if named.is_empty() || named.iter().any(|(_, number)| *number == value) {

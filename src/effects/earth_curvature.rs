@@ -1,19 +1,19 @@
-//! `earth-curvature`: coordinates of a map are used as if they were Cartesian. A map has its heights above a curved surface, and
-//! draws what stands high as wide as its foot.
+//! `earth-curvature`: coordinates of a map are used as if they were Cartesian. A map has its heights above a curved
+//! surface, and draws what stands high as wide as its foot.
 //!
 //! ```text
 //! (x, y, z) = P from the survey's centre, z above its mean height        Re = 6371000 m
 //! S = P + q (-x z / Re, -y z / Re, (x^2 + y^2) / (2 Re))
 //! ```
 //!
-//! `q` without unit: 1 for coordinates of a map used as if Cartesian, 0 where they are Cartesian. `P` is Cartesian, of a point or
-//! an antenna, and `S` what the map says of it. `in` says which coordinates are of the map: `both` (default), `control` or `gnss`.
-//! Terms beyond are smaller by `x / Re` and `z / Re`.
+//! `q` without unit: 1 for coordinates of a map used as if Cartesian, 0 where they are Cartesian. `P` is Cartesian, of
+//! a point or an antenna, and `S` what the map says of it. `in` says which coordinates are of the map: `both`
+//! (default), `control` or `gnss`. Terms beyond are smaller by `x / Re` and `z / Re`.
 //!
 //! Source: Kraus, Photogrammetry, on the curvature of the Earth; linearised here.
 //!
-//! Worked numbers, survey's centre (10, 20, 3): P = (1010, 20, 103), q = 1 is at (1009.9843038770, 20, 103.0784806153) in the map;
-//! P = (610, 820, -97), q = 0.5 at (610.0047088369, 820.0062784492, -96.9607596923).
+//! Worked numbers, survey's centre (10, 20, 3): P = (1010, 20, 103), q = 1 is at (1009.9843038770, 20, 103.0784806153)
+//! in the map; P = (610, 820, -97), q = 0.5 at (610.0047088369, 820.0062784492, -96.9607596923).
 
 use super::common::{acting_in, acts, estimated, hand_on, known_vector, vector};
 use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words, fill_identity};
@@ -25,8 +25,7 @@ const EARTH_RADIUS_M: f64 = 6_371_000.0;
 /// See the [module](self).
 pub struct EarthCurvature;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "earth-curvature".into(),
     stage: Stage::Frame,
     kind: Kind::Physical,
@@ -52,11 +51,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Kraus, Photogrammetry".into(),
     picture: Picture::Surveyed,
     words: Some(Words {
-        what: "Heights of a map are above a curved surface, and the images know of no such thing. At a kilometre from the centre that is 8 cm.".into(),
+        what: "Heights of a map are above a curved surface, and the images know of no such thing. At a kilometre from \
+               the centre that is 8 cm."
+            .into(),
         remedy: "Work in a local system of three dimensions, or correct the heights.".into(),
         tell: "the name of the coordinate system in block.toml, and control points over the whole area".into(),
     }),
-}
 });
 
 impl Effect for EarthCurvature {

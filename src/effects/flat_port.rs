@@ -33,8 +33,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct FlatPort;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "flat-port".into(),
     stage: Stage::Ray,
     kind: Kind::Physical,
@@ -49,11 +48,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Plane-parallel plate, Born and Wolf".into(),
     picture: Picture::Radius,
     words: Some(Words {
-        what: "The camera looks through a flat pane, and rays are bent on entering the air or water behind it. The bend grows with the angle and depends on the distance.".into(),
+        what: "The camera looks through a flat pane, and rays are bent on entering the air or water behind it. The \
+               bend grows with the angle and depends on the distance."
+            .into(),
         remedy: "Model the port with its thickness and distance, or use a dome port.".into(),
         tell: "images at different distances".into(),
     }),
-}
 });
 
 impl Effect for FlatPort {

@@ -17,8 +17,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct FocalFlight;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "focal-flight".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
@@ -33,11 +32,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Catalogue: refocus between flights".into(),
     picture: Picture::Scale(By::Order),
     words: Some(Words {
-        what: "Each flight has a focal length of its own. Between flights the camera was switched off, focused anew or cooled down.".into(),
+        what:
+            "Each flight has a focal length of its own. Between flights the camera was switched off, focused anew or \
+               cooled down."
+                .into(),
         remedy: "Lock the focus for all flights, or calibrate each flight by itself.".into(),
         tell: "flights that overlap, and cross flights at another height".into(),
     }),
-}
 });
 
 impl Effect for FocalFlight {

@@ -16,8 +16,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct FocalImage;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "focal-image".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
@@ -34,11 +33,15 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Moniwa 1981, photo-variant self-calibration".into(),
     picture: Picture::Scale(By::Order),
     words: Some(Words {
-        what: "The focal length jumps from image to image. That is what autofocus, a loose lens or image stabilisation does.".into(),
-        remedy: "Switch autofocus and stabilisation off and fix the lens; until then give each image its own focal length.".into(),
+        what:
+            "The focal length jumps from image to image. That is what autofocus, a loose lens or image stabilisation \
+               does."
+                .into(),
+        remedy: "Switch autofocus and stabilisation off and fix the lens; until then give each image its own focal \
+                 length."
+            .into(),
         tell: "GNSS positions of good height, which hold the distance to the ground".into(),
     }),
-}
 });
 
 impl Effect for FocalImage {

@@ -29,15 +29,18 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct FocalTemperature;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "focal-temperature".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
     summary: "The focal length follows the temperature of the lens, which may lag behind that of the camera.".into(),
     formula: "f += a (T - mean T); with a lag T is the lens's, T_lens' = (T - T_lens)/lag".into(),
     parameters: vec![
-        estimated("a", "px/K", Scope::Global, 0.5).up_to(3.0, "an aluminium barrel has 23e-6 / K, 0.13 px/K at 5500 px; plastic and glass many times that (Daakir et al. 2019)"),
+        estimated("a", "px/K", Scope::Global, 0.5).up_to(
+            3.0,
+            "an aluminium barrel has 23e-6 / K, 0.13 px/K at 5500 px; plastic and glass many times that (Daakir et al. \
+            2019)",
+        ),
         searched("lag", "s", 0.0, 100.0, Domain::Range(0.0, 600.0)),
     ],
     needs: vec![Need::Temperature],
@@ -45,11 +48,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Daakir et al. 2019".into(),
     picture: Picture::Scale(By::Temperature),
     words: Some(Words {
-        what: "The focal length follows the temperature: metal and glass expand, and the lens moves relative to the sensor. A few micrometres are a part in ten thousand of the scale.".into(),
-        remedy: "Record the camera's temperature and model it, or let the camera reach the outside temperature first.".into(),
+        what: "The focal length follows the temperature: metal and glass expand, and the lens moves relative to the \
+               sensor. A few micrometres are a part in ten thousand of the scale."
+            .into(),
+        remedy: "Record the camera's temperature and model it, or let the camera reach the outside temperature first."
+            .into(),
         tell: "flights whose temperature does not simply rise with time".into(),
     }),
-}
 });
 
 impl Effect for FocalTemperature {

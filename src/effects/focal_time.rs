@@ -20,8 +20,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct FocalTime;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "focal-time".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
@@ -38,11 +37,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Seed study, gradual change of focal length".into(),
     picture: Picture::Scale(By::Time),
     words: Some(Words {
-        what: "The focal length changed steadily during the flight, as lenses do while they warm up or settle. Images from the beginning and the end then disagree on scale.".into(),
-        remedy: "Let the camera reach its temperature before the flight, and switch autofocus off; else model it.".into(),
+        what: "The focal length changed steadily during the flight, as lenses do while they warm up or settle. Images \
+               from the beginning and the end then disagree on scale."
+            .into(),
+        remedy: "Let the camera reach its temperature before the flight, and switch autofocus off; else model it."
+            .into(),
         tell: "a recorded temperature, or a second flight with a warm camera".into(),
     }),
-}
 });
 
 impl Effect for FocalTime {

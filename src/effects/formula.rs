@@ -72,7 +72,8 @@ pub struct Given<'a, T: Several> {
 /// Values of the parameters.
 #[derive(Clone, Copy)]
 enum Values<'a, T: Several> {
-    /// The same for each, put side by side in a register: of memory that was just written in parts, a processor waits to read the whole.
+    /// The same for each, put side by side in a register: of memory that was just written in parts, a processor waits
+    /// to read the whole.
     Alike(&'a [f64]),
     /// Of each its own.
     Own(&'a [T::Kept]),
@@ -181,7 +182,8 @@ pub fn of_one<F: Formula>(
     }
 }
 
-/// Answers of eight measurements side by side, and the inputs that it depends on; `Err`: the place of the first outside the domain.
+/// Answers of eight measurements side by side, and the inputs that it depends on; `Err`: the place of the first outside
+/// the domain.
 pub fn of_eight<F: Formula>(
     contexts: &[Context<'_>; LANES],
     input: &[Lane],
@@ -238,7 +240,8 @@ fn answered<F: Formula, T: Several>(
     answer: &mut Answer<'_, T::Kept>,
 ) -> (T, Inputs) {
     let (columns, offset, outputs) = (F::STAGE.inputs(), F::STAGE.identity_offset(), F::STAGE.outputs());
-    // Held here and asked once about their lengths: behind a reference both would be done again after each number that is written.
+    // Held here and asked once about their lengths: behind a reference both would be done again after each number that
+    // is written.
     let (out, d_input) = (&mut *answer.out, answer.d_input.as_deref_mut());
     let mut d_theta = answer.d_theta.as_deref_mut();
     assert!(out.len() == outputs && d_input.as_ref().is_none_or(|matrix| matrix.len() == outputs * columns));

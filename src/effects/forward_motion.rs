@@ -20,8 +20,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct ForwardMotion;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "forward-motion".into(),
     stage: Stage::Exposure,
     kind: Kind::Physical,
@@ -35,11 +34,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Catalogue: centroid of the motion blur".into(),
     picture: Picture::Row,
     words: Some(Words {
-        what: "While the shutter is open the aircraft moves, so that every point is smeared along the motion. The middle of the smear, not its beginning, is what is measured.".into(),
+        what: "While the shutter is open the aircraft moves, so that every point is smeared along the motion. The \
+               middle of the smear, not its beginning, is what is measured."
+            .into(),
         remedy: "Shorten the exposure, or model it; recording the exposure time helps.".into(),
         tell: "images of different exposure times or speeds".into(),
     }),
-}
 });
 
 impl Formula for ForwardMotion {

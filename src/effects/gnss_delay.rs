@@ -15,8 +15,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct GnssDelay;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "gnss-delay".into(),
     stage: Stage::Position,
     kind: Kind::Physical,
@@ -34,11 +33,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Cramer, Stallmann, Haala 2000, direct georeferencing".into(),
     picture: Picture::Gnss(By::Heading),
     words: Some(Words {
-        what: "The time of the positions and the time of the exposures differ. Every position is then too far ahead or behind by the distance flown meanwhile.".into(),
+        what:
+            "The time of the positions and the time of the exposures differ. Every position is then too far ahead or \
+               behind by the distance flown meanwhile."
+                .into(),
         remedy: "Use the camera's flash or event signal for the time tag; else model it.".into(),
         tell: "flight lines at different speeds".into(),
     }),
-}
 });
 
 impl Effect for GnssDelay {

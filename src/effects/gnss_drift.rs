@@ -21,8 +21,7 @@ const RATE: (f64, &str) = (0.02, "float ambiguities: decimetres over a strip of 
 /// See the [module](self).
 pub struct GnssDrift;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "gnss-drift".into(),
     stage: Stage::Position,
     kind: Kind::Physical,
@@ -47,11 +46,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Ackermann 1994, practical experience with GPS-supported aerial triangulation".into(),
     picture: Picture::Gnss(By::Time),
     words: Some(Words {
-        what: "The positions wander steadily during a flight. Positions without corrections, or a weak satellite geometry, do this.".into(),
+        what: "The positions wander steadily during a flight. Positions without corrections, or a weak satellite \
+               geometry, do this."
+            .into(),
         remedy: "Use differential or kinematic processing; else model it.".into(),
         tell: "control points at both ends of the flight".into(),
     }),
-}
 });
 
 impl Effect for GnssDrift {

@@ -17,8 +17,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct GnssLeverArm;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "gnss-lever-arm".into(),
     stage: Stage::Position,
     kind: Kind::Physical,
@@ -37,11 +36,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Cramer, Stallmann, Haala 2000, direct georeferencing".into(),
     picture: Picture::Gnss(By::Heading),
     words: Some(Words {
-        what: "The antenna is not where the camera is. The positions that GNSS gives are those of the antenna, and the offset turns with the aircraft.".into(),
+        what:
+            "The antenna is not where the camera is. The positions that GNSS gives are those of the antenna, and the \
+               offset turns with the aircraft."
+                .into(),
         remedy: "Measure the offset between antenna and camera and enter it; else model it.".into(),
         tell: "flight lines in opposite and in crossing directions at different speeds".into(),
     }),
-}
 });
 
 impl Effect for GnssLeverArm {

@@ -19,8 +19,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct GnssShift;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "gnss-shift".into(),
     stage: Stage::Position,
     kind: Kind::Physical,
@@ -42,11 +41,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Ackermann 1994, practical experience with GPS-supported aerial triangulation".into(),
     picture: Picture::Gnss(By::Time),
     words: Some(Words {
-        what: "All positions of a flight are off by the same amount. Usually a base station with wrong coordinates or another reference frame.".into(),
+        what: "All positions of a flight are off by the same amount. Usually a base station with wrong coordinates or \
+               another reference frame."
+            .into(),
         remedy: "Check the coordinates of the base and the reference frame.".into(),
         tell: "control points, or a second flight with another base".into(),
     }),
-}
 });
 
 impl Effect for GnssShift {

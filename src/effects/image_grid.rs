@@ -6,11 +6,12 @@
 //! s = (x - centre_x) / cell + 2.5, t = (y - centre_y) / cell + 1.5           cell > 0: a part of it
 //! ```
 //!
-//! `B` is the uniform cubic B-spline over `-3 .. 1` (the file `spline.rs`), i = 0..7 and j = 0..5. Coefficients in pixels; order
-//! `gx_0_0, gx_0_1, ...`, then `gy`. Over five by three cells all functions are there, so that any smooth field can be formed:
-//! these are the sensor, some 1000 px each on 20 megapixels, or cells of `cell` px around a centre. Beyond, the field fades to
-//! zero over three cells. `cell`, `centre_x` and `centre_y` are given, not estimated: a fault is found only by cells about as
-//! large as itself, and so fine a grid over the whole sensor would have thousands of coefficients.
+//! `B` is the uniform cubic B-spline over `-3 .. 1` (the file `spline.rs`), i = 0..7 and j = 0..5. Coefficients in
+//! pixels; order `gx_0_0, gx_0_1, ...`, then `gy`. Over five by three cells all functions are there, so that any smooth
+//! field can be formed: these are the sensor, some 1000 px each on 20 megapixels, or cells of `cell` px around a
+//! centre. Beyond, the field fades to zero over three cells. `cell`, `centre_x` and `centre_y` are given, not
+//! estimated: a fault is found only by cells about as large as itself, and so fine a grid over the whole sensor would
+//! have thousands of coefficients.
 //!
 //! Empirical: it takes the shape away and names no cause. It contains what the camera already has (shifts, scale, much
 //! of the distortion); projecting that out and smoothing the rest is the estimator's business, by its score directions
@@ -18,9 +19,9 @@
 //!
 //! Source: B-splines after de Boor (1978); finite-element correction grids after Munjy (1986).
 //!
-//! Worked numbers, sensor 5000 x 3000: all gx = 2 and all gy = -1 move any point of the sensor by (2, -1); gx_0_0 = 36 alone
-//! moves (0, 0) by (1, 0). With cell 100 around (1000, 1000), gx_3_2 = 36 alone moves (950, 950) by (16, 0) and (1050, 1050)
-//! by (1, 0).
+//! Worked numbers, sensor 5000 x 3000: all gx = 2 and all gy = -1 move any point of the sensor by (2, -1); gx_0_0 = 36
+//! alone moves (0, 0) by (1, 0). With cell 100 around (1000, 1000), gx_3_2 = 36 alone moves (950, 950) by (16, 0) and
+//! (1050, 1050) by (1, 0).
 
 use super::answer::{Answer, Inputs, Thetas};
 use super::common::{IMAGE_COLUMNS, estimated, given, hand_on, known};

@@ -24,8 +24,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct LocalFlaw;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "local-flaw".into(),
     stage: Stage::Image,
     kind: Kind::Physical,
@@ -47,12 +46,14 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Seed study, equation 3 with the sign that decays".into(),
     picture: Picture::Sensor,
     words: Some(Words {
-        what: "A spot of the sensor, of its cover glass or of the filter before the lens moves image points that fall on it. All images have it at the same place.".into(),
+        what: "A spot of the sensor, of its cover glass or of the filter before the lens moves image points that fall \
+               on it. All images have it at the same place."
+            .into(),
         remedy: "Clean lens and filter where the spot is small. One as wide as a fifth of the sensor is in the glass \
-                 itself: model it, or leave its measurements out.".into(),
+                 itself: model it, or leave its measurements out."
+            .into(),
         tell: "images with another filter or lens, or turned ones".into(),
     }),
-}
 });
 
 impl Formula for LocalFlaw {

@@ -1,18 +1,19 @@
-//! `map-scale`: horizontal coordinates carry the scale of a map projection (or of reductions to sea level), heights do not.
+//! `map-scale`: horizontal coordinates carry the scale of a map projection (or of reductions to sea level), heights do
+//! not.
 //!
 //! ```text
 //! (x, y) = P from the survey's centre        S = P + m (x, y, 0)
 //! ```
 //!
-//! `m` without unit: the projection's point scale less one (-4e-4 for UTM on its central meridian), and `-h / Re` of coordinates
-//! taken at the height `h` and drawn at sea level. `P` is Cartesian, of a point or an antenna, and `S` what the map says of it.
-//! `in` says which coordinates are of the map: `both` (default), `control` or `gnss`. Where all are, heights alone
-//! tell `m` from the scale of the block.
+//! `m` without unit: the projection's point scale less one (-4e-4 for UTM on its central meridian), and `-h / Re` of
+//! coordinates taken at the height `h` and drawn at sea level. `P` is Cartesian, of a point or an antenna, and `S` what
+//! the map says of it. `in` says which coordinates are of the map: `both` (default), `control` or `gnss`. Where all
+//! are, heights alone tell `m` from the scale of the block.
 //!
 //! Source: Ressl (2002), influence of map projections on direct georeferencing.
 //!
-//! Worked numbers, survey's centre (10, 20, 3), m = 4e-4: P = (110, -80, 5) is surveyed as (110.04, -80.04, 5); P = (10, 20, 0)
-//! as itself.
+//! Worked numbers, survey's centre (10, 20, 3), m = 4e-4: P = (110, -80, 5) is surveyed as (110.04, -80.04, 5); P =
+//! (10, 20, 0) as itself.
 
 use super::common::{acting_in, acts, estimated, hand_on, known_vector, vector};
 use super::{Context, Descriptor, Effect, Kind, Need, OutsideDomain, Picture, Scope, Stage, Words, fill_identity};

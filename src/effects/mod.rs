@@ -8,9 +8,10 @@
 //! antenna: (r, C) --position--> A --frame--> A';   control and check points: P --control--> S --frame--> S'
 //! ```
 //!
-//! Several effects of one stage act one after the other, in the order of the model. Ray effects get the pose that the exposure stage made;
-//! interior effects get the image's own `r`, not the row's `r'`, so that an image has one interior orientation. Two laws hold for every
-//! effect: at the nominal parameters it is exactly the identity (*null law*), and it has no state and is thread-safe (*purity*).
+//! Several effects of one stage act one after the other, in the order of the model. Ray effects get the pose that the
+//! exposure stage made; interior effects get the image's own `r`, not the row's `r'`, so that an image has one interior
+//! orientation. Two laws hold for every effect: at the nominal parameters it is exactly the identity (*null law*), and
+//! it has no state and is thread-safe (*purity*).
 
 pub mod abi;
 pub mod answer;
@@ -73,8 +74,8 @@ pub trait Effect: Send + Sync {
     /// What it is.
     fn descriptor(&self) -> &Descriptor;
 
-    /// `out (m) = e(input (n), theta (p))`; where asked for, `d_input` (m x n) and `d_theta` (m x p), both row-major, are
-    /// overwritten whole. Columns of `d_theta` of given parameters are zero.
+    /// `out (m) = e(input (n), theta (p))`; where asked for, `d_input` (m x n) and `d_theta` (m x p), both row-major,
+    /// are overwritten whole. Columns of `d_theta` of given parameters are zero.
     fn eval(
         &self,
         context: &Context<'_>,
@@ -85,9 +86,10 @@ pub trait Effect: Send + Sync {
         d_theta: Option<&mut [f64]>,
     ) -> Result<(), OutsideDomain>;
 
-    /// The same of eight measurements, each with its own `theta`; `input` and answer have one [`Lane`] a number. Here it asks one by one; an effect
-    /// whose [`formula`] is written for any number answers them side by side. Gives the inputs on which the answers may depend otherwise than by
-    /// handing them on: the columns of all others in `d_input` are those of the identity, and are not written.
+    /// The same of eight measurements, each with its own `theta`; `input` and answer have one [`Lane`] a number. Here
+    /// it asks one by one; an effect whose [`formula`] is written for any number answers them side by side. Gives the
+    /// inputs on which the answers may depend otherwise than by handing them on: the columns of all others in `d_input`
+    /// are those of the identity, and are not written.
     ///
     /// # Errors
     /// The place of the first that lies outside the effect's domain.
@@ -130,8 +132,9 @@ pub trait Effect: Send + Sync {
         None
     }
 
-    /// A plug-in with its library's own derivatives in the place of numerical ones of its values, which cost ten times as much; `None` for
-    /// every other effect. For the iterations of a solver: what these find is compared by whoever takes the numerical ones.
+    /// A plug-in with its library's own derivatives in the place of numerical ones of its values, which cost ten times
+    /// as much; `None` for every other effect. For the iterations of a solver: what these find is compared by whoever
+    /// takes the numerical ones.
     fn with_own_derivatives(&self) -> Option<std::sync::Arc<dyn Effect>> {
         None
     }
@@ -141,7 +144,8 @@ pub trait Effect: Send + Sync {
         None
     }
 
-    /// What a plug-in did where it gave no values, since this was last asked: an adjustment knows only that there are none.
+    /// What a plug-in did where it gave no values, since this was last asked: an adjustment knows only that there are
+    /// none.
     fn take_fault(&self) -> Option<plugin::Fault> {
         None
     }

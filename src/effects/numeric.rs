@@ -6,8 +6,8 @@ use super::*;
 use crate::camera;
 use std::f64::consts::PI;
 
-/// Step of the numerical derivatives, as a share of the sizes in [`input_sizes`]: a five-point formula loses 1e-12 of its
-/// order and 1e-13 / 1e-3 by rounding.
+/// Step of the numerical derivatives, as a share of the sizes in [`input_sizes`]: a five-point formula loses 1e-12 of
+/// its order and 1e-13 / 1e-3 by rounding.
 const STEP: f64 = 1e-3;
 
 /// Change of a value, as a share of it, that leaves a derivative eleven digits.
@@ -30,7 +30,8 @@ const PLACE_STEP_PX: f64 = 2.0;
 /// Where the image size is not known.
 const HALF_DIAGONAL_PX: f64 = 3000.0;
 
-/// Derivatives by the input (`matrix`, m x n) of an effect of `descriptor` with values `values`, which gives `out` there.
+/// Derivatives by the input (`matrix`, m x n) of an effect of `descriptor` with values `values`, which gives `out`
+/// there.
 pub(super) fn by_input(
     descriptor: &Descriptor,
     context: &Context<'_>,
@@ -101,8 +102,8 @@ pub(super) fn by_place(
     Ok(())
 }
 
-/// `values`, a rotation vector among them that which is near the one in `out`: at half a turn, where every camera that looks straight down is,
-/// two vectors stand for nearly the same rotation, and an effect may give either.
+/// `values`, a rotation vector among them that which is near the one in `out`: at half a turn, where every camera that
+/// looks straight down is, two vectors stand for nearly the same rotation, and an effect may give either.
 fn near<'a>(
     stage: Stage,
     values: Values<'a>,
@@ -177,8 +178,9 @@ const fn together(stage: Stage) -> usize {
     }
 }
 
-/// A step of parameter `k` that the values show: a value is what it was without the effect and what that adds, and the rounding of the one hides
-/// a small other. For parameters in which values are linear, the step may be as large as it takes. `group`: see [`together`].
+/// A step of parameter `k` that the values show: a value is what it was without the effect and what that adds, and the
+/// rounding of the one hides a small other. For parameters in which values are linear, the step may be as large as it
+/// takes. `group`: see [`together`].
 fn visible_step(f: Values<'_>, x: &[f64], k: usize, step: f64, m: usize, group: usize) -> f64 {
     let changed = |step: f64| -> Result<bool, OutsideDomain> {
         let (mut low, mut high) = (vec![0.0; m], vec![0.0; m]);
@@ -205,7 +207,8 @@ fn visible_step(f: Values<'_>, x: &[f64], k: usize, step: f64, m: usize, group: 
             _ => break,
         }
     }
-    // What still shows nothing is as good as zero, and a small step would leave its rounding. The last decade may end at the edge of a domain.
+    // What still shows nothing is as good as zero, and a small step would leave its rounding. The last decade may end
+    // at the edge of a domain.
     (larger / GROWTH).max(step)
 }
 
@@ -213,8 +216,8 @@ fn visible_step(f: Values<'_>, x: &[f64], k: usize, step: f64, m: usize, group: 
 mod tests {
     use super::*;
 
-    /// A bend of the sensor, c P_2(x) P_1(y) out of its plane: at the left edge x is small and y is not, and at the zeros of the polynomials
-    /// nothing moves. Solvers agree on a column to 1e-9 of its largest entry.
+    /// A bend of the sensor, c P_2(x) P_1(y) out of its plane: at the left edge x is small and y is not, and at the
+    /// zeros of the polynomials nothing moves. Solvers agree on a column to 1e-9 of its largest entry.
     #[test]
     fn steps_leave_no_rounding_at_edges_and_where_nothing_moves() {
         let scatter = |k: usize, share: f64| (k as f64 * share).fract();
@@ -238,7 +241,8 @@ mod tests {
         assert!(worst < 1e-9 * largest, "{:e}", worst / largest);
     }
 
-    /// A camera that looks straight down has half a turn: next to it the vector of the same rotation may be the other one.
+    /// A camera that looks straight down has half a turn: next to it the vector of the same rotation may be the other
+    /// one.
     #[test]
     fn rotations_are_differentiated_at_half_a_turn() {
         let effect = find("rolling-shutter").unwrap();

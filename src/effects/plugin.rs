@@ -1,7 +1,9 @@
-//! Effects from shared libraries: a header of `cpp/effect.h`'s kind, compiled (`misclosure effects build`), loaded by explicit path.
+//! Effects from shared libraries: a header of `cpp/effect.h`'s kind, compiled (`misclosure effects build`), loaded by
+//! explicit path.
 //!
-//! Before the first call the file is read whole (its hash is what a report names), its segments are found inside it, every symbol is
-//! bound, and the table is checked: version, sizes, pointers, counts. Then [`laws::admission`] asks for what no model can do without.
+//! Before the first call the file is read whole (its hash is what a report names), its segments are found inside it,
+//! every symbol is bound, and the table is checked: version, sizes, pointers, counts. Then [`laws::admission`] asks for
+//! what no model can do without.
 
 #![allow(unsafe_code)] // loading
 
@@ -42,7 +44,8 @@ pub enum PluginError {
         expected: u64,
     },
     /// A library, but not a plug-in.
-    #[error("{path}: has no symbol `misclosure_plugin`: compile the header with -DMISCLOSURE_PLUGIN", path = .path.display())]
+    #[error("{path}: has no symbol `misclosure_plugin`: compile the header with \
+             -DMISCLOSURE_PLUGIN", path = .path.display())]
     Symbol {
         /// The file.
         path: PathBuf,
@@ -120,8 +123,8 @@ enum Derivatives {
     Own,
 }
 
-/// Loads a plug-in; the library stays loaded as long as the effect. A name without a slash is a file in the working directory, never
-/// one from the system's search path.
+/// Loads a plug-in; the library stays loaded as long as the effect. A name without a slash is a file in the working
+/// directory, never one from the system's search path.
 ///
 /// # Errors
 /// [`PluginError`], with the path.
@@ -147,8 +150,8 @@ pub fn open(path: &Path) -> Result<Plugin, PluginError> {
         return Err(PluginError::NotWhole { path: path.to_path_buf(), found, expected });
     }
     let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    // Every symbol is bound now: one that is missing is an error here, not the end of the program when it is first called.
-    // SAFETY: loading runs the library's initialisers; that it may is what the user says by naming the file.
+    // Every symbol is bound now: one that is missing is an error here, not the end of the program when it is first
+    // called. SAFETY: loading runs the library's initialisers; that it may is what the user says by naming the file.
     let library = unsafe { unix::Library::open(Some(&explicit), unix::RTLD_NOW | unix::RTLD_LOCAL) }
         .map_err(|source| PluginError::Load { path: path.to_path_buf(), source })?;
     let library = libloading::Library::from(library);
@@ -170,8 +173,9 @@ pub fn open(path: &Path) -> Result<Plugin, PluginError> {
     Ok(Plugin { loaded, derivatives: Derivatives::OfValues })
 }
 
-/// Where the last segment of a 64-bit ELF file of this machine's byte order ends; `None` for what is none. The loader maps segments without
-/// looking whether the file has them, and a file that was cut off ends the program with a bus error.
+/// Where the last segment of a 64-bit ELF file of this machine's byte order ends; `None` for what is none. The loader
+/// maps segments without looking whether the file has them, and a file that was cut off ends the program with a bus
+/// error.
 fn segments_end(bytes: &[u8]) -> Option<u64> {
     let at = |offset: u64, size: usize| bytes.get(usize::try_from(offset).ok()?..)?.get(..size);
     let short = |offset: u64| Some(u64::from(u16::from_ne_bytes(at(offset, 2)?.try_into().ok()?)));
@@ -351,7 +355,8 @@ mod tests {
     fn table(fields: &str) -> String {
         format!(
             "#include \"effect.h\"\nstatic misclosure_effect table = {{{fields}}};\n\
-             __attribute__((visibility(\"default\"))) const misclosure_effect* misclosure_plugin(void) {{ return &table; }}\n"
+             __attribute__((visibility(\"default\"))) const misclosure_effect* misclosure_plugin(void) {{ return \
+             &table; }}\n"
         )
     }
 

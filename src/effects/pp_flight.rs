@@ -16,8 +16,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct PpFlight;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "pp-flight".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
@@ -33,11 +32,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Catalogue: lens refitted between flights".into(),
     picture: Picture::Shift(By::Order),
     words: Some(Words {
-        what: "Each flight has a principal point of its own: lens and sensor stood differently to each other. The lens was taken off, or the camera was knocked in between.".into(),
+        what:
+            "Each flight has a principal point of its own: lens and sensor stood differently to each other. The lens \
+               was taken off, or the camera was knocked in between."
+                .into(),
         remedy: "Do not touch the lens between flights; calibrate each flight by itself.".into(),
         tell: "flights that overlap, with turned images".into(),
     }),
-}
 });
 
 impl Effect for PpFlight {

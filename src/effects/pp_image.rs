@@ -18,8 +18,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct PpImage;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "pp-image".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
@@ -40,11 +39,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Moniwa 1981, photo-variant self-calibration".into(),
     picture: Picture::Shift(By::Order),
     words: Some(Words {
-        what: "The optical axis moves from image to image, as with sensor-shift or lens-shift image stabilisation. Each image then has a principal point of its own.".into(),
+        what: "The optical axis moves from image to image, as with sensor-shift or lens-shift image stabilisation. \
+               Each image then has a principal point of its own."
+            .into(),
         remedy: "Switch the stabilisation off; until then give each image its own principal point.".into(),
         tell: "images with and without stabilisation over the same ground".into(),
     }),
-}
 });
 
 impl Effect for PpImage {

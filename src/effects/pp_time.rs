@@ -20,8 +20,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct PpTime;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "pp-time".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
@@ -38,11 +37,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Smith, Cope 2010, effects of temperature variation on single-lens-reflex digital cameras".into(),
     picture: Picture::Shift(By::Time),
     words: Some(Words {
-        what: "The point where the optical axis meets the sensor wandered during the flight. A sagging mount or a lens that warms up on one side does this.".into(),
+        what:
+            "The point where the optical axis meets the sensor wandered during the flight. A sagging mount or a lens \
+               that warms up on one side does this."
+                .into(),
         remedy: "Check lens and mount for play; model it.".into(),
         tell: "flights in opposite directions, and turned images".into(),
     }),
-}
 });
 
 impl Effect for PpTime {

@@ -21,8 +21,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct RadialHigh;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "radial-high".into(),
     stage: Stage::Image,
     kind: Kind::Physical,
@@ -38,11 +37,13 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Brown 1971".into(),
     picture: Picture::Radius,
     words: Some(Words {
-        what: "The lens distorts more at its edge than the usual three numbers can say. Wide lenses, and images already corrected by the camera, need a further one.".into(),
-        remedy: "Add the term; do not measure in the outermost corners; use images that the camera did not correct.".into(),
+        what: "The lens distorts more at its edge than the usual three numbers can say. Wide lenses, and images \
+               already corrected by the camera, need a further one."
+            .into(),
+        remedy: "Add the term; do not measure in the outermost corners; use images that the camera did not correct."
+            .into(),
         tell: "measurements in the corners of the images".into(),
     }),
-}
 });
 
 impl Formula for RadialHigh {

@@ -23,8 +23,7 @@ use std::sync::LazyLock;
 /// See the [module](self).
 pub struct Refraction;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "refraction".into(),
     stage: Stage::Ray,
     kind: Kind::Physical,
@@ -43,11 +42,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Saastamoinen 1972".into(),
     picture: Picture::Radius,
     words: Some(Words {
-        what: "The air grows thinner with height and bends rays slightly. From some kilometres, or over hot ground, points move outwards in the image.".into(),
+        what: "The air grows thinner with height and bends rays slightly. From some kilometres, or over hot ground, \
+               points move outwards in the image."
+            .into(),
         remedy: "Model it; record air pressure and temperature.".into(),
         tell: "images from two heights".into(),
     }),
-}
 });
 
 impl Formula for Refraction {
@@ -72,7 +72,8 @@ impl Formula for Refraction {
             answer.out(i, kappa * factor * d[i]);
             answer.by_theta(i, 0, factor * d[i]);
             if answer.wants_input() {
-                // By C (columns 3 to 5) the opposite of by P (6 to 8). d factor / d d = 2 d / H, d factor / d H = 1 - tan^2 z.
+                // By C (columns 3 to 5) the opposite of by P (6 to 8). d factor / d d = 2 d / H, d factor / d H = 1 -
+                // tan^2 z.
                 let steep = kappa * 2.0 * tangent[i];
                 let mut slopes = [steep * d[0], steep * d[1]];
                 slopes[i] = slopes[i] + kappa * factor;

@@ -40,8 +40,7 @@ const PARAMETERS: usize = 4;
 /// See the [module](self).
 pub struct RollingShutter;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "rolling-shutter".into(),
     stage: Stage::Exposure,
     kind: Kind::Physical,
@@ -64,11 +63,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Vautherin et al. 2016".into(),
     picture: Picture::Row,
     words: Some(Words {
-        what: "The sensor is read out row by row, and the aircraft flies on meanwhile. Points low in the image are seen from a place some centimetres further on than points high in it.".into(),
+        what: "The sensor is read out row by row, and the aircraft flies on meanwhile. Points low in the image are \
+               seen from a place some centimetres further on than points high in it."
+            .into(),
         remedy: "Model it, fly slower, or use a camera with a mechanical or global shutter.".into(),
         tell: "flight lines at another speed, or flown in the opposite direction".into(),
     }),
-}
 });
 
 impl Effect for RollingShutter {

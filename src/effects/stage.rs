@@ -21,8 +21,8 @@ pub enum Stage {
     Position = 4,
     /// `[P 3]` -> surveyed coordinates 3, of control and check points.
     Control = 5,
-    /// `[coordinate 3]` -> the same 3 in the system of the survey: of control and check points after the control stage, of antennas
-    /// after the position stage. [`Context::surveyed`](super::Context::surveyed) says which of them.
+    /// `[coordinate 3]` -> the same 3 in the system of the survey: of control and check points after the control stage,
+    /// of antennas after the position stage. [`Context::surveyed`](super::Context::surveyed) says which of them.
     Frame = 6,
 }
 

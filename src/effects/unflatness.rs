@@ -28,8 +28,7 @@ const ORDERS: [(usize, usize); 12] =
 /// See the [module](self).
 pub struct Unflatness;
 
-static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
-    Descriptor {
+static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "unflatness".into(),
     stage: Stage::Image,
     kind: Kind::Physical,
@@ -51,11 +50,12 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| {
     source: "Fraser 1997".into(),
     picture: Picture::Sensor,
     words: Some(Words {
-        what: "The sensor is not flat, by some hundredths of a millimetre. Where it bulges, points are imaged too far out or too far in.".into(),
+        what: "The sensor is not flat, by some hundredths of a millimetre. Where it bulges, points are imaged too far \
+               out or too far in."
+            .into(),
         remedy: "Model it; it belongs to this camera and comes again with every flight.".into(),
         tell: "oblique images: their rays meet the sensor at another angle".into(),
     }),
-}
 });
 
 impl Formula for Unflatness {

@@ -1,6 +1,7 @@
 //! Is the block bent? The quadratic part of the height residuals of surveyed points, and whether it is significant.
 //!
-//! With `s` along the principal horizontal direction of the points and `t` across it (m, from the middle of their extents):
+//! With `s` along the principal horizontal direction of the points and `t` across it (m, from the middle of their
+//! extents):
 //!
 //! ```text
 //! Corridor             dz = c0 + c1 s + a s^2
@@ -8,9 +9,10 @@
 //! Dome                 dz = c0 + c1 s + c2 t + a (s^2 + t^2)
 //! ```
 //!
-//! `a > 0`: ends up, middle down (bowl); `a < 0`: dome. The F-test compares with the same model without `a`, one degree of
-//! freedom. It takes the residuals as independent; residuals of neighbouring points that share the block's deformation are
-//! not, so a small p says "not by chance of the points", not "by this shape alone": look at `explained` too.
+//! `a > 0`: ends up, middle down (bowl); `a < 0`: dome. The F-test compares with the same model without `a`, one degree
+//! of freedom. It takes the residuals as independent; residuals of neighbouring points that share the block's
+//! deformation are not, so a small p says "not by chance of the points", not "by this shape alone": look at `explained`
+//! too.
 
 use super::checks::CheckRow;
 use crate::block::Role;
@@ -18,8 +20,8 @@ use crate::math::statistics::{f_ln_sf, f_sf};
 use nalgebra::{DVector, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// A column of the design whose part outside the others is below this share of its length counts as dependent: the points
-/// stand at too few places.
+/// A column of the design whose part outside the others is below this share of its length counts as dependent: the
+/// points stand at too few places.
 const DEPENDENT: f64 = 1e-9;
 
 /// Terms of the fit: see the module.
@@ -46,8 +48,8 @@ pub struct Bowl {
     pub coefficient_per_m: f64,
     /// Its standard deviation from the scatter about the fit, 1/m.
     pub sigma_per_m: f64,
-    /// Height of the bowl over the extent of the points, m: `a` times the square of half the extent (of the largest distance
-    /// from the middle for the dome).
+    /// Height of the bowl over the extent of the points, m: `a` times the square of half the extent (of the largest
+    /// distance from the middle for the dome).
     pub height_m: f64,
     /// Extent of the points along the principal direction, m.
     pub extent_m: f64,
@@ -136,8 +138,8 @@ pub fn fit(positions: &[Vector3<f64>], heights: &[f64], shape: BowlShape) -> Res
     }
     columns.push(if shape == BowlShape::Dome { column(&|p| p.norm_squared()) } else { column(&|p| p.x * p.x) });
 
-    // Gram-Schmidt with the quadratic column last: its share of the heights is what the F-test tests, free of the cancellation
-    // that a difference of two sums of squares has.
+    // Gram-Schmidt with the quadratic column last: its share of the heights is what the F-test tests, free of the
+    // cancellation that a difference of two sums of squares has.
     let mut rest = DVector::from_column_slice(heights);
     let mut basis: Vec<DVector<f64>> = Vec::new();
     let (mut length, mut share) = (0.0, 0.0);

@@ -70,7 +70,8 @@ fn statistic_is_that_of_two_separate_fits() {
         let along = Vector2::from(bowl.axis);
         let s = |p: &Vector3<f64>| along.dot(&(p.xy() - Vector2::from(bowl.middle_m)));
         let t = |p: &Vector3<f64>| along.x * p.y - along.y * p.x;
-        // Sum of squares of the residuals of least squares with the first columns of (1, s, t, s^2), by singular values.
+        // Sum of squares of the residuals of least squares with the first columns of (1, s, t, s^2), by singular
+        // values.
         let scatter = |columns: &[usize]| -> f64 {
             let design = DMatrix::from_fn(points.len(), columns.len(), |i, j| {
                 let p = &points[i];

@@ -1,8 +1,8 @@
 //! Surveyed points against the adjusted block: residuals in object space and their statistics.
 //!
-//! Each control and check point is intersected from its marks with the adjusted images; where the block has a datum of its own
-//! (free adjustment) a similarity estimated from the control points alone takes it into the survey's system. A residual is
-//! computed minus surveyed.
+//! Each control and check point is intersected from its marks with the adjusted images; where the block has a datum of
+//! its own (free adjustment) a similarity estimated from the control points alone takes it into the survey's system. A
+//! residual is computed minus surveyed.
 
 use super::intersection::{Intersections, Method, intersect_surveyed};
 use super::similarity::{Similarity, SimilarityError, SimilarityFit, target_from_source};
@@ -17,7 +17,8 @@ use serde::{Deserialize, Serialize};
 pub enum Alignment {
     /// It is there already (datum by control or GNSS).
     None,
-    /// A similarity from the control points, weighted by `1 / sigma^2` of their surveyed coordinates (mean over x, y, z).
+    /// A similarity from the control points, weighted by `1 / sigma^2` of their surveyed coordinates (mean over x, y,
+    /// z).
     FromControl,
     /// This one.
     Given(Similarity),
@@ -125,7 +126,8 @@ pub struct Comparison {
 
 /// Intersects the surveyed points of `block` with the images of `model`, aligns and compares them.
 ///
-/// Effects of the stages control and frame act before the similarity: the compared coordinates are `alignment(model.surveyed(P))`.
+/// Effects of the stages control and frame act before the similarity: the compared coordinates are
+/// `alignment(model.surveyed(P))`.
 ///
 /// # Errors
 /// [`SimilarityError`] when a similarity from control points is asked for and they do not determine one.

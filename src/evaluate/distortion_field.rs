@@ -1,18 +1,19 @@
 //! Comparison of two cameras of one sensor as vector fields over it, instead of coefficient by coefficient: different
 //! coefficients can describe nearly the same camera.
 //!
-//! A camera maps a viewing ray (direction in the camera frame) to an image point `q`. At every grid point `q` of the sensor:
+//! A camera maps a viewing ray (direction in the camera frame) to an image point `q`. At every grid point `q` of the
+//! sensor:
 //!
-//! * **Whole camera** ([`Part::WholeCamera`]): the ray of `q` under camera A is found by undistorting; the vector is the image
-//!   point of this ray under camera B minus `q`. It holds focal length, principal point and distortion together and is
-//!   what a user of A instead of B does wrong in the image. This is the study's "variation of camera distortion correction":
-//!   its homothety of 0.005 changes it by up to 15 px, which the distortion part alone cannot.
-//! * **Whole camera up to a rotation** ([`Part::WholeCameraUpToRotation`]): the same after the one rotation of all rays that
-//!   makes the sum of squared vectors least. A block absorbs a rotation in its poses without any consequence, so this is what
-//!   remains.
-//! * **Distortion part** ([`Part::Distortion`]): the correction of an image point is `c(q) = q - ideal(q)`, distorted minus
-//!   ideal; the vector is `c_B(q) - c_A(q)`. Focal length does not enter, and the principal point only through the
-//!   centre of distortion's own coordinates.
+//! * **Whole camera** ([`Part::WholeCamera`]): the ray of `q` under camera A is found by undistorting; the vector is
+//!   the image point of this ray under camera B minus `q`. It holds focal length, principal point and distortion
+//!   together and is what a user of A instead of B does wrong in the image. This is the study's "variation of camera
+//!   distortion correction": its homothety of 0.005 changes it by up to 15 px, which the distortion part alone cannot.
+//! * **Whole camera up to a rotation** ([`Part::WholeCameraUpToRotation`]): the same after the one rotation of all rays
+//!   that makes the sum of squared vectors least. A block absorbs a rotation in its poses without any consequence, so
+//!   this is what remains.
+//! * **Distortion part** ([`Part::Distortion`]): the correction of an image point is `c(q) = q - ideal(q)`, distorted
+//!   minus ideal; the vector is `c_B(q) - c_A(q)`. Focal length does not enter, and the principal point only through
+//!   the centre of distortion's own coordinates.
 //!
 //! The grid has the centres of `columns x rows` equal cells of the sensor. Standard deviations are with `n - 1`.
 

@@ -8,8 +8,8 @@ const STUDY: Interior =
 /// Round-off of image coordinates of thousands of px and of the inverse distortion.
 const EXACT_PX: f64 = 1e-8;
 
-/// The camera whose images are those of `camera`, enlarged by `s` about its principal point: every length in px by `s`, every
-/// coefficient by its unit.
+/// The camera whose images are those of `camera`, enlarged by `s` about its principal point: every length in px by `s`,
+/// every coefficient by its unit.
 fn enlarged(camera: &Interior, s: f64) -> Interior {
     let [f, ppx, ppy, dcx, dcy, k1, k2, k3, p1, p2, b1, b2] = *camera;
     let (dx, dy) = (ppx + s * (dcx - ppx), ppy + s * (dcy - ppy));
@@ -25,7 +25,8 @@ fn a_homothety_about_the_principal_point_is_a_change_of_scale() {
         assert_relative_eq!(vector.d[0], lambda * (vector.at[0] - STUDY[1]), epsilon = EXACT_PX);
         assert_relative_eq!(vector.d[1], lambda * (vector.at[1] - STUDY[2]), epsilon = EXACT_PX);
     }
-    // The published greatest error of this homothety, 16.15 px, is that of the corner farthest from the principal point.
+    // The published greatest error of this homothety, 16.15 px, is that of the corner farthest from the principal
+    // point.
     let corners = [[0.0, 0.0], [5120.0, 0.0], [0.0, 3840.0], [5120.0, 3840.0]];
     let field = compare_at(&corners, &STUDY, &enlarged(&STUDY, 1.0 + lambda), Part::WholeCamera).unwrap();
     assert_relative_eq!(field.statistics.max, 16.15, epsilon = 0.01);

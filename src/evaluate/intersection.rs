@@ -101,8 +101,8 @@ pub fn intersect_surveyed(model: &impl ImageModel, block: &Block, method: Method
     intersect_all(model, &block.marks, block.surveyed.len(), block.sigma.mark_px, method)
 }
 
-/// Intersects the points `0..count` from their measurements, `sigma_px` where a measurement gives none. Runs in parallel; the
-/// result does not depend on the number of threads.
+/// Intersects the points `0..count` from their measurements, `sigma_px` where a measurement gives none. Runs in
+/// parallel; the result does not depend on the number of threads.
 fn intersect_all(
     model: &impl ImageModel,
     measurements: &[Measurement],
@@ -183,8 +183,9 @@ pub fn intersect_point(
     }
 }
 
-/// Law of propagation for the intersection of rays: an image error `e` shifts a ray at the point by `J^+ e` across itself
-/// (`J` has the ray as null space), and the point by `N^-1` times the sum of the shifts, `N` the sum of `I - d d'`.
+/// Law of propagation for the intersection of rays: an image error `e` shifts a ray at the point by `J^+ e` across
+/// itself (`J` has the ray as null space), and the point by `N^-1` times the sum of the shifts, `N` the sum of `I - d
+/// d'`.
 fn covariance_of_rays(
     model: &impl ImageModel,
     observations: &[Observation],

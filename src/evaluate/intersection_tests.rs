@@ -60,7 +60,8 @@ fn exact_measurements_meet_in_the_point() {
 
 #[test]
 fn precision_of_the_normal_case_of_stereo() {
-    // Two nadir images, base b, height h: sigma_z = h^2 / (b f) sqrt(2) sigma; sigma_x at the middle: h / f sigma / sqrt(2).
+    // Two nadir images, base b, height h: sigma_z = h^2 / (b f) sqrt(2) sigma; sigma_x at the middle: h / f sigma /
+    // sqrt(2).
     let (b, h, sigma) = (20.0, 60.0, 0.4);
     let mut plain = [0.0; 12];
     plain[0] = 5000.0;
@@ -133,8 +134,8 @@ fn image_method_is_the_minimum_of_the_weighted_residuals() {
     }
 }
 
-/// Residuals of half a pixel and sigma as large: the last steps lower the cost by less than its rounding. With an allowance for
-/// rounding that ignored the size of the residuals, 5 of these 40 000 points counted as diverged.
+/// Residuals of half a pixel and sigma as large: the last steps lower the cost by less than its rounding. With an
+/// allowance for rounding that ignored the size of the residuals, 5 of these 40 000 points counted as diverged.
 #[test]
 fn rounding_of_the_cost_is_no_divergence() {
     let model = six_images();

@@ -1,5 +1,5 @@
-//! Judges an adjusted block from outside: it takes surveyed points into the adjusted images, and cameras onto each other.
-//! It knows no solver and no effect, so a block from another program is judged by the same code.
+//! Judges an adjusted block from outside: it takes surveyed points into the adjusted images, and cameras onto each
+//! other. It knows no solver and no effect, so a block from another program is judged by the same code.
 //!
 //! ```text
 //! marks + ImageModel ──► intersection ──► similarity (from control) ──► checks (rows, statistics) ──► bowl
@@ -28,8 +28,8 @@ pub type ProjectedPoint = ([f64; 2], Matrix2x3<f64>);
 
 /// How adjusted images see the world, whatever effects stand behind it.
 pub trait ImageModel: Sync {
-    /// Image point of a world point (m, in the system of the adjusted poses), as the camera records it; `None` where there is
-    /// none (behind the camera).
+    /// Image point of a world point (m, in the system of the adjusted poses), as the camera records it; `None` where
+    /// there is none (behind the camera).
     fn project(&self, image: ImageId, point: &Vector3<f64>) -> Option<ProjectedPoint>;
 
     /// [`Self::project`] of a point in the image of each observation; `None` where there is none in one of them.
@@ -43,7 +43,7 @@ pub trait ImageModel: Sync {
     /// Projection centre (m).
     fn centre(&self, image: ImageId) -> Vector3<f64>;
 
-    /// Unit vector (world axes) of the viewing ray of an image point (px), for start values and for intersection in space;
-    /// `None` where the camera cannot be inverted.
+    /// Unit vector (world axes) of the viewing ray of an image point (px), for start values and for intersection in
+    /// space; `None` where the camera cannot be inverted.
     fn ray(&self, image: ImageId, observed: [f64; 2]) -> Option<Vector3<f64>>;
 }

@@ -1,18 +1,18 @@
 //! 3D similarity between two sets of points, in closed form, with its covariance.
 //!
-//! `target = s R source + t` with the least `sum w |target - s R source - t|^2`. The rotation is the unit quaternion of the
-//! largest eigenvalue of Horn's 4x4 matrix (Horn 1987, "Closed-form solution of absolute orientation using unit
+//! `target = s R source + t` with the least `sum w |target - s R source - t|^2`. The rotation is the unit quaternion of
+//! the largest eigenvalue of Horn's 4x4 matrix (Horn 1987, "Closed-form solution of absolute orientation using unit
 //! quaternions"); scale and translation are the least-squares ones for errors in the target (Umeyama 1991, eqs. 41-43).
 
 use crate::block::Pose;
 use nalgebra::{Matrix3, Matrix4, Quaternion, SMatrix, SVector, UnitQuaternion, Vector3};
 
-/// Smallest ratio of a set's second to its first principal extent. Below it the points count as collinear: the rotation about
-/// their line would be a millionth as well determined as the others.
+/// Smallest ratio of a set's second to its first principal extent. Below it the points count as collinear: the rotation
+/// about their line would be a millionth as well determined as the others.
 pub const COLLINEAR_RATIO: f64 = 1e-6;
 
-/// Order of the seven parameters of a covariance: scale, small rotation (rad, axes of the target, from the left), translation
-/// (m).
+/// Order of the seven parameters of a covariance: scale, small rotation (rad, axes of the target, from the left),
+/// translation (m).
 pub const PARAMETERS: [&str; 7] = ["scale", "wx", "wy", "wz", "tx", "ty", "tz"];
 
 /// 7x7 covariance or cofactors, in the order of [`PARAMETERS`].
@@ -108,7 +108,8 @@ pub enum SimilarityError {
 pub struct SimilarityFit {
     /// target from source.
     pub similarity: Similarity,
-    /// Transformed source minus target (m), in the order of the points: computed minus surveyed when the target is the survey.
+    /// Transformed source minus target (m), in the order of the points: computed minus surveyed when the target is the
+    /// survey.
     pub residuals: Vec<Vector3<f64>>,
     /// `sqrt(v'Pv / redundancy)`; one when the weights are `1 / sigma^2` with the right sigma.
     pub sigma0: f64,
@@ -125,8 +126,8 @@ impl SimilarityFit {
     }
 }
 
-/// Estimates the similarity that takes `source` to `target`; weight of a point `1 / sigma^2` of its target coordinates, `None`
-/// for equal weights of one.
+/// Estimates the similarity that takes `source` to `target`; weight of a point `1 / sigma^2` of its target coordinates,
+/// `None` for equal weights of one.
 ///
 /// # Errors
 /// [`SimilarityError`]: fewer than three points, a collinear set, values that are not finite, unequal counts.
@@ -198,8 +199,8 @@ fn centred(points: &[Vector3<f64>], weights: &[f64]) -> (Vector3<f64>, Vec<Vecto
 
 /// Whether the second principal extent vanishes beside the first.
 fn is_collinear(points: &[Vector3<f64>], weights: &[f64]) -> bool {
-    // Distances from the line of the principal direction, not the second eigenvalue itself, which is lost in the rounding of
-    // the first when the ratio of the extents is below 1e-8.
+    // Distances from the line of the principal direction, not the second eigenvalue itself, which is lost in the
+    // rounding of the first when the ratio of the extents is below 1e-8.
     let scatter: Matrix3<f64> = points.iter().zip(weights).map(|(p, w)| p * p.transpose() * *w).sum();
     let eigen = scatter.symmetric_eigen();
     let direction = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
@@ -255,7 +256,8 @@ fn polished(
     target: &[Vector3<f64>],
     weights: &[f64],
 ) -> UnitQuaternion<f64> {
-    // Maximise sum w target . exp([a]x) R source: gradient sum w (R source) x target, Hessian sum w (sym(p t') - (p.t) I).
+    // Maximise sum w target . exp([a]x) R source: gradient sum w (R source) x target, Hessian sum w (sym(p t') - (p.t)
+    // I).
     let mut gradient = Vector3::zeros();
     let mut curvature = Matrix3::zeros();
     for i in 0..source.len() {

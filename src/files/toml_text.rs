@@ -79,7 +79,8 @@ mod tests {
     use super::*;
 
     const TEXT: &str = "# A block.\nname = \"b\" # of tests\n\n[[camera]] # the first\nid = \"one\"\nf = 35 # mm?\n\
-                        width_px = 4000\n\n# Nothing changes here.\n[[camera]]\nid = \"two\"\nf = 4e3\n\n[sigma]\ntie_px = 0.5\n";
+                        width_px = 4000\n\n# Nothing changes here.\n[[camera]]\nid = \"two\"\nf = \
+                        4e3\n\n[sigma]\ntie_px = 0.5\n";
 
     fn after(text: &str, change: impl Fn(&mut Table)) -> String {
         let mut table: Table = text.parse().expect("TOML");

@@ -30,7 +30,8 @@ impl SurveySystem {
         Some(Self { from, to })
     }
 
-    /// Easting, northing and height (m) of coordinates of the block; `None` where the survey's system has no such place.
+    /// Easting, northing and height (m) of coordinates of the block; `None` where the survey's system has no such
+    /// place.
     pub fn coordinates(&self, at: &Vector3<f64>) -> Option<[f64; 3]> {
         let place: Geographic = match &self.from {
             From::Local(system) => system.place(at),

@@ -51,8 +51,8 @@ pub struct Applied {
     pub parameters: Vec<(Cow<'static, str>, String)>,
     /// What it drew at random or derived, with units.
     pub notes: Vec<(String, String)>,
-    /// Whose formula it is, where it is one that the estimator has too: finding it again proves the formula's use, not its truth. `None` for
-    /// every cause of the [`registry`].
+    /// Whose formula it is, where it is one that the estimator has too: finding it again proves the formula's use, not
+    /// its truth. `None` for every cause of the [`registry`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shared_formula: Option<String>,
 }
@@ -62,8 +62,8 @@ pub type Other = (Applied, Box<dyn Action>);
 
 /// Measures `block` anew in the world of `truth` under `injections`; see the module's front page.
 ///
-/// `truth` has the true poses, cameras, tie-point and surveyed coordinates and antenna positions, found by name. The same
-/// `seed` gives the same block on every machine.
+/// `truth` has the true poses, cameras, tie-point and surveyed coordinates and antenna positions, found by name. The
+/// same `seed` gives the same block on every machine.
 ///
 /// # Errors
 /// A truth that lacks a name of the block, a parameter out of its range, a block without what a cause needs.

@@ -4,14 +4,15 @@
 //! truth + causes ──► world (poses in motion, air, lens, sensor) ──► exact image points ──► noise, outliers, blunders ──► block
 //! ```
 //!
-//! The measured (image, point) pairs stay as they are; their coordinates, the GNSS positions and the surveyed coordinates are
-//! made anew from the truth. Whatever error or noise the block had before is therefore replaced (the [`Report`] says by how
-//! much): name every error that the new block shall have in one call. Causes act in the order of the [`registry`], whatever
-//! the order in which they are named: first the starting values, then the world, then the instruments, noise last.
+//! The measured (image, point) pairs stay as they are; their coordinates, the GNSS positions and the surveyed
+//! coordinates are made anew from the truth. Whatever error or noise the block had before is therefore replaced (the
+//! [`Report`] says by how much): name every error that the new block shall have in one call. Causes act in the order of
+//! the [`registry`], whatever the order in which they are named: first the starting values, then the world, then the
+//! instruments, noise last.
 //!
-//! Nothing here knows the estimator's formulas: a ray is traced, a row's instant is solved for, a trajectory is followed. The
-//! one shared thing is the Fraser projection, which both take as the definition of the camera. Where a cause is a mere
-//! definition (`radial-high`, say), its summary says so.
+//! Nothing here knows the estimator's formulas: a ray is traced, a row's instant is solved for, a trajectory is
+//! followed. The one shared thing is the Fraser projection, which both take as the definition of the camera. Where a
+//! cause is a mere definition (`radial-high`, say), its summary says so.
 //!
 //! A [`recipe`] makes a whole block: scenario, causes, random errors.
 //!

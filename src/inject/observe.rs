@@ -115,7 +115,8 @@ const SHUTTER: [(f64, f64); 5] = [
     (0.953_089_922_969_332, 0.118_463_442_528_094_54),
 ];
 
-/// The row on which a point falls is found when it moves by less than this, px: a thousand times the rounding of a pixel coordinate.
+/// The row on which a point falls is found when it moves by less than this, px: a thousand times the rounding of a
+/// pixel coordinate.
 const ROW_TOLERANCE_PX: f64 = 1e-9;
 /// Each step gains the ratio of image motion to readout, 1/100 or less on a platform that takes usable pictures.
 const ROW_STEPS: usize = 60;

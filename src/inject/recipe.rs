@@ -1,4 +1,5 @@
-//! Recipes of blocks with a hidden effect: scenario, causes and random errors, and beside them what a diagnosis should find.
+//! Recipes of blocks with a hidden effect: scenario, causes and random errors, and beside them what a diagnosis should
+//! find.
 //!
 //! ```toml
 //! about = "a fast platform and a slow shutter"
@@ -87,8 +88,8 @@ pub struct Source {
     /// Values of its parameters.
     #[serde(default)]
     pub set: BTreeMap<String, f64>,
-    /// Coordinate system that the block states, in place of the scenario's. It changes no coordinate: `earth-curvature` and
-    /// `map-scale` among the causes make those of a map.
+    /// Coordinate system that the block states, in place of the scenario's. It changes no coordinate: `earth-curvature`
+    /// and `map-scale` among the causes make those of a map.
     pub crs: Option<String>,
 }
 
@@ -100,8 +101,8 @@ pub struct Noise {
     pub px: f64,
     /// What the block states it to be, px.
     pub stated_px: f64,
-    /// GNSS positions and control points have errors of their stated standard deviations. Check points are exact, so that the
-    /// error of the block shows and not that of the survey.
+    /// GNSS positions and control points have errors of their stated standard deviations. Check points are exact, so
+    /// that the error of the block shows and not that of the survey.
     #[serde(default = "yes")]
     pub survey: bool,
 }
@@ -163,12 +164,12 @@ pub struct Truth {
     /// The catalogue's effects that describe the causes.
     #[serde(default)]
     pub effects: Vec<Expected>,
-    /// `v'Pv` of the base model less that of the true model ([`Truth::effects`] added), both adjusted to the block without random
-    /// errors ([`Recipe::without_random_errors`]). With an unexplained cause, and of effects with a value drawn for every image,
-    /// `v'Pv` of the base model there. Zero where nothing is missing.
+    /// `v'Pv` of the base model less that of the true model ([`Truth::effects`] added), both adjusted to the block
+    /// without random errors ([`Recipe::without_random_errors`]). With an unexplained cause, and of effects with a
+    /// value drawn for every image, `v'Pv` of the base model there. Zero where nothing is missing.
     pub noncentrality: f64,
-    /// 3D RMS of the check points of [`Recipe::with_known_noise`], before and after the effects are added. An unexplained cause
-    /// stays in the measurements of both.
+    /// 3D RMS of the check points of [`Recipe::with_known_noise`], before and after the effects are added. An
+    /// unexplained cause stays in the measurements of both.
     pub check_mm: CheckRms,
 }
 
@@ -202,7 +203,8 @@ pub struct Expected {
     /// Parameters beside the sizes from which the true model starts (given and searched ones).
     #[serde(default)]
     pub start: BTreeMap<String, f64>,
-    /// Parameters that the true model holds: those that have nothing to describe here, or that the block cannot separate.
+    /// Parameters that the true model holds: those that have nothing to describe here, or that the block cannot
+    /// separate.
     #[serde(default)]
     pub held: Vec<String>,
 }
@@ -241,7 +243,8 @@ impl Recipe {
     ///
     /// Its mistakes are not made yet: they are made in the files, see [`Recipe::mistakes`].
     ///
-    /// A `rounded` recipe gives image coordinates to 0.001 px, coordinates to 0.1 mm, times and temperatures to 0.001 s and K.
+    /// A `rounded` recipe gives image coordinates to 0.001 px, coordinates to 0.1 mm, times and temperatures to 0.001 s
+    /// and K.
     ///
     /// # Errors
     /// A scenario or cause that cannot be used, with the reason.
@@ -269,15 +272,15 @@ impl Recipe {
         Ok(Made { block, truth: simulation.truth, report })
     }
 
-    /// The same without outliers, and with the noise stated as it is: what a perfect search for outliers and a perfect estimate of
-    /// the weights would leave. (Measurements that outliers pushed off the sensor are back.)
+    /// The same without outliers, and with the noise stated as it is: what a perfect search for outliers and a perfect
+    /// estimate of the weights would leave. (Measurements that outliers pushed off the sensor are back.)
     pub fn with_known_noise(&self) -> Self {
         let noise = Noise { stated_px: self.noise.px, ..self.noise };
         Self { outliers: None, noise, ..self.clone() }
     }
 
-    /// The same with neither outliers nor noise nor rounding; the block states the true noise, so that `v'Pv` is what the causes
-    /// contribute.
+    /// The same with neither outliers nor noise nor rounding; the block states the true noise, so that `v'Pv` is what
+    /// the causes contribute.
     pub fn without_random_errors(&self) -> Self {
         let noise = Noise { px: 0.0, stated_px: self.noise.px, survey: false };
         Self { outliers: None, noise, rounded: false, ..self.clone() }
@@ -326,7 +329,8 @@ impl Recipe {
     }
 }
 
-/// To the decimals of files of practice: image coordinates to 0.001 px, coordinates to 0.1 mm, times and temperatures to 0.001 s and K.
+/// To the decimals of files of practice: image coordinates to 0.001 px, coordinates to 0.1 mm, times and temperatures
+/// to 0.001 s and K.
 pub fn round(block: &mut Block) {
     let to = |value: &mut f64, decimals: i32| {
         let unit = 10_f64.powi(decimals);

@@ -4,8 +4,8 @@ use crate::block::{Image, Pose};
 use anyhow::{Result, bail};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Two successive images belong to one strip when the mean velocity between them differs from that at either by less than
-/// this part of the speed; beyond it the platform turned, or waited, and nothing is known about the way between.
+/// Two successive images belong to one strip when the mean velocity between them differs from that at either by less
+/// than this part of the speed; beyond it the platform turned, or waited, and nothing is known about the way between.
 const STRIP_TOLERANCE: f64 = 0.3;
 
 /// The platform's motion: cubic in time between images of a strip (positions and velocities of both are met), straight
@@ -33,7 +33,8 @@ struct Neighbour {
 }
 
 impl Trajectory {
-    /// From the true images of a block. A velocity that an image lacks comes from the times and positions of its flight.
+    /// From the true images of a block. A velocity that an image lacks comes from the times and positions of its
+    /// flight.
     pub fn new(images: &[Image]) -> Self {
         let mut moving: Vec<Moving> = images
             .iter()
@@ -124,8 +125,8 @@ fn flights_in_time(images: &[Image]) -> Vec<Vec<(f64, usize)>> {
     flights
 }
 
-/// Velocity from the neighbours in time: of the parabola through the three positions where both sides agree (one strip),
-/// else of the shorter side, shorter in time and then in length.
+/// Velocity from the neighbours in time: of the parabola through the three positions where both sides agree (one
+/// strip), else of the shorter side, shorter in time and then in length.
 fn derived_velocity(flight: &[(f64, usize)], place: usize, images: &[Image]) -> Option<Vector3<f64>> {
     let chord = |a: usize, b: usize| {
         let seconds = flight[b].0 - flight[a].0;

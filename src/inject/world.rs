@@ -7,13 +7,15 @@ use anyhow::{Context, Result, ensure};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
-/// What is true: every list runs parallel to the block's, with true values in the place of measured or approximate ones.
+/// What is true: every list runs parallel to the block's, with true values in the place of measured or approximate
+/// ones.
 pub struct World {
     /// Cameras with their true interior orientation.
     pub cameras: Vec<Camera>,
     /// Names of the flights.
     pub flights: Vec<String>,
-    /// Images: true poses, and true antenna positions where the block has GNSS (the projection centre, if the truth has none).
+    /// Images: true poses, and true antenna positions where the block has GNSS (the projection centre, if the truth has
+    /// none).
     pub images: Vec<Image>,
     /// Tie points, m.
     pub tie_points: Vec<Vector3<f64>>,
@@ -32,7 +34,8 @@ pub struct World {
 }
 
 impl World {
-    /// Aligns the truth with the block by name. Times, temperatures and velocities that the truth does not state are the block's.
+    /// Aligns the truth with the block by name. Times, temperatures and velocities that the truth does not state are
+    /// the block's.
     ///
     /// # Errors
     /// A camera, image or point of the block that the truth does not have, or has without coordinates.

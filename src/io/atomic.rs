@@ -8,7 +8,8 @@ use tempfile::{Builder, NamedTempFile};
 /// Buffer of a table that is being written: few system calls, little memory.
 const BUFFER_BYTES: usize = 1 << 18;
 
-/// A file under a temporary name in its own folder; it takes its name with [`AtomicFile::commit`] and vanishes otherwise.
+/// A file under a temporary name in its own folder; it takes its name with [`AtomicFile::commit`] and vanishes
+/// otherwise.
 pub(super) struct AtomicFile {
     path: PathBuf,
     writer: BufWriter<NamedTempFile>,
@@ -37,7 +38,8 @@ impl AtomicFile {
     }
 }
 
-/// Names and permissions of a temporary file: those of any new file, where the system's default for temporary ones lets nobody else read.
+/// Names and permissions of a temporary file: those of any new file, where the system's default for temporary ones lets
+/// nobody else read.
 fn temporary() -> Builder<'static, 'static> {
     let mut builder = Builder::new();
     #[cfg(unix)]

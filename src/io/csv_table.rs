@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 /// Buffer of the reader: large files are read in few system calls.
 const BUFFER_BYTES: usize = 1 << 18;
 
-/// Largest coordinate, m, or component of a velocity, m/s: far beyond any survey, and squares and sums of it are still finite.
+/// Largest coordinate, m, or component of a velocity, m/s: far beyond any survey, and squares and sums of it are still
+/// finite.
 const LARGEST: f64 = 1e12;
 
 /// An open table, standing on a row.
@@ -218,8 +219,9 @@ impl Table {
         Error::content(self.file, Place::Line(self.line(row)), problem)
     }
 
-    /// Line of a row. Counted again from the file, and only for a message: quoted cells may hold line ends, blank lines are
-    /// skipped, and line ends may be LF or CRLF, so keeping lines would cost memory and time in files without a fault.
+    /// Line of a row. Counted again from the file, and only for a message: quoted cells may hold line ends, blank lines
+    /// are skipped, and line ends may be LF or CRLF, so keeping lines would cost memory and time in files without a
+    /// fault.
     pub(super) fn line(&self, row: usize) -> u64 {
         line_of(&self.path, row).unwrap_or(row as u64 + 2)
     }

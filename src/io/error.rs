@@ -68,8 +68,8 @@ impl fmt::Display for Place {
 }
 
 impl Error {
-    /// The same of a file in the folder `to`, where it names one in `from`: results are made in a temporary folder, which
-    /// nobody knows.
+    /// The same of a file in the folder `to`, where it names one in `from`: results are made in a temporary folder,
+    /// which nobody knows.
     pub fn moved(self, from: &Path, to: &Path) -> Self {
         let place = |path: PathBuf| path.strip_prefix(from).map(|rest| to.join(rest)).unwrap_or(path);
         match self {

@@ -33,8 +33,8 @@
 //! sigma = 1e-24
 //! ```
 //!
-//! What is absent is as in [`Model::default`]; [`write_model`] writes every key. An effect of a plug-in is known by its id:
-//! the library is given again when the model is read.
+//! What is absent is as in [`Model::default`]; [`write_model`] writes every key. An effect of a plug-in is known by its
+//! id: the library is given again when the model is read.
 
 use super::error::{Error, advice, shown};
 use super::toml_table::{Source, Table, quoted};

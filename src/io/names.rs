@@ -6,8 +6,8 @@ use std::hash::BuildHasher;
 /// Mark of a free slot; so many names do not fit into memory.
 const FREE: u32 = u32::MAX;
 
-/// Bytes of a name that stand in its slot. Most names are no longer: looking one up reads one place in memory and not three, of which each
-/// is far from the one before it.
+/// Bytes of a name that stand in its slot. Most names are no longer: looking one up reads one place in memory and not
+/// three, of which each is far from the one before it.
 const HEAD_BYTES: usize = 8;
 
 /// Distinct names, numbered from 0 in the order in which they came.

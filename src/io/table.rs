@@ -70,7 +70,8 @@ impl TableWriter {
     /// Ends the row.
     ///
     /// # Errors
-    /// [`Error::Write`]; [`Error::Content`] when the row does not have as many cells as the header, or has NaN or infinity.
+    /// [`Error::Write`]; [`Error::Content`] when the row does not have as many cells as the header, or has NaN or
+    /// infinity.
     pub fn end_row(&mut self) -> Result<(), Error> {
         self.rows += 1;
         let file = || self.csv.get_ref().path().display().to_string();

@@ -1,4 +1,5 @@
-//! A TOML table that is being read: every key is known, every value has the type that is expected, every fault has a place.
+//! A TOML table that is being read: every key is known, every value has the type that is expected, every fault has a
+//! place.
 
 use super::error::{Error, Place, SHOWN_CHARACTERS, advice, shown};
 use std::ops::Range;

@@ -1,7 +1,7 @@
 //! Compiles an effect to a plug-in: a header with the system's C++ compiler, a Rust package with cargo.
 //!
-//! The library takes its name when it is whole: a build that fails leaves an older one as it was, and one that a program has loaded is
-//! never written into.
+//! The library takes its name when it is whole: a build that fails leaves an older one as it was, and one that a
+//! program has loaded is never written into.
 
 use super::headers;
 use crate::files::scratch::Scratch;
@@ -48,7 +48,8 @@ pub enum BuildError {
         hint: String,
     },
     /// A Rust package that makes no library.
-    #[error("{path}: the package makes no library: expected crate-type = [\"cdylib\"] in its [lib]", path = .path.display())]
+    #[error("{path}: the package makes no library: expected crate-type = [\"cdylib\"] in its \
+             [lib]", path = .path.display())]
     NoLibrary {
         /// Its manifest.
         path: PathBuf,
@@ -63,7 +64,8 @@ pub enum BuildError {
     },
 }
 
-/// Compiles `source`, a header or the folder of a Rust package, to `library`; what the compiler warned of is the result.
+/// Compiles `source`, a header or the folder of a Rust package, to `library`; what the compiler warned of is the
+/// result.
 ///
 /// # Errors
 /// [`BuildError`].

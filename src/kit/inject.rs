@@ -1,8 +1,8 @@
 //! An effect of one's own as an error of a simulated block.
 //!
-//! The errors of [`crate::inject`] simulate causes and know no formula of the estimator. What a plug-in injects is its own formula, which
-//! the estimator takes out again: such a block shows that the kit works and what a block can tell, never that the formula is that of nature.
-//! Whatever is made from it says so ([`Applied::shared_formula`]).
+//! The errors of [`crate::inject`] simulate causes and know no formula of the estimator. What a plug-in injects is its
+//! own formula, which the estimator takes out again: such a block shows that the kit works and what a block can tell,
+//! never that the formula is that of nature. Whatever is made from it says so ([`Applied::shared_formula`]).
 
 use crate::block::{Block, Role};
 use crate::effects::Role as ParameterRole;
@@ -22,8 +22,8 @@ pub struct ByFormula {
 }
 
 impl ByFormula {
-    /// Prepares `term` in the world of a block and its truth; values of random parameters are drawn from `seed`. With it comes its line in
-    /// the report.
+    /// Prepares `term` in the world of a block and its truth; values of random parameters are drawn from `seed`. With
+    /// it comes its line in the report.
     ///
     /// # Errors
     /// A size that is not given, a need that the block does not meet, a place where the effect gives no values.

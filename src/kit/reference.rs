@@ -10,13 +10,15 @@ pub fn page() -> String {
     let header = HEADERS[0].1;
     let body = header.split(END).next().unwrap_or(header);
     let mut text = String::from(
-        "# effect.h\n\nMade from the header by `misclosure effects reference`. How to use it: [effects-of-your-own.md]; what it does not cover: \
+        "# effect.h\n\nMade from the header by `misclosure effects reference`. How to use it: \
+         [effects-of-your-own.md]; what it does not cover: \
          [what-an-effect-is-not.md].\n\n\
          [effects-of-your-own.md]: effects-of-your-own.md\n[what-an-effect-is-not.md]: what-an-effect-is-not.md\n\n",
     );
     let (front, rest) = body.split_once("#ifndef").unwrap_or((body, ""));
     text += &prose(&comment(front.lines()));
-    text += "\n## Laws\n\n`misclosure effects check` holds a plug-in against each:\n\n| law | what it asks for |\n|---|---|\n";
+    text += "\n## Laws\n\n`misclosure effects check` holds a plug-in against each:\n\n| law | what it asks for \
+             |\n|---|---|\n";
     for (law, asks) in super::check::LAWS {
         text += &format!("| {law} | {asks} |\n");
     }

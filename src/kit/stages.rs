@@ -24,7 +24,8 @@ pub(super) struct Sketch {
 pub(super) fn sketch(stage: Stage) -> Sketch {
     match stage {
         Stage::Image => Sketch {
-            values: "in: x, y (the predicted image point, px), f, ppx, ppy, dcx, dcy, k1, k2, k3, p1, p2, b1, b2; out: x, y",
+            values: "in: x, y (the predicted image point, px), f, ppx, ppy, dcx, dcy, k1, k2, k3, p1, p2, b1, b2; out: \
+                     x, y",
             example: "columns move by the product of both coordinates",
             formula: "x += a u v, (u, v) = (x - ppx, y - ppy) / f",
             estimated: ("a", "px", 0.2, 2.0),
@@ -43,7 +44,8 @@ pub(super) fn sketch(stage: Stage) -> Sketch {
 ",
         },
         Stage::Interior => Sketch {
-            values: "in: f, ppx, ppy, dcx, dcy, k1, k2, k3, p1, p2, b1, b2, then the rotation vector of the image (3); out: the first twelve",
+            values: "in: f, ppx, ppy, dcx, dcy, k1, k2, k3, p1, p2, b1, b2, then the rotation vector of the image (3); \
+                     out: the first twelve",
             example: "the focal length grows from the first image of each flight on",
             formula: "f += a t, t the minutes since the first image of the flight",
             estimated: ("a", "px/min", 1.0, 20.0),
@@ -75,7 +77,8 @@ pub(super) fn sketch(stage: Stage) -> Sketch {
 ",
         },
         Stage::Ray => Sketch {
-            values: "in: rotation vector of R (3), projection centre C (m; 3), point P (m; 3); out: P as the straight ray sees it (m; 3)",
+            values: "in: rotation vector of R (3), projection centre C (m; 3), point P (m; 3); out: P as the straight \
+                     ray sees it (m; 3)",
             example: "rays bend, and points far to the side are seen too high",
             formula: "P_z += a d^2, d the horizontal distance from the camera",
             estimated: ("a", "1/m", 1e-6, 1e-5),
@@ -124,7 +127,8 @@ pub(super) fn sketch(stage: Stage) -> Sketch {
 ",
         },
         Stage::Frame => Sketch {
-            values: "in, out: a coordinate in the system of the survey (m; 3), of points and of antennas (context.surveyed_kind)",
+            values: "in, out: a coordinate in the system of the survey (m; 3), of points and of antennas \
+                     (context.surveyed_kind)",
             example: "the survey's heights are tilted from west to east",
             formula: "z += a (x - x0), x0 the survey's centre",
             estimated: ("a", "1", 1e-4, 0.01),

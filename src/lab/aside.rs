@@ -1,5 +1,5 @@
-//! What the search for outliers set aside, as a finding: a control point without its marks, an image without most of its
-//! measurements.
+//! What the search for outliers set aside, as a finding: a control point without its marks, an image without most of
+//! its measurements.
 
 use super::live::Changed;
 use super::setup::Source;

@@ -5,7 +5,9 @@
 macro_rules! page {
     ($($name:literal)*) => {
         /// Every file of the page.
-        static ASSETS: &[(&str, &[u8])] = &[$(($name, include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/web/", $name)))),*];
+        static ASSETS: &[(&str, &[u8])] = &[
+            $(($name, include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/web/", $name)))),*
+        ];
     };
 }
 

@@ -31,7 +31,8 @@ pub fn candidates(lab: &Lab, id: u32) -> Result<Value> {
     });
     let structure = diagnosis.structure.iter().map(|test| {
         json!({
-            "against": test.against, "p_value": test.p_value, "family_p_value": test.family_p_value, "description": test.description,
+            "against": test.against, "p_value": test.p_value, "family_p_value": test.family_p_value,
+            "description": test.description,
             "decides": test.decides,
         })
     });
@@ -125,7 +126,8 @@ fn candidate_sentences(lab: &Lab, one: &CandidateEntry) -> Vec<String> {
 
 fn found(one: &FoundEntry) -> Value {
     json!({
-        "effect": one.effect, "estimate": one.estimate, "drop": one.drop, "p_value": one.p_value, "ln_p_value": one.ln_p_value,
+        "effect": one.effect, "estimate": one.estimate, "drop": one.drop, "p_value": one.p_value,
+        "ln_p_value": one.ln_p_value,
         "size_px": one.size_px, "impact_mm": one.impact.as_ref().map(|impact| 1e3 * impact.rms_m),
         "impact_height_mm": one.impact.as_ref().map(|impact| 1e3 * impact.height_m),
         "inseparable_from": one.inseparable_from, "plausible": one.plausible, "sentences": letter::sentences(one, true),

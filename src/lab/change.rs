@@ -200,7 +200,10 @@ impl Change {
                 changed.free = [false; PARAMETER_COUNT];
                 for name in parameters {
                     let indices = parameter_indices(name).ok_or_else(|| {
-                        format!("free: no camera parameter or group {name:?}; expected names as f, pp, radial, k1, all, none")
+                        format!(
+                            "free: no camera parameter or group {name:?}; expected names as f, pp, radial, k1, all, \
+                                 none"
+                        )
                     })?;
                     indices.into_iter().for_each(|k| changed.free[k] = true);
                 }

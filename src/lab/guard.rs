@@ -16,8 +16,8 @@ use std::sync::Arc;
 pub const TOKEN: &str = "x-token";
 
 /// Nothing from elsewhere, nothing inline.
-const POLICY: &str = "default-src 'self'; img-src 'self' blob: data:; object-src 'none'; base-uri 'none'; form-action 'none'; \
-                      frame-ancestors 'none'";
+const POLICY: &str = "default-src 'self'; img-src 'self' blob: data:; object-src 'none'; base-uri 'none'; form-action \
+                      'none'; frame-ancestors 'none'";
 
 /// A refusal, or whatever else is no answer.
 #[derive(Debug, Clone, PartialEq)]

@@ -122,8 +122,10 @@ pub fn measurements(lab: &Lab, id: u32, page: &Page) -> Result<Value> {
     let row = |k: usize| {
         let Named { image, point, kind } = named(block, columns, k);
         json!({
-            "image": columns.image[k], "image_name": image, "point": point, "kind": kind, "x": columns.x[k], "y": columns.y[k],
-            "rx": columns.rx[k], "ry": columns.ry[k], "sigma": columns.sigma[k], "normalised": size(k), "set_aside": false,
+            "image": columns.image[k], "image_name": image, "point": point, "kind": kind, "x": columns.x[k],
+            "y": columns.y[k],
+            "rx": columns.rx[k], "ry": columns.ry[k], "sigma": columns.sigma[k], "normalised": size(k),
+            "set_aside": false,
             "reason": null,
         })
     };
@@ -131,7 +133,8 @@ pub fn measurements(lab: &Lab, id: u32, page: &Page) -> Result<Value> {
     let aside = |row: &OutlierRow| {
         let image = block.images.iter().position(|image| image.name == row.image);
         json!({
-            "image": image, "image_name": row.image, "point": row.point, "kind": row.kind, "x": null, "y": null, "rx": null, "ry": null,
+            "image": image, "image_name": row.image, "point": row.point, "kind": row.kind, "x": null, "y": null,
+            "rx": null, "ry": null,
             "sigma": null, "normalised": null, "set_aside": true, "reason": row.reason,
         })
     };
@@ -144,7 +147,6 @@ pub fn measurements(lab: &Lab, id: u32, page: &Page) -> Result<Value> {
     let first = page.offset.saturating_sub(all);
     let left = page.limit - rows.len();
     rows.extend(chosen.into_iter().skip(first).take(left).map(row));
-    Ok(
-        json!({ "total": columns.len(), "n": n, "rms_px": rms, "marks": marks, "mean_px": means, "images": images, "rows": rows }),
-    )
+    Ok(json!({ "total": columns.len(), "n": n, "rms_px": rms, "marks": marks, "mean_px": means, "images": images,
+            "rows": rows }))
 }

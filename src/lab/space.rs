@@ -12,8 +12,8 @@ const MOST_TIES: usize = 50_000;
 /// How many of these are kept free for brushed ones, so that a small brush is seen in a large block.
 const BRUSHED_TIES: usize = 10_000;
 
-/// Which tie points are drawn, out of all of them and of those that are brushed: evenly many of the order of the block, and the same
-/// whatever is brushed; of the others the brushed ones, evenly too.
+/// Which tie points are drawn, out of all of them and of those that are brushed: evenly many of the order of the block,
+/// and the same whatever is brushed; of the others the brushed ones, evenly too.
 fn drawn(brushed: &[bool]) -> Vec<bool> {
     let n = brushed.len();
     if n <= MOST_TIES {

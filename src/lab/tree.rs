@@ -105,11 +105,12 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Opens the laboratory of a block in `path`, or begins it there; `sha256` is of the block as it is now. What a program that was killed
-    /// left half done is removed.
+    /// Opens the laboratory of a block in `path`, or begins it there; `sha256` is of the block as it is now. What a
+    /// program that was killed left half done is removed.
     ///
     /// # Errors
-    /// A folder of another block, of this block before it changed, of another program that still runs, or one with other things in it.
+    /// A folder of another block, of this block before it changed, of another program that still runs, or one with
+    /// other things in it.
     pub fn open(path: &Path, block: &Path, sha256: &str) -> Result<Self> {
         fs::create_dir_all(path).with_context(|| format!("{}: cannot make the folder", path.display()))?;
         if is_run(path) {

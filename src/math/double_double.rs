@@ -1,8 +1,9 @@
-//! Double-double arithmetic: a number as the unevaluated sum of two doubles, 106 bits of mantissa. For certificates, whose digits have to be
-//! beyond those of whom they judge.
+//! Double-double arithmetic: a number as the unevaluated sum of two doubles, 106 bits of mantissa. For certificates,
+//! whose digits have to be beyond those of whom they judge.
 //!
-//! Source: Joldes, Muller, Popescu, "Tight and rigorous error bounds for basic building blocks of double-word arithmetic" (2017); the exact
-//! product after Dekker (1971), so that it is as fast where the processor's fused multiplication is not to be had.
+//! Source: Joldes, Muller, Popescu, "Tight and rigorous error bounds for basic building blocks of double-word
+//! arithmetic" (2017); the exact product after Dekker (1971), so that it is as fast where the processor's fused
+//! multiplication is not to be had.
 
 use super::Number;
 use std::cmp::Ordering;

@@ -10,7 +10,8 @@ pub fn step(x: f64, typical: f64) -> f64 {
 
 /// Jacobian (`rows` x `x.len()`) of `f` at `x` by central differences of the given steps, error `O(step^2)`.
 ///
-/// `f(x, out)` fills `rows` values and returns whether it is defined at `x`; `None` where it is not defined on both sides.
+/// `f(x, out)` fills `rows` values and returns whether it is defined at `x`; `None` where it is not defined on both
+/// sides.
 pub fn jacobian(
     mut f: impl FnMut(&[f64], &mut [f64]) -> bool,
     x: &[f64],

@@ -14,15 +14,16 @@ const MAX_ITERATIONS: usize = 50;
 /// Times that a step which does not lower the cost is halved.
 const MAX_HALVINGS: usize = 20;
 
-/// Smallest root mean square angle (rad) between the rays and their best common direction: below it they count as parallel.
-/// Two rays that meet at 2e-5 rad turn an error of 0.1 px (f = 5000 px) into the whole distance, so nothing real is lost.
+/// Smallest root mean square angle (rad) between the rays and their best common direction: below it they count as
+/// parallel. Two rays that meet at 2e-5 rad turn an error of 0.1 px (f = 5000 px) into the whole distance, so nothing
+/// real is lost.
 pub const PARALLEL_LIMIT_RAD: f64 = 1e-5;
 
 /// The point (m) with the least sum of squared distances to the rays `origins[i] + s directions[i]` (directions of any
 /// length, taken as whole lines: a point behind an origin is for the caller to refuse).
 ///
-/// `None` for fewer than two rays, lists of different lengths, a direction of length zero, a value that is not finite, and
-/// rays that are parallel to within [`PARALLEL_LIMIT_RAD`].
+/// `None` for fewer than two rays, lists of different lengths, a direction of length zero, a value that is not finite,
+/// and rays that are parallel to within [`PARALLEL_LIMIT_RAD`].
 pub fn intersect_rays(origins: &[Vector3<f64>], directions: &[Vector3<f64>]) -> Option<Vector3<f64>> {
     if origins.len() < 2 || origins.len() != directions.len() {
         return None;
@@ -82,8 +83,8 @@ pub enum NoIntersection {
 }
 
 /// The point (m) with the least `sum |(observed - projected) / sigma|^2`, by Gauss-Newton from `start`.
-/// `project(point)` gives, in the order of `measured`, the image points (px) of a trial point, and their derivatives by the point
-/// (px/m); `None` where an image does not see it.
+/// `project(point)` gives, in the order of `measured`, the image points (px) of a trial point, and their derivatives by
+/// the point (px/m); `None` where an image does not see it.
 ///
 /// # Errors
 /// [`NoIntersection`].

@@ -4,8 +4,8 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A number, or a lane of numbers in a vector register: what a formula does to one it does to each.
 ///
-/// Formulas over it are written out, without closures: a closure is a function of its own, which does not inherit the instructions that its
-/// caller is compiled for.
+/// Formulas over it are written out, without closures: a closure is a function of its own, which does not inherit the
+/// instructions that its caller is compiled for.
 pub trait Number:
     Copy
     + Add<Output = Self>

@@ -3,7 +3,8 @@
 use faer::MatMut;
 use rayon::prelude::*;
 
-/// Works on numbered pieces. Only in a pool side by side: that of the whole program has more threads than were asked for.
+/// Works on numbered pieces. Only in a pool side by side: that of the whole program has more threads than were asked
+/// for.
 pub fn each<T: Send>(pieces: Vec<T>, work: impl Fn(usize, T) + Sync + Send) {
     match rayon::current_thread_index() {
         Some(_) => pieces.into_par_iter().enumerate().for_each(|(number, piece)| work(number, piece)),

@@ -21,8 +21,8 @@ pub fn exp(r: &Vector3<f64>) -> Matrix3<f64> {
     Rotation3::from_scaled_axis(*r).into_inner()
 }
 
-/// Rotation vector (rad, length at most pi) of the rotation matrix `rotation`; accurate up to pi because it goes through
-/// the quaternion.
+/// Rotation vector (rad, length at most pi) of the rotation matrix `rotation`; accurate up to pi because it goes
+/// through the quaternion.
 pub fn log(rotation: &Matrix3<f64>) -> Vector3<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation)).scaled_axis()
 }

@@ -215,8 +215,8 @@ fn continued_fraction(b0: f64, term: impl Fn(usize) -> (f64, f64)) -> f64 {
 
 /// Kolmogorov-Smirnov test of a sample against the distribution function `cdf`.
 ///
-/// Returns the largest distance `D` and its p-value (Stephens' approximation for finite samples: relative error of p a few
-/// percent from n = 5 on). NaN for an empty sample.
+/// Returns the largest distance `D` and its p-value (Stephens' approximation for finite samples: relative error of p a
+/// few percent from n = 5 on). NaN for an empty sample.
 pub fn kolmogorov_smirnov(sample: &[f64], cdf: impl Fn(f64) -> f64) -> (f64, f64) {
     if sample.is_empty() {
         return (f64::NAN, f64::NAN);

@@ -1,8 +1,8 @@
 //! The variance of random values from their score and information, by restricted maximum likelihood.
 //!
-//! With `M` the information of the values (everything else eliminated), `l_i` its eigenvalues and `phi` the variance factor, the score has in the
-//! eigenbasis independent entries `s_i ~ N(0, phi l_i + t^2 l_i^2)`, `t^2` the variance of a value. Their likelihood is a function of one number:
-//! no further adjustment per round.
+//! With `M` the information of the values (everything else eliminated), `l_i` its eigenvalues and `phi` the variance
+//! factor, the score has in the eigenbasis independent entries `s_i ~ N(0, phi l_i + t^2 l_i^2)`, `t^2` the variance of
+//! a value. Their likelihood is a function of one number: no further adjustment per round.
 //!
 //! Source: Searle, Casella, McCulloch (1992), Variance Components, ch. 6; Fisher scoring.
 
@@ -49,7 +49,8 @@ pub struct RandomValues {
 }
 
 impl RandomValues {
-    /// Of `n` values: `information(i, j)` and `score(i)`. `None` where there is no eigenbasis (values that are not finite).
+    /// Of `n` values: `information(i, j)` and `score(i)`. `None` where there is no eigenbasis (values that are not
+    /// finite).
     pub fn new(n: usize, information: impl Fn(usize, usize) -> f64, score: impl Fn(usize) -> f64) -> Option<Self> {
         let information = Mat::from_fn(n, n, &information);
         let eigen = information.self_adjoint_eigen(Side::Lower).ok()?;
@@ -65,8 +66,8 @@ impl RandomValues {
         (0..self.eigenvalues.len()).filter(|k| self.eigenvalues[*k] > KEPT_SHARE * largest).collect()
     }
 
-    /// Variance `t^2` of largest likelihood, at least `least` (zero; below zero for a precision that was stated too low), under the variance
-    /// factor `phi`.
+    /// Variance `t^2` of largest likelihood, at least `least` (zero; below zero for a precision that was stated too
+    /// low), under the variance factor `phi`.
     pub fn variance(&self, phi: f64, least: f64) -> f64 {
         let kept = self.left();
         let mut size: f64 = 0.0;

@@ -1,5 +1,5 @@
-//! Which vector registers the sums are made in. Every width gives the same numbers: a sum over rows is one of whole vectors, each place for
-//! itself, and a product that is added is rounded once (fused) in all of them.
+//! Which vector registers the sums are made in. Every width gives the same numbers: a sum over rows is one of whole
+//! vectors, each place for itself, and a product that is added is rounded once (fused) in all of them.
 
 use pulp::{Scalar, Simd, WithSimd};
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -19,8 +19,8 @@ pub enum Vectors {
 /// [`use_vectors`], or zero.
 static FORCED: AtomicU8 = AtomicU8::new(0);
 
-/// Makes the native solver use one width from now on, in the whole program; `None`: the widest that the processor has. For tests of the
-/// promise that results do not depend on it.
+/// Makes the native solver use one width from now on, in the whole program; `None`: the widest that the processor has.
+/// For tests of the promise that results do not depend on it.
 ///
 /// # Errors
 /// `false` where the processor does not have it; nothing changes then.

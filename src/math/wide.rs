@@ -47,7 +47,8 @@ impl<S: Simd> Mul<f64> for Wide<S> {
     }
 }
 
-/// What an instruction makes of a number of each. A macro: a closure would not inherit the instructions that its caller is compiled for.
+/// What an instruction makes of a number of each. A macro: a closure would not inherit the instructions that its caller
+/// is compiled for.
 macro_rules! each {
     ($number:ident, $instruction:ident) => {{
         let mut number = $number;

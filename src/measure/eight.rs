@@ -39,7 +39,8 @@ pub enum Wanted {
     Everything,
 }
 
-/// A prediction of [`Seen`] to be carried out: inlined into the loop of a plain camera it would cost that loop the registers.
+/// A prediction of [`Seen`] to be carried out: inlined into the loop of a plain camera it would cost that loop the
+/// registers.
 pub struct Predict<'a, 'b> {
     /// What is predicted.
     pub seen: Seen<'b>,

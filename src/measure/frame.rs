@@ -1,5 +1,5 @@
-//! What is common to all measurements of one image at a state: rotation, centre, interior orientation after its effects,
-//! and the values of the effect parameters that hold there.
+//! What is common to all measurements of one image at a state: rotation, centre, interior orientation after its
+//! effects, and the values of the effect parameters that hold there.
 
 use super::MeasureError;
 use super::interior_chain::InteriorChain;
@@ -87,7 +87,8 @@ impl Stages {
         self.local_len + self.place_axes.len()
     }
 
-    /// The effects that change anything at a state: those of a null size are the identity there, and a diagnosis asks with dozens of them.
+    /// The effects that change anything at a state: those of a null size are the identity there, and a diagnosis asks
+    /// with dozens of them.
     pub fn acting(problem: &Problem, state: &State) -> Self {
         let mut acts = vec![false; problem.effects.len()];
         for (entry, value) in problem.theta.iter().zip(&state.theta) {
@@ -99,8 +100,8 @@ impl Stages {
         Self::new(problem).only(problem, |effect| acts[effect])
     }
 
-    /// Some effects alone, their parameters where they stand in the whole list: what is left out is taken to change nothing, and its derivatives
-    /// are zero.
+    /// Some effects alone, their parameters where they stand in the whole list: what is left out is taken to change
+    /// nothing, and its derivatives are zero.
     pub fn only(&self, problem: &Problem, keep: impl Fn(usize) -> bool) -> Self {
         let by_stage = self.by_stage.each_ref().map(|effects| effects.iter().copied().filter(|e| keep(*e)).collect());
         Self { by_stage, ..self.clone() }.with_ray_places(problem)
@@ -128,7 +129,8 @@ impl Stages {
         [Stage::Exposure, Stage::Ray, Stage::Interior, Stage::Image].iter().all(|stage| self.of(*stage).is_empty())
     }
 
-    /// Rays are straight from the object point to the projection centre of their image: nothing acts on exposure and ray.
+    /// Rays are straight from the object point to the projection centre of their image: nothing acts on exposure and
+    /// ray.
     pub fn straight(&self) -> bool {
         [Stage::Exposure, Stage::Ray].iter().all(|stage| self.of(*stage).is_empty())
     }
@@ -163,11 +165,13 @@ pub struct Frame {
     pub interior_chain: Option<Box<InteriorChain>>,
     /// Local list of effect parameters.
     pub theta: Vec<f64>,
-    /// The numbers that measurements side by side are given once more, together: first rotation by rows, projection centre and rotation vector, then
-    /// from the third lane on the interior orientation, and what [`Self::adds_few`] says.
+    /// The numbers that measurements side by side are given once more, together: first rotation by rows, projection
+    /// centre and rotation vector, then from the third lane on the interior orientation, and what [`Self::adds_few`]
+    /// says.
     pub numbers: [Lane; 4],
-    /// In all images that are prepared together the interior effects add to the interior orientation, and the derivatives by their parameters, in the
-    /// order of [`InteriorChain::places`], are few enough to stand behind it in [`Self::numbers`].
+    /// In all images that are prepared together the interior effects add to the interior orientation, and the
+    /// derivatives by their parameters, in the order of [`InteriorChain::places`], are few enough to stand behind it in
+    /// [`Self::numbers`].
     pub adds_few: bool,
 }
 

@@ -4,16 +4,16 @@ use crate::camera::PARAMETER_COUNT as COUNT;
 use nalgebra::SMatrix;
 use std::sync::Arc;
 
-/// Derivatives of the interior orientation after its effects. The matrices, which few effects have, stand elsewhere: whether they are there is asked
-/// at every measurement.
+/// Derivatives of the interior orientation after its effects. The matrices, which few effects have, stand elsewhere:
+/// whether they are there is asked at every measurement.
 #[derive(Debug, Clone)]
 pub struct InteriorChain {
     /// 12x12, by the camera's interior orientation; `None` where the effects only add to it (identity).
     pub d_interior: Option<Box<SMatrix<f64, COUNT, COUNT>>>,
     /// 12x3, by the rotation `w`; `None` where no effect depends on it (zero).
     pub d_rotation: Option<Box<SMatrix<f64, COUNT, 3>>>,
-    /// Local parameters, and entries of the twelve, that `d_theta` is of: those where it is not zero in any image. Most effects move one or four of
-    /// twelve numbers. Images that are prepared together have it in common.
+    /// Local parameters, and entries of the twelve, that `d_theta` is of: those where it is not zero in any image. Most
+    /// effects move one or four of twelve numbers. Images that are prepared together have it in common.
     pub places: Arc<[(usize, usize)]>,
     /// By the local parameters.
     pub d_theta: Vec<f64>,

@@ -19,9 +19,10 @@ pub(super) fn dot<T: Several>(
     sum
 }
 
-/// Does an effect with derivatives `matrix` by its input, of which `inputs` may matter, do more than hand on what it got, from number `first` on? A
-/// [formula](crate::effects::formula) tells by its inputs; of others the derivatives do: is the matrix `[0 I 0]`, `I` from column `first` on? All of
-/// its numbers are looked at: one sum costs less than a way out at each.
+/// Does an effect with derivatives `matrix` by its input, of which `inputs` may matter, do more than hand on what it
+/// got, from number `first` on? A [formula](crate::effects::formula) tells by its inputs; of others the derivatives do:
+/// is the matrix `[0 I 0]`, `I` from column `first` on? All of its numbers are looked at: one sum costs less than a way
+/// out at each.
 #[inline(always)]
 pub(super) fn changes<T: Several>(seed: T, matrix: &[T::Kept], rows: usize, first: usize, inputs: Inputs) -> bool {
     if inputs != Inputs::ANY {

@@ -87,8 +87,8 @@ impl<'a> Predictor<'a> {
         found
     }
 
-    /// Tells point, measurement and image point of every measurement of the problem, in its order. They are predicted on the threads of the current
-    /// pool; outside of any on one.
+    /// Tells point, measurement and image point of every measurement of the problem, in its order. They are predicted
+    /// on the threads of the current pool; outside of any on one.
     pub fn each_measurement(&self, mut tell: impl FnMut(usize, &ImageObservation, Option<ImagePoint>)) {
         let Problem { observations, point_start: starts, .. } = self.problem;
         for first in (0..self.state.points.len()).step_by(AHEAD) {
@@ -136,7 +136,8 @@ impl<'a> Predictor<'a> {
         self.frames[image].centre
     }
 
-    /// Approximate direction (world, unit length) of an image point: the camera's, effects of exposure, ray and image left out. For start values.
+    /// Approximate direction (world, unit length) of an image point: the camera's, effects of exposure, ray and image
+    /// left out. For start values.
     pub fn ray(&self, image: usize, observed: [f64; 2]) -> Option<Vector3<f64>> {
         let frame = &self.frames[image];
         Some(frame.rotation.transpose() * viewing_ray(&frame.interior, observed)?)
@@ -208,7 +209,8 @@ mod tests {
     use crate::scenario::{Scenario, simulate};
     use std::collections::BTreeMap;
 
-    /// A block seen through effects of every stage that an image point goes through; one of two of the ray, one turns with the camera.
+    /// A block seen through effects of every stage that an image point goes through; one of two of the ray, one turns
+    /// with the camera.
     fn problem() -> Problem {
         let scenario = Scenario::preset("closerange", &BTreeMap::from([("points".into(), 40.0)])).expect("a preset");
         let block = simulate(&scenario, 1).expect("a block").block;

@@ -1,5 +1,5 @@
-//! A ray that effects bend or move on its way: the exposure stage moves the pose, the ray stage the object point as the camera sees it. One text for
-//! one ray and for eight side by side.
+//! A ray that effects bend or move on its way: the exposure stage moves the pose, the ray stage the object point as the
+//! camera sees it. One text for one ray and for eight side by side.
 
 use super::frame::Stages;
 use super::matrices::{are_equal, changes, dot, fill_left_out, identity, times_six};
@@ -9,8 +9,8 @@ use crate::effects::answer::{Answer, Inputs};
 use crate::math::{Number, Several};
 use std::ops::Range;
 
-/// Rays as they reach the camera. What follows an unknown follows it by a turn of the camera (a small vector from the left, as `w`) and a shift of
-/// the point against the projection centre. Matrices are kept row by row.
+/// Rays as they reach the camera. What follows an unknown follows it by a turn of the camera (a small vector from the
+/// left, as `w`) and a shift of the point against the projection centre. Matrices are kept row by row.
 #[derive(Debug, Clone)]
 pub(super) struct Ray<K> {
     /// Rotation vector of `R'`.
@@ -72,8 +72,8 @@ fn of_pose(stages: &Stages) -> impl Iterator<Item = Range<usize>> {
 }
 
 impl<K: Copy + Default + PartialEq> Ray<K> {
-    /// Sends rays from `point` to images with this `pose` (rotation vector and projection centre) through the effects of exposure and ray. `Err`: the
-    /// place of the first outside the domain of one.
+    /// Sends rays from `point` to images with this `pose` (rotation vector and projection centre) through the effects
+    /// of exposure and ray. `Err`: the place of the first outside the domain of one.
     #[inline(always)]
     pub fn bend<R: Rays<Number: Several<Kept = K>>>(
         &mut self,
@@ -248,8 +248,8 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         self.shift_by_point = identity::<T, 9>(3, 0);
     }
 
-    /// Derivatives by pose and point so far, through a ray effect that has just been asked, with the `inputs` that it may depend on. Does it
-    /// depend on the rotation?
+    /// Derivatives by pose and point so far, through a ray effect that has just been asked, with the `inputs` that it
+    /// may depend on. Does it depend on the rotation?
     #[inline(always)]
     fn go_through<R: Rays<Number: Several<Kept = K>>>(
         &mut self,
@@ -310,7 +310,8 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         turns
     }
 
-    /// What the parameters at `places` do to the point, and to the pose where they are `of_pose`, through the ray effect that has just been asked.
+    /// What the parameters at `places` do to the point, and to the pose where they are `of_pose`, through the ray
+    /// effect that has just been asked.
     #[inline(always)]
     fn carry<T: Several<Kept = K>>(&mut self, seed: T, places: Range<usize>, of_pose: bool, turns: bool) {
         let d_in = &self.d_in[..27];
@@ -330,7 +331,8 @@ impl<K: Copy + Default + PartialEq> Ray<K> {
         }
     }
 
-    /// [`Self::bend`] without derivatives, or with those by the point alone: [`Self::shift_by_point`], where [`Self::bends`] says so.
+    /// [`Self::bend`] without derivatives, or with those by the point alone: [`Self::shift_by_point`], where
+    /// [`Self::bends`] says so.
     #[inline(always)]
     pub fn shift<R: Rays<Number: Several<Kept = K>>>(
         &mut self,

@@ -19,8 +19,8 @@ pub(super) trait Rays {
     /// A matrix that follows from a vector of each, row by row.
     fn matrices(&self, vector: &[Kept<Self>; 3], matrix: fn(&Vector3<f64>) -> Matrix3<f64>) -> [Kept<Self>; 9];
 
-    /// Asks effect `e`; gives the inputs on which the answers may depend otherwise than by handing them on. `Err`: the place of the first ray
-    /// outside its domain.
+    /// Asks effect `e`; gives the inputs on which the answers may depend otherwise than by handing them on. `Err`: the
+    /// place of the first ray outside its domain.
     fn ask(&self, e: usize, input: &[Kept<Self>], answer: &mut Answer<'_, Kept<Self>>) -> Result<Inputs, usize>;
 
     /// Derivatives of what effect `e` answers by the place, column (`axis` 0) or row (1). `Err`: as of [`Self::ask`].

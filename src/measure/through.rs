@@ -85,8 +85,8 @@ fn product<T: Several>(a: &[T; 3], kept: &[T::Kept], first: usize, step: usize) 
 pub(super) const IMAGE_INPUTS: usize = Stage::Image.inputs();
 
 /// Through an image effect with derivatives `d_in` (2 x [`IMAGE_INPUTS`]) by what it got and `d_own` by its own
-/// parameters, which stand from `own` on in the local list; `before` are those of the effects before it. All but `inputs` it
-/// hands on.
+/// parameters, which stand from `own` on in the local list; `before` are those of the effects before it. All but
+/// `inputs` it hands on.
 #[inline(always)]
 pub(super) fn through_image<D: Derivatives>(
     d: &mut D,

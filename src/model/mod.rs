@@ -31,8 +31,8 @@ pub enum Loss {
     Cauchy,
 }
 
-/// Scale `a` of the robust losses, in standard deviations: the length of a 2D residual that one correct measurement in 20 exceeds,
-/// `sqrt(-2 ln 0.05)`.
+/// Scale `a` of the robust losses, in standard deviations: the length of a 2D residual that one correct measurement in
+/// 20 exceeds, `sqrt(-2 ln 0.05)`.
 pub const LOSS_SCALE: f64 = 2.447_746_830_680_816;
 
 /// Weights of tie points by the number m of images that see the point.
@@ -47,8 +47,9 @@ pub enum TieWeights {
     Pairs,
 }
 
-/// Key among an effect's values that gives every estimated parameter a weak observation of its nominal value: the factor by which the
-/// parameter's typical size is its standard deviation. For effects of many parameters, some of which a block may not determine.
+/// Key among an effect's values that gives every estimated parameter a weak observation of its nominal value: the
+/// factor by which the parameter's typical size is its standard deviation. For effects of many parameters, some of
+/// which a block may not determine.
 pub const PRIOR_KEY: &str = "prior";
 
 /// An effect in the model.
@@ -56,8 +57,8 @@ pub const PRIOR_KEY: &str = "prior";
 pub struct EffectTerm {
     /// The effect.
     pub effect: EffectRef,
-    /// Start values (estimated, searched) and values (given), by parameter name; absent: nominal. For one value of a scoped
-    /// parameter the key is `name[flight]`, `name[camera]` or `name[image]`.
+    /// Start values (estimated, searched) and values (given), by parameter name; absent: nominal. For one value of a
+    /// scoped parameter the key is `name[flight]`, `name[camera]` or `name[image]`.
     pub values: BTreeMap<String, f64>,
     /// Names of parameters that are held at their value.
     pub held: Vec<String>,
@@ -83,7 +84,8 @@ impl std::ops::Deref for EffectRef {
 }
 
 impl EffectRef {
-    /// Both solvers use the one derivation that there is, of a plug-in or of the library's user: their agreement proves nothing of it.
+    /// Both solvers use the one derivation that there is, of a plug-in or of the library's user: their agreement proves
+    /// nothing of it.
     pub fn has_one_derivation(&self) -> bool {
         matches!(self, EffectRef::Plugin(_))
     }
@@ -93,9 +95,9 @@ impl EffectRef {
         (**self).with_own_derivatives().map(EffectRef::Plugin)
     }
 
-    /// The parameter that a key of [`EffectTerm::values`] or [`EffectTerm::held`] stands for: `name`, or `name[element]` for one
-    /// value of a parameter with a scope. A random parameter may also be called by the name of its standard deviation.
-    /// Whether the element is one of the block's is not known here.
+    /// The parameter that a key of [`EffectTerm::values`] or [`EffectTerm::held`] stands for: `name`, or
+    /// `name[element]` for one value of a parameter with a scope. A random parameter may also be called by the name of
+    /// its standard deviation. Whether the element is one of the block's is not known here.
     pub fn parameter_of(&self, key: &str) -> Option<&Parameter> {
         let (name, element) = match key.strip_suffix(']').and_then(|key| key.split_once('[')) {
             Some((name, element)) => (name, Some(element)),
@@ -203,7 +205,8 @@ pub struct Model {
     pub tie_weights: TieWeights,
     /// Factors on the a-priori standard deviations.
     pub sigma_factors: SigmaFactors,
-    /// The same of single flights, by name. Where there are any, a diagnosis estimates the weights of images and GNSS by flight.
+    /// The same of single flights, by name. Where there are any, a diagnosis estimates the weights of images and GNSS
+    /// by flight.
     pub flight_factors: BTreeMap<String, FlightFactors>,
 }
 

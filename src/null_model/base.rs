@@ -31,7 +31,8 @@ impl Free {
 pub struct SharedBase(Arc<Mutex<Option<Arc<Base>>>>);
 
 impl SharedBase {
-    /// That of a problem, made where the one at hand has other unknowns. `acting`: the effects that act at the state, candidates not.
+    /// That of a problem, made where the one at hand has other unknowns. `acting`: the effects that act at the state,
+    /// candidates not.
     pub(super) fn of(
         &self,
         problem: &Problem,

@@ -55,15 +55,16 @@ impl Entries<'_> {
     }
 }
 
-/// A provider of columns. Dense ones touch most measurements, local ones a few each (those of an image, of a cell of the sensor): the sums
-/// over dense columns are matrix products, those over local ones skip what is zero. Numbered from 0 each; dense ones come first.
+/// A provider of columns. Dense ones touch most measurements, local ones a few each (those of an image, of a cell of
+/// the sensor): the sums over dense columns are matrix products, those over local ones skip what is zero. Numbered from
+/// 0 each; dense ones come first.
 pub trait Columns: Sync {
     /// Number of dense columns.
     fn dense(&self) -> usize;
     /// Number of local columns.
     fn local(&self) -> usize;
-    /// Families of them, of which no two are asked about together: the system then has no products of columns of two families. Ranges of columns,
-    /// the local ones behind the dense ones; what is in none goes with all.
+    /// Families of them, of which no two are asked about together: the system then has no products of columns of two
+    /// families. Ranges of columns, the local ones behind the dense ones; what is in none goes with all.
     fn families(&self) -> Vec<Range<usize>> {
         Vec::new()
     }

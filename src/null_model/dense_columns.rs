@@ -7,8 +7,8 @@ use pulp::{Simd, WithSimd};
 /// Rows whose share of a tile of [`Multiply`] stays in the nearest cache.
 const ROWS_TOGETHER: usize = 64;
 
-/// Lower triangle of `columns += D'D`, columns from `first` on: both multiples of [`LANES`]. Each number is a sum of its own, in the order of
-/// the rows.
+/// Lower triangle of `columns += D'D`, columns from `first` on: both multiples of [`LANES`]. Each number is a sum of
+/// its own, in the order of the rows.
 pub(super) struct Multiply<'a> {
     /// `D`, row by row.
     pub rows: &'a [f64],
@@ -197,7 +197,8 @@ mod tests {
         }
     }
 
-    /// Columns of every end, and of ends that fall: what is wanted has the bits of the whole, and far beyond it nothing is added.
+    /// Columns of every end, and of ends that fall: what is wanted has the bits of the whole, and far beyond it nothing
+    /// is added.
     #[test]
     fn products_that_nobody_wants_are_left_out() {
         let d = 104;

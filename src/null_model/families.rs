@@ -1,10 +1,11 @@
-//! Families of columns: those of a family are multiplied with each other, and with those of none. Of two families no products are made; in a
-//! system of many questions they would be most of the work, and nobody reads them.
+//! Families of columns: those of a family are multiplied with each other, and with those of none. Of two families no
+//! products are made; in a system of many questions they would be most of the work, and nobody reads them.
 
 use super::ColumnPlace;
 use std::ops::Range;
 
-/// The columns that each is multiplied with, by their numbers in the sums: all that are asked for, and a few more where these are in between.
+/// The columns that each is multiplied with, by their numbers in the sums: all that are asked for, and a few more where
+/// these are in between.
 pub(super) struct Families {
     /// Family of each column of the system; `None`: it goes with all.
     of: Vec<Option<usize>>,
@@ -17,7 +18,8 @@ pub(super) struct Families {
 }
 
 impl Families {
-    /// Of columns of the system, which have `places` in the sums: of `dense` dense columns, the base's `border` first, and `local` local ones.
+    /// Of columns of the system, which have `places` in the sums: of `dense` dense columns, the base's `border` first,
+    /// and `local` local ones.
     pub fn new(
         families: &[Range<usize>],
         places: &[ColumnPlace],

@@ -1,6 +1,6 @@
-//! Score and information of values per image by cell of the sensor, by band of its rows and by band of its columns: measurements of a cell may
-//! err together, and those of a band too (a camera that shakes while the rows are read moves whole rows), and neither can be told from a
-//! value of the image as a whole.
+//! Score and information of values per image by cell of the sensor, by band of its rows and by band of its columns:
+//! measurements of a cell may err together, and those of a band too (a camera that shakes while the rows are read moves
+//! whole rows), and neither can be told from a value of the image as a whole.
 
 use super::source::EffectEntry;
 use super::{ColumnPlace, Local, NullModel};
@@ -10,8 +10,8 @@ use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, Vector2, Vector6};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Cells along the longer side of a sensor: wide enough to hold what errs together (windows of matching, tiles of blur), and enough of them
-/// (some 27 an image) that their spread is known.
+/// Cells along the longer side of a sensor: wide enough to hold what errs together (windows of matching, tiles of
+/// blur), and enough of them (some 27 an image) that their spread is known.
 const CELLS: f64 = 6.0;
 
 /// What the cells of one image say of its own values.
@@ -33,7 +33,8 @@ pub struct ImageCell {
     pub score: DVector<f64>,
     /// Information.
     pub information: DMatrix<f64>,
-    /// Covariance that its score has if measurements are independent: the pose, fitted to all cells, takes a part of each.
+    /// Covariance that its score has if measurements are independent: the pose, fitted to all cells, takes a part of
+    /// each.
     pub covariance: DMatrix<f64>,
 }
 

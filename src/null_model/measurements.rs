@@ -50,8 +50,8 @@ impl NullModel {
         Fitted { problem, state, stages: acting, frames, entries: None }.all(pool)
     }
 
-    /// The same in parts, one behind another, and of each measurement the standardised derivatives by the `entries` of its image, effects of
-    /// `stages`.
+    /// The same in parts, one behind another, and of each measurement the standardised derivatives by the `entries` of
+    /// its image, effects of `stages`.
     pub(super) fn measurements_by(
         &self,
         stages: &Stages,

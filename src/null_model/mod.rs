@@ -1,7 +1,7 @@
 //! The null model: a converged fit, factorised once, and what it says about any columns that it lacks.
 //!
-//! With `A` the design matrix of the base (cameras, poses, points, the effects that are taken for granted), `P` the weights and `v` the
-//! residuals, columns `C` (what they would add to the measurements) have
+//! With `A` the design matrix of the base (cameras, poses, points, the effects that are taken for granted), `P` the
+//! weights and `v` the residuals, columns `C` (what they would add to the measurements) have
 //!
 //! ```text
 //! Q = P - P A (A'PA)^-1 A'P        what the base does not absorb
@@ -9,12 +9,14 @@
 //! M = C'Q C                        information
 //! ```
 //!
-//! and every question about them is linear algebra of the small system `(s, M)`: for linear models `s'M^-1 s` is the drop of `v'Pv` that a
-//! refit with the columns brings, `M^-1 s` their estimate, `M^-1` its covariance for unit weight. Source: Rao's score test.
+//! and every question about them is linear algebra of the small system `(s, M)`: for linear models `s'M^-1 s` is the
+//! drop of `v'Pv` that a refit with the columns brings, `M^-1 s` their estimate, `M^-1` its covariance for unit weight.
+//! Source: Rao's score test.
 //!
-//! A pass over the points takes each of them out of all columns (`rows`), one factorisation takes cameras and poses out. A second pass
-//! projects chosen columns row by row ([`NullModel::parts`]): what is left of a column of which the base takes 99.9 % keeps its digits there,
-//! and the parts of `s` and `M` by image and by cell of the sensor come with it.
+//! A pass over the points takes each of them out of all columns (`rows`), one factorisation takes cameras and poses
+//! out. A second pass projects chosen columns row by row ([`NullModel::parts`]): what is left of a column of which the
+//! base takes 99.9 % keeps its digits there, and the parts of `s` and `M` by image and by cell of the sensor come with
+//! it.
 //!
 //! Unknowns, normal equations and rows are those of the native solver ([`crate::adjust::native`]).
 
@@ -79,8 +81,8 @@ enum ColumnPlace {
 }
 
 impl NullModel {
-    /// Linearises and factorises at `state`. The free unknowns of `problem` are the base; `columns` are unknowns (numbers of the layout) that
-    /// are held in it: parameters of effects, whatever their value, and camera parameters.
+    /// Linearises and factorises at `state`. The free unknowns of `problem` are the base; `columns` are unknowns
+    /// (numbers of the layout) that are held in it: parameters of effects, whatever their value, and camera parameters.
     ///
     /// # Errors
     /// A singular base; a state that cannot be projected.
@@ -88,8 +90,8 @@ impl NullModel {
         Self::sharing(&SharedBase::default(), problem, state, columns, threads)
     }
 
-    /// The same with the base that other null models of one fit have made, where it is of the same unknowns. `state` is the fit's, and `problem`
-    /// differs from its by what is free and by effects that do not act yet.
+    /// The same with the base that other null models of one fit have made, where it is of the same unknowns. `state` is
+    /// the fit's, and `problem` differs from its by what is free and by effects that do not act yet.
     ///
     /// # Errors
     /// See [`Self::new`].
@@ -232,7 +234,8 @@ impl NullModel {
         self.test_apart(extra, &[])
     }
 
-    /// The same with `families` of columns of effects beside those of `extra`: of two families the information is not a number.
+    /// The same with `families` of columns of effects beside those of `extra`: of two families the information is not a
+    /// number.
     ///
     /// # Errors
     /// A state that cannot be projected.

@@ -30,7 +30,8 @@ pub struct Parts {
 }
 
 impl NullModel {
-    /// Projects those of `columns` that are dense row by row, and puts their scores and information, which have more digits, into `system`.
+    /// Projects those of `columns` that are dense row by row, and puts their scores and information, which have more
+    /// digits, into `system`.
     ///
     /// # Errors
     /// A state that cannot be projected.

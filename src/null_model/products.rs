@@ -47,7 +47,8 @@ impl WithSimd for Lengths<'_> {
     }
 }
 
-/// `X -= J V^-1 J'X` for the rows of a point, `J` their derivatives by it, and then the part `X'v` that the point has of a score.
+/// `X -= J V^-1 J'X` for the rows of a point, `J` their derivatives by it, and then the part `X'v` that the point has
+/// of a score.
 pub(super) struct PointOut<'a> {
     /// Its rows, of whose `v` it is taken out.
     pub rows: &'a [Row],
@@ -97,8 +98,8 @@ impl WithSimd for PointOut<'_> {
     }
 }
 
-/// `lines[k] += sum of a[k] X` over rows `X` of a panel of `d` columns, each with its numbers `a`. Lines have the registers of columns that are
-/// `blocks`; the first `skipped` of these stay as they are.
+/// `lines[k] += sum of a[k] X` over rows `X` of a panel of `d` columns, each with its numbers `a`. Lines have the
+/// registers of columns that are `blocks`; the first `skipped` of these stay as they are.
 #[inline(always)]
 pub(super) fn add_rows<const D: usize>(
     lines: &mut [f64],
@@ -111,7 +112,8 @@ pub(super) fn add_rows<const D: usize>(
     let (lines, _) = lines.as_chunks_mut::<LANES>();
     let (of_row, width) = (d / LANES, blocks.len());
     let mut at = skipped;
-    // With one number a row each register of columns has one sum, which waits for itself: only several of them keep the processor busy.
+    // With one number a row each register of columns has one sum, which waits for itself: only several of them keep the
+    // processor busy.
     if D == 1 {
         while at + 8 <= width {
             add_blocks::<D, 8>(lines, (width, at), (panel, of_row, blocks.start + at), rows.clone());
@@ -132,7 +134,8 @@ pub(super) fn add_rows<const D: usize>(
     }
 }
 
-/// The same of `B` registers of columns: from the `at`-th on of the `width` of a line, from `block` on of the `of_row` of a row.
+/// The same of `B` registers of columns: from the `at`-th on of the `width` of a line, from `block` on of the `of_row`
+/// of a row.
 #[inline(always)]
 fn add_blocks<const D: usize, const B: usize>(
     lines: &mut [[f64; LANES]],

@@ -1,7 +1,8 @@
 //! Rows of the design matrix for a batch of points: linearised, weighted, and with the points taken out.
 //!
-//! Taking a point out is a projection of its rows, `X <- X - J V^-1 J'X` with `J` the derivatives by the point and `V = J'J`. Sums over the
-//! projected rows are sums over what the points leave, and small rests of columns keep their digits.
+//! Taking a point out is a projection of its rows, `X <- X - J V^-1 J'X` with `J` the derivatives by the point and `V =
+//! J'J`. Sums over the projected rows are sums over what the points leave, and small rests of columns keep their
+//! digits.
 
 use super::batch::{Batch, Row, Share};
 use super::columns::{Coordinate, Entries, Measured};

@@ -21,22 +21,24 @@ const TASK_COLUMNS: usize = 64;
 pub struct ScoreSystem {
     /// `s`.
     pub score: DVector<f64>,
-    /// `M`; its diagonal alone as a column vector where that was asked for; not a number for columns of two families. Shared: of thousands of
-    /// columns it is the largest that there is.
+    /// `M`; its diagonal alone as a column vector where that was asked for; not a number for columns of two families.
+    /// Shared: of thousands of columns it is the largest that there is.
     pub information: Arc<DMatrix<f64>>,
     /// Squared length of each column before anything is taken out.
     pub length: Vec<f64>,
     /// Sum over the points of the squared part that each has of a score.
     pub squares: Vec<f64>,
-    /// Information of each column while cameras and poses are held: what `squares` has in the mean where points are independent.
+    /// Information of each column while cameras and poses are held: what `squares` has in the mean where points are
+    /// independent.
     pub held: Vec<f64>,
-    /// How the base's unknowns follow one unit of each column of an effect: images by rank, then border (scaled units), column by column.
+    /// How the base's unknowns follow one unit of each column of an effect: images by rank, then border (scaled units),
+    /// column by column.
     pub(super) moves: Mat<f64>,
 }
 
 impl NullModel {
-    /// Score and information of the columns of effects and of `extra`, on the threads of the current pool; `families` of those of effects beside
-    /// the own ones of `extra`. `each_alone`: of the information its diagonal.
+    /// Score and information of the columns of effects and of `extra`, on the threads of the current pool; `families`
+    /// of those of effects beside the own ones of `extra`. `each_alone`: of the information its diagonal.
     pub(super) fn score_system(
         &self,
         extra: &dyn Columns,

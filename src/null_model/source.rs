@@ -10,7 +10,8 @@ use crate::problem::{Problem, State};
 /// A column of an effect or of a held camera parameter in the measurements of one image.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EffectEntry {
-    /// Derivative to take: camera parameter (below 12), or 12 + position in the image's local list of effect parameters.
+    /// Derivative to take: camera parameter (below 12), or 12 + position in the image's local list of effect
+    /// parameters.
     pub source: u32,
     /// Dense column, or local one.
     pub column: u32,
@@ -49,7 +50,8 @@ pub(super) struct Carry {
 }
 
 impl Source<'_> {
-    /// Number of dense columns: the base's border, effects, further ones; then zeros up to whole registers, so that rows are never empty.
+    /// Number of dense columns: the base's border, effects, further ones; then zeros up to whole registers, so that
+    /// rows are never empty.
     pub fn dense(&self) -> usize {
         (self.structure.border.len() + self.effect_columns[0] + self.extra.dense()).max(1).next_multiple_of(LANES)
     }

@@ -1,8 +1,8 @@
-//! Sums over the rows of all points: normal matrices of columns among each other and with the base, in an order that depends neither on the
-//! number of threads nor on how the columns are split.
+//! Sums over the rows of all points: normal matrices of columns among each other and with the base, in an order that
+//! depends neither on the number of threads nor on how the columns are split.
 //!
-//! Each part of the sums is added up by one thread at a time, over the batches in their order (`waves`): that thread has a batch in its own
-//! cache for all the parts of a bundle.
+//! Each part of the sums is added up by one thread at a time, over the batches in their order (`waves`): that thread
+//! has a batch in its own cache for all the parts of a bundle.
 
 use super::ColumnPlace;
 use super::batch::Batch;
@@ -17,7 +17,8 @@ use crate::math::vectors::dispatch;
 
 /// Columns of a product that one task sums.
 const TASK_COLUMNS: usize = 48;
-/// Bundles of tasks per thread: what one is late with the others make up for. Each has its share of the images, and of the local columns.
+/// Bundles of tasks per thread: what one is late with the others make up for. Each has its share of the images, and of
+/// the local columns.
 const BUNDLES: usize = 2;
 
 /// Sums over all rows. `d` dense columns (the base's border first), `l` local ones.
@@ -28,11 +29,13 @@ pub(super) struct Sums {
     pub dense_dense: Vec<f64>,
     /// `L'D`, l x d, row by row.
     pub local_dense: Vec<f64>,
-    /// `L'L`, l x l, row by row; the upper triangle counts. Of the diagonal alone, one number per column, where asked for.
+    /// `L'L`, l x l, row by row; the upper triangle counts. Of the diagonal alone, one number per column, where asked
+    /// for.
     pub local_local: Vec<f64>,
     /// Image unknowns with dense columns, row by row.
     pub image_dense: Vec<f64>,
-    /// Image unknowns with local columns: by image, then column, then unknown of the image, which are summed side by side.
+    /// Image unknowns with local columns: by image, then column, then unknown of the image, which are summed side by
+    /// side.
     image_local: Vec<f64>,
     /// `D'v`.
     pub score_dense: Vec<f64>,
@@ -77,7 +80,8 @@ impl Sums {
         (self.image_dense, self.image_local) = (Vec::new(), Vec::new());
     }
 
-    /// Sums over everything; products of columns of two `families` may be missing. `diagonal_alone`: of `L'L` its diagonal.
+    /// Sums over everything; products of columns of two `families` may be missing. `diagonal_alone`: of `L'L` its
+    /// diagonal.
     pub fn of(source: &Source<'_>, families: &Families, diagonal_alone: bool) -> Result<Self, AdjustError> {
         let (d, l) = (source.dense(), source.local());
         let unknowns = source.structure.images * source.structure.dim;
@@ -113,7 +117,8 @@ impl Sums {
         Ok(sums)
     }
 
-    /// What adds a batch to a part of the sums, for each of their parts; images and local columns are split into `split` of them.
+    /// What adds a batch to a part of the sums, for each of their parts; images and local columns are split into
+    /// `split` of them.
     fn parts<'s>(&'s mut self, source: &Source<'_>, families: &'s Families, split: usize) -> Vec<Part<'s>> {
         let (d, l, dim) = (self.dense, self.local, source.structure.dim);
         let [images, locals] = [source.structure.images, l].map(|lines| lines.div_ceil(split).max(1));

@@ -32,7 +32,8 @@ enum Rows {
     Antennas(Range<usize>),
 }
 
-/// Calls every task with the batches of each wave in turn, points first, then antennas, on the threads of the current pool.
+/// Calls every task with the batches of each wave in turn, points first, then antennas, on the threads of the current
+/// pool.
 ///
 /// # Errors
 /// A state that cannot be projected.

@@ -1,7 +1,7 @@
 //! Start values in the datum: the 3D similarity that brings the block nearest to the positions observed.
 //!
-//! Tie points do not feel a similarity, so the seven unknowns are estimated alone. Left to the adjustment, a turn of the whole block is a
-//! long way in small steps: each linear one bends the rays.
+//! Tie points do not feel a similarity, so the seven unknowns are estimated alone. Left to the adjustment, a turn of
+//! the whole block is a long way in small steps: each linear one bends the rays.
 
 use super::{PositionObservation, Problem};
 use crate::math::rotation::skew;
@@ -25,7 +25,8 @@ impl Pair {
 
 /// Fewer positions do not determine a similarity.
 const LEAST_PAIRS: usize = 3;
-/// Damping, by the diagonal: what the positions hardly determine (the turn about a single straight strip) stays nearly as approximated.
+/// Damping, by the diagonal: what the positions hardly determine (the turn about a single straight strip) stays nearly
+/// as approximated.
 const DAMPING: f64 = 1e-3;
 /// The adjustment does the rest: steps that gain less than this share of the sum of squares are left to it.
 const GAIN: f64 = 1e-3;
@@ -122,7 +123,8 @@ fn align(pairs: &[Pair]) -> Option<Alignment> {
 }
 
 impl Problem {
-    /// Takes the start values of the images that take part, and of all tie points, into the system of the observed positions.
+    /// Takes the start values of the images that take part, and of all tie points, into the system of the observed
+    /// positions.
     pub(super) fn align_start(&mut self, pairs: &[Pair]) {
         let Some(alignment) = align(pairs) else { return };
         for (pose, free) in self.start.poses.iter_mut().zip(&self.pose_free) {

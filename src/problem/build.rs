@@ -14,13 +14,15 @@ use crate::model::Model;
 use std::sync::Arc;
 
 impl Problem {
-    /// Lays out the least-squares problem. Tie points with fewer than two rays, and images without any measurement, do not take part.
+    /// Lays out the least-squares problem. Tie points with fewer than two rays, and images without any measurement, do
+    /// not take part.
     pub fn new(block: &Block, model: &Model) -> Result<Self, ProblemError> {
         Self::near(block, model, None)
     }
 
-    /// As [`Problem::new`], with the start values of a solution of the same images and cameras, where there is one. A point whose rays do not meet
-    /// from the block's approximations has its position from there, and so have velocities that were not measured.
+    /// As [`Problem::new`], with the start values of a solution of the same images and cameras, where there is one. A
+    /// point whose rays do not meet from the block's approximations has its position from there, and so have velocities
+    /// that were not measured.
     pub fn near(block: &Block, model: &Model, near: Option<(&Problem, &State)>) -> Result<Self, ProblemError> {
         let (uses_control, uses_gnss) = datum_parts(block, model.datum)?;
         let (interiors, camera_free) = (start_interiors(block, model)?, free_parameters(block, model));

@@ -16,7 +16,8 @@ fn mean_point<'a>(points: impl Iterator<Item = &'a Vector3<f64>>) -> Vector3<f64
     if n == 0 { Vector3::zeros() } else { sum / n as f64 }
 }
 
-/// Mean of the control points that take part; without any, of the antennas that do; zero without either, where no effect needs it.
+/// Mean of the control points that take part; without any, of the antennas that do; zero without either, where no
+/// effect needs it.
 pub fn survey_centre(control: &[PositionObservation], gnss: &[PositionObservation]) -> Vector3<f64> {
     let observed = if control.is_empty() { gnss } else { control };
     mean_point(observed.iter().map(|observation| &observation.position))

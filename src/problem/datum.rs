@@ -22,7 +22,8 @@ pub(super) fn datum_parts(block: &Block, datum: Datum) -> Result<(bool, bool), P
 }
 
 impl Problem {
-    /// Positions of the approximate block that were observed: projection centres, and control points intersected from their marks.
+    /// Positions of the approximate block that were observed: projection centres, and control points intersected from
+    /// their marks.
     pub(super) fn observed_pairs(&self, block: &Block) -> Vec<Pair> {
         let centre = |observed: &PositionObservation| {
             Some(Pair::new(self.start.poses[observed.index as usize].centre, observed))
@@ -35,7 +36,8 @@ impl Problem {
         self.gnss.iter().filter_map(centre).chain(self.control.iter().filter_map(point)).collect()
     }
 
-    /// Minimal constraints: the pose of one image, and of the measured image farthest from it the coordinate in which they differ most.
+    /// Minimal constraints: the pose of one image, and of the measured image farthest from it the coordinate in which
+    /// they differ most.
     pub(super) fn hold_datum(&mut self) {
         let measured: Vec<usize> = (0..self.pose_free.len()).filter(|image| self.pose_free[*image][0]).collect();
         let Some(&first) = measured.first() else { return };

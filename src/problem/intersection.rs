@@ -7,8 +7,8 @@ use crate::camera::{F, Interior, undistort::viewing_ray};
 use crate::math::intersect::intersect_rays;
 use nalgebra::Vector3;
 
-/// A measurement farther than this from a point's projection, in focal lengths, is that of another point: so far off, the
-/// linearised projection says nothing of the point, and approximate orientations are far better known.
+/// A measurement farther than this from a point's projection, in focal lengths, is that of another point: so far off,
+/// the linearised projection says nothing of the point, and approximate orientations are far better known.
 const ANOTHER_POINT: f64 = 0.25;
 
 /// Start coordinates of a point. Surveyed points start at their survey. Tie points start where they are given, and at

@@ -4,8 +4,9 @@
 //! as in [`crate::math::rotation`], rad, then projection centre, m), points (3 each, m; tie points, then control
 //! points).
 //!
-//! Residuals are `(observed - computed) / sigma`, in this order: image observations (x, y each), control coordinates (3 each), GNSS
-//! positions (3 each), priors of `theta` (1 each, in order of `theta`), priors of camera parameters (1 each).
+//! Residuals are `(observed - computed) / sigma`, in this order: image observations (x, y each), control coordinates (3
+//! each), GNSS positions (3 each), priors of `theta` (1 each, in order of `theta`), priors of camera parameters (1
+//! each).
 
 pub mod context;
 pub mod order;
@@ -183,8 +184,8 @@ pub struct Problem {
     pub image_names: Vec<String>,
     /// Constants per image; names its camera and flight.
     pub image_contexts: Vec<ImageContext>,
-    /// Rank of each image along the block as it was at the block's approximations: the measurements of a point are in this order,
-    /// wherever the images have moved since.
+    /// Rank of each image along the block as it was at the block's approximations: the measurements of a point are in
+    /// this order, wherever the images have moved since.
     pub image_ranks: Vec<u32>,
     /// Constants of the block.
     pub block_context: BlockContext,
@@ -257,8 +258,8 @@ impl Layout {
 }
 
 impl Problem {
-    /// This problem with the derivatives that plug-ins give themselves ([`Effect::with_own_derivatives`](crate::effects::Effect)); borrowed
-    /// where it has no plug-in.
+    /// This problem with the derivatives that plug-ins give themselves
+    /// ([`Effect::with_own_derivatives`](crate::effects::Effect)); borrowed where it has no plug-in.
     pub fn with_own_derivatives(&self) -> Cow<'_, Self> {
         let mut own = Cow::Borrowed(self);
         for (e, instance) in self.effects.iter().enumerate() {

@@ -37,7 +37,8 @@ impl Points {
         self.starts.push(self.observations.len());
     }
 
-    /// Leaves the measurements that are `kept`, and the points that still can take part: of a tie point two rays, of a control point one.
+    /// Leaves the measurements that are `kept`, and the points that still can take part: of a tie point two rays, of a
+    /// control point one.
     pub fn keep(&mut self, kept: impl Fn(&ImageObservation) -> bool) {
         let mut left = Self::with_capacity(self.sources.len(), self.observations.len());
         for (source, rows) in self.iter() {

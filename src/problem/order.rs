@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Rank of every image along the principal axis of the projection centres (ties by position in the list): in a corridor the reduced system
-/// becomes a narrow band, whatever the order of flights.
+/// Rank of every image along the principal axis of the projection centres (ties by position in the list): in a corridor
+/// the reduced system becomes a narrow band, whatever the order of flights.
 pub fn ranks_along_block(centres: &[Vector3<f64>]) -> Vec<u32> {
     let n = centres.len().max(1) as f64;
     let mean = centres.iter().sum::<Vector3<f64>>() / n;

@@ -7,8 +7,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 impl Problem {
-    /// Starts where `problem` ended: cameras, poses, and what both have of points and effect parameters. Both are of the same images and
-    /// cameras; what is new keeps its own start value, and what is held stays where it is held.
+    /// Starts where `problem` ended: cameras, poses, and what both have of points and effect parameters. Both are of
+    /// the same images and cameras; what is new keeps its own start value, and what is held stays where it is held.
     pub(super) fn start_from(&mut self, problem: &Problem, state: &State) {
         let State { interiors, theta, poses, points } = state;
         // Of millions of measurements one copy is enough.

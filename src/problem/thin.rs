@@ -4,8 +4,8 @@ use super::{Layout, Problem, State};
 use std::sync::Arc;
 
 impl Problem {
-    /// The problem and a state of it with every `n`-th point, so that at most about `measurements` image measurements are left; whole
-    /// where it is small enough. Control points stay.
+    /// The problem and a state of it with every `n`-th point, so that at most about `measurements` image measurements
+    /// are left; whole where it is small enough. Control points stay.
     pub fn thinned(&self, state: &State, measurements: usize) -> (Problem, State) {
         let stride = self.observations.len().div_ceil(measurements.max(1)).max(1);
         let Layout { points, .. } = self.layout();

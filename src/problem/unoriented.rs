@@ -10,8 +10,8 @@ const POSE_NUMBERS: f64 = 6.0;
 /// Points that fix a rotation whatever else is known.
 const POSE_POINTS: usize = 3;
 
-/// Images whose measurements cannot orient them: each gives two numbers less its share of the point's three, a GNSS position three more, and
-/// a pose wants six and three points.
+/// Images whose measurements cannot orient them: each gives two numbers less its share of the point's three, a GNSS
+/// position three more, and a pose wants six and three points.
 fn unoriented<'a>(gnss: &[bool], points: impl Iterator<Item = (PointSource, &'a [ImageObservation])>) -> Vec<bool> {
     let mut numbers: Vec<f64> = gnss.iter().map(|gnss| if *gnss { 3.0 } else { 0.0 }).collect();
     let mut seen = vec![0; gnss.len()];
@@ -26,8 +26,8 @@ fn unoriented<'a>(gnss: &[bool], points: impl Iterator<Item = (PointSource, &'a 
     seen.iter().zip(numbers).map(|(seen, numbers)| *seen < POSE_POINTS || numbers < POSE_NUMBERS).collect()
 }
 
-/// Takes the measurements of such images out. Their points may fall to one ray and go too, so it repeats. What is out is known by
-/// [`Problem::images_without_part`].
+/// Takes the measurements of such images out. Their points may fall to one ray and go too, so it repeats. What is out
+/// is known by [`Problem::images_without_part`].
 pub(super) fn set_aside_unoriented(block: &Block, uses_gnss: bool, points: &mut Points) {
     let gnss: Vec<bool> = block.images.iter().map(|image| uses_gnss && image.gnss.is_some()).collect();
     loop {
@@ -41,7 +41,8 @@ pub(super) fn set_aside_unoriented(block: &Block, uses_gnss: bool, points: &mut 
 }
 
 impl Problem {
-    /// Names of the images that take no part: without measurements, or with too few to orient them. Their poses stay as they were given.
+    /// Names of the images that take no part: without measurements, or with too few to orient them. Their poses stay as
+    /// they were given.
     pub fn images_without_part(&self) -> Vec<&str> {
         let mut measured = vec![false; self.image_names.len()];
         for observation in self.observations.iter() {
@@ -69,7 +70,8 @@ impl Problem {
         unoriented
     }
 
-    /// Images without a measurement keep their approximate pose; a camera that none of the measured images used keeps its parameters.
+    /// Images without a measurement keep their approximate pose; a camera that none of the measured images used keeps
+    /// its parameters.
     pub(super) fn hold_unmeasured_images(&mut self) {
         let mut measured = vec![false; self.pose_free.len()];
         for observation in self.observations.iter() {

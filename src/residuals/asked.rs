@@ -126,7 +126,8 @@ impl Asked<'_> {
     }
 }
 
-/// Two questions to the same columns: are they zero together, and is the worst of `count` parts zero? Bonferroni over both.
+/// Two questions to the same columns: are they zero together, and is the worst of `count` parts zero? Bonferroni over
+/// both.
 pub(super) fn joint_or_worst(joint: Option<Tested>, worst: Option<Tested>, count: usize) -> Option<Tested> {
     match (joint, worst.map(|worst| worst.of_many(count))) {
         (Some(joint), Some(worst)) if worst.ln_p_value < joint.ln_p_value => Some(worst.of_many(2)),

@@ -1,10 +1,11 @@
 //! Do measurements that are close to each other in an image, or that are read one after another, err together?
 //!
-//! `I = sum v_i . v_k` over near neighbours of different points (Moran's statistic without its normalisation). Under the null the points are
-//! independent, so the products of one pair of points, summed over all images in which they are neighbours, have the expectation
-//! that the fit of the pose leaves, no correlation with those of other pairs, and the variance of their own squares: flipping
-//! the signs of whole points changes nothing. The expectation is taken from each image's own pose, known from its measurements and its
-//! antenna, with the rest held, which is nearer to zero than the true one: a one-sided test is on the safe side.
+//! `I = sum v_i . v_k` over near neighbours of different points (Moran's statistic without its normalisation). Under
+//! the null the points are independent, so the products of one pair of points, summed over all images in which they are
+//! neighbours, have the expectation that the fit of the pose leaves, no correlation with those of other pairs, and the
+//! variance of their own squares: flipping the signs of whole points changes nothing. The expectation is taken from
+//! each image's own pose, known from its measurements and its antenna, with the rest held, which is nearer to zero than
+//! the true one: a one-sided test is on the safe side.
 
 use super::asked::Tested;
 use super::context::Context;
@@ -22,8 +23,8 @@ const LEAST: usize = 100;
 /// Tests in the order in which they are made.
 pub(super) const TESTS: [&str; 2] = ["autocorrelation", "row-autocorrelation"];
 
-/// Tests neighbours on the sensor, and neighbours by row: a sensor that is read row by row takes these one after another, wherever in the row they
-/// lie, so that what shakes while an image is read moves them alike.
+/// Tests neighbours on the sensor, and neighbours by row: a sensor that is read row by row takes these one after
+/// another, wherever in the row they lie, so that what shakes while an image is read moves them alike.
 pub(super) fn test(context: &Context<'_>, found: &mut Found) {
     let images = context.problem.image_contexts.len();
     let products = Products::new(context);
@@ -90,7 +91,8 @@ impl<'a> Products<'a> {
         Self { context, owner, covariance }
     }
 
-    /// Sums them over pairs of points, in an order that does not depend on the number of threads. Runs in the pool of its caller.
+    /// Sums them over pairs of points, in an order that does not depend on the number of threads. Runs in the pool of
+    /// its caller.
     fn sum<I: Iterator<Item = usize>>(&self, neighbours: impl Fn(usize) -> I + Sync) -> Sum {
         let Self { context, owner, covariance } = self;
         let observations = &context.problem.observations;

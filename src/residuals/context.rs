@@ -88,8 +88,8 @@ impl<'a> Context<'a> {
         variance_factor(self.noise.sum_of_squares, self.noise.degrees)
     }
 
-    /// What `of_piece` makes of the places of all measurements, with their residuals (px), some points at a time, in the order of the problem: in pieces
-    /// that do not depend on the number of threads.
+    /// What `of_piece` makes of the places of all measurements, with their residuals (px), some points at a time, in
+    /// the order of the problem: in pieces that do not depend on the number of threads.
     pub(super) fn in_pieces<T: Send>(
         &self,
         of_piece: impl Fn(&mut dyn Iterator<Item = (Place, [f64; 2])>) -> T + Sync,

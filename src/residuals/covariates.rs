@@ -1,7 +1,8 @@
 //! Residuals against flight, time, temperature, row, radius, depth and viewing direction.
 //!
-//! A mean residual that changes with time is of little use: the pose absorbs it. What a slow change leaves are patterns over the sensor
-//! that change with it, so smooth patterns ([`super::place::patterns`]) times functions of the quantity are tested.
+//! A mean residual that changes with time is of little use: the pose absorbs it. What a slow change leaves are patterns
+//! over the sensor that change with it, so smooth patterns ([`super::place::patterns`]) times functions of the quantity
+//! are tested.
 
 use super::columns::{Family, Writer};
 use super::context::Context;
@@ -184,8 +185,8 @@ fn smooth<'a>(against: &'static str, unit: &'static str, of_images: Vec<f64>, de
     let of_images: Arc<[f64]> = of_images.into();
     let own = of_images.clone();
     let description = format!(
-        "{PATTERNS} smooth patterns over the sensor that change evenly with {against}, {LINEAR_PATTERNS} with its powers \
-         up to {degrees}"
+        "{PATTERNS} smooth patterns over the sensor that change evenly with {against}, {LINEAR_PATTERNS} with its \
+         powers up to {degrees}"
     );
     let count = PATTERNS + (degrees - 1) * LINEAR_PATTERNS;
     let made = covariate(against, count, false, description, move |place, to| {

@@ -54,7 +54,8 @@ fn place_on_sensor(structure: &Structure) -> Option<String> {
 fn periods(structure: &Structure) -> Option<String> {
     let peak = structure.pictures.peaks.first()?;
     Some(format!(
-        "a pattern repeats every {:.0} px in the direction {:.0} degrees from the x axis, amplitude {:.3} px in x and {:.3} px in y",
+        "a pattern repeats every {:.0} px in the direction {:.0} degrees from the x axis, amplitude {:.3} px in x and \
+         {:.3} px in y",
         peak.wavelength, peak.direction_deg, peak.amplitude[0], peak.amplitude[1]
     ))
 }

@@ -1,5 +1,5 @@
-//! GNSS residuals along, across and up: mean and slope in time per flight. They have a variance factor of their own: the a-priori
-//! precision of image measurements and of positions is wrong independently.
+//! GNSS residuals along, across and up: mean and slope in time per flight. They have a variance factor of their own:
+//! the a-priori precision of image measurements and of positions is wrong independently.
 
 use super::asked::Asked;
 use super::columns::Family;

@@ -105,8 +105,8 @@ pub(super) fn judge(context: &Context<'_>, values: &mut [ImageValue], asked: &As
         .max_by(|a, b| (a.scale / a.scale_sigma).abs().total_cmp(&(b.scale / b.scale_sigma).abs()));
     let description = worst.map_or(String::new(), |worst| {
         format!(
-            "shift and scale of each of {images} images; largest scale residual {:.3} px at half the diagonal in image {} \
-             ({} alone)",
+            "shift and scale of each of {images} images; largest scale residual {:.3} px at half the diagonal in image \
+             {} ({} alone)",
             worst.scale,
             context.problem.image_names[worst.image],
             p_is(normal_two_sided(worst.scale / worst.scale_sigma))

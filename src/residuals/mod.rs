@@ -1,16 +1,18 @@
-//! What is left in the residuals of a converged base model, whatever its cause: against the place on the sensor, the image, the flight, time,
-//! temperature, the row, the radius, the depth, the viewing direction, among neighbours, along and across the track.
+//! What is left in the residuals of a converged base model, whatever its cause: against the place on the sensor, the
+//! image, the flight, time, temperature, the row, the radius, the depth, the viewing direction, among neighbours, along
+//! and across the track.
 //!
 //! # Which statistics, and why
-//! Residuals of an adjustment are not independent: each point and each camera took its share. Sums of squares of cell means, taken as
-//! if they were independent, are wrong in both directions: too small where the fit absorbs a pattern, too large where a point passes the
-//! same two places again and again. So every test is one of columns that say what a unit of the pattern would move each measurement by, against
-//! the null model: under independent normal noise its F statistic is F distributed, however small the block. One thing that the weights do not
-//! know is guarded against by the object points as independent units: the variance of each score is also taken from its parts point by point,
-//! and where that is larger than the information says (measurements of one point that err together), the statistic is divided by the ratio (the
-//! first-order correction of Rao and Scott 1984). Errors that *different* points share, as neighbours in one image do or rows that
-//! are read one after another, show in the tests `autocorrelation`, `row-autocorrelation` and `row-spectrum`, the sign flip of whole points being the
-//! null.
+//! Residuals of an adjustment are not independent: each point and each camera took its share. Sums of squares of cell
+//! means, taken as if they were independent, are wrong in both directions: too small where the fit absorbs a pattern,
+//! too large where a point passes the same two places again and again. So every test is one of columns that say what a
+//! unit of the pattern would move each measurement by, against the null model: under independent normal noise its F
+//! statistic is F distributed, however small the block. One thing that the weights do not know is guarded against by
+//! the object points as independent units: the variance of each score is also taken from its parts point by point, and
+//! where that is larger than the information says (measurements of one point that err together), the statistic is
+//! divided by the ratio (the first-order correction of Rao and Scott 1984). Errors that *different* points share, as
+//! neighbours in one image do or rows that are read one after another, show in the tests `autocorrelation`,
+//! `row-autocorrelation` and `row-spectrum`, the sign flip of whole points being the null.
 //!
 //! Check points ([`check_points`]) decide nothing: their tests are marked as descriptive.
 
@@ -96,7 +98,8 @@ impl Structure {
         self.tests.iter().find(|test| test.against == against)
     }
 
-    /// Sentences that describe what is left, most significant first: where, how large, which wavelength, which images. Empty where nothing is.
+    /// Sentences that describe what is left, most significant first: where, how large, which wavelength, which images.
+    /// Empty where nothing is.
     pub fn describe_unexplained(&self) -> Vec<String> {
         describe::unexplained(self)
     }

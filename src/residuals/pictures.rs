@@ -11,8 +11,8 @@ pub struct Cell {
     pub n: usize,
     /// Mean residual, px.
     pub mean: [f64; 2],
-    /// Displacement (px) that would explain the residuals of this cell alone: larger than the mean, of which the points take a share. NaN
-    /// where the base model absorbs it.
+    /// Displacement (px) that would explain the residuals of this cell alone: larger than the mean, of which the points
+    /// take a share. NaN where the base model absorbs it.
     pub displacement: [f64; 2],
     /// p-value of this cell alone; NaN where it was not tested.
     pub p_value: f64,
@@ -42,12 +42,13 @@ pub struct ImageValue {
     pub n: usize,
     /// Mean residual, px.
     pub mean: [f64; 2],
-    /// Scale residual: displacement (px) at half the diagonal, away from the middle, if it were this image's alone. NaN where the
-    /// base model absorbs it.
+    /// Scale residual: displacement (px) at half the diagonal, away from the middle, if it were this image's alone. NaN
+    /// where the base model absorbs it.
     pub scale: f64,
     /// Its standard deviation, px.
     pub scale_sigma: f64,
-    /// Mean rotation of the residuals: displacement (px) at half the diagonal, clockwise in the image. The pose absorbs nearly all of it.
+    /// Mean rotation of the residuals: displacement (px) at half the diagonal, clockwise in the image. The pose absorbs
+    /// nearly all of it.
     pub rotation: f64,
 }
 
@@ -101,7 +102,8 @@ pub struct SpectrumGrid {
     pub shape: [usize; 2],
     /// Step of frequency along x and y, 1/px.
     pub step: [f64; 2],
-    /// Power relative to noise (mean 1 where nothing is), rows of equal y frequency; NaN outside the band that is searched.
+    /// Power relative to noise (mean 1 where nothing is), rows of equal y frequency; NaN outside the band that is
+    /// searched.
     pub power: Vec<f64>,
 }
 

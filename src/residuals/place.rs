@@ -1,5 +1,5 @@
-//! Where each measurement lies: on the sensor, in time, in space. Taken at the *predicted* image point: columns at the measured one
-//! would correlate with the noise.
+//! Where each measurement lies: on the sensor, in time, in space. Taken at the *predicted* image point: columns at the
+//! measured one would correlate with the noise.
 
 use crate::camera::{DCX, DCY};
 use crate::problem::{ImageObservation, Problem, State};

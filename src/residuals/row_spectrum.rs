@@ -1,9 +1,10 @@
 //! Do measurements swing along the rows of each image, as where a camera shakes while its rows are read?
 //!
-//! A shaking mount has one frequency, but a phase of its own in every image, so that nothing of it is left on the sensor of all images together.
-//! The power at a frequency is summed over images and both components: `sum |sum v exp(i 2 pi f row)|^2 / sum v^2`, one for each where the points are
-//! independent. Flipping the signs of whole points changes nothing under that null and leaves what images share by their points: the variance
-//! of the sum comes from such flips. What the fit absorbs makes the power smaller: a one-sided test is on the safe side.
+//! A shaking mount has one frequency, but a phase of its own in every image, so that nothing of it is left on the
+//! sensor of all images together. The power at a frequency is summed over images and both components: `sum |sum v exp(i
+//! 2 pi f row)|^2 / sum v^2`, one for each where the points are independent. Flipping the signs of whole points changes
+//! nothing under that null and leaves what images share by their points: the variance of the sum comes from such flips.
+//! What the fit absorbs makes the power smaller: a one-sided test is on the safe side.
 
 use super::asked::Tested;
 use super::context::Context;
@@ -20,10 +21,11 @@ use std::ops::RangeInclusive;
 /// Name of the test.
 pub(super) const TEST: &str = "row-spectrum";
 
-/// Half periods from the first row of an image to the last. Below a period the pose of an image takes them; rotors and engines shake below 300 Hz,
-/// and rows are read within 50 ms.
+/// Half periods from the first row of an image to the last. Below a period the pose of an image takes them; rotors and
+/// engines shake below 300 Hz, and rows are read within 50 ms.
 const HALF_PERIODS: RangeInclusive<u32> = 2..=30;
-/// Of these the variance is taken, which is the same for all; with a flip for each bit of a number it is known to an eighth.
+/// Of these the variance is taken, which is the same for all; with a flip for each bit of a number it is known to an
+/// eighth.
 const OF_VARIANCE: [u32; 4] = [5, 12, 19, 26];
 /// Frequencies that are summed on one thread together: few enough for several threads, and enough for what they share.
 const TOGETHER: usize = 8;
@@ -83,7 +85,8 @@ impl<'a> Rows<'a> {
         Self { context, squares, half_period }
     }
 
-    /// Power at each frequency for each of `flips`: where bit `flip` of `signs(j)` is set, the residuals of point `j` have the other sign.
+    /// Power at each frequency for each of `flips`: where bit `flip` of `signs(j)` is set, the residuals of point `j`
+    /// have the other sign.
     fn powers(&self, half_periods: &[u32], flips: usize, signs: impl Fn(usize) -> u32) -> Vec<f64> {
         let Self { context, squares, half_period } = self;
         let problem = context.problem;

@@ -9,7 +9,8 @@ use crate::math::statistics::chi_square_sf;
 
 /// Most cells of a sensor along its long and its short side.
 const MOST_CELLS: [usize; 2] = [16, 12];
-/// Measurements that a cell should have on average: its mean is normal then, and a coarser grid sees small blocks better.
+/// Measurements that a cell should have on average: its mean is normal then, and a coarser grid sees small blocks
+/// better.
 const PER_CELL: f64 = 30.0;
 /// Cells with fewer measurements are not tested.
 const LEAST: usize = 8;

@@ -1,8 +1,8 @@
-//! Periodic patterns on the sensor: Fourier transform of finely binned residuals, to find candidates; each candidate is then tested
-//! exactly, as cosine and sine of its frequency in both components.
+//! Periodic patterns on the sensor: Fourier transform of finely binned residuals, to find candidates; each candidate is
+//! then tested exactly, as cosine and sine of its frequency in both components.
 //!
-//! The p-value is that of the exact test times the number of frequencies looked at. It holds whatever way the candidates were found;
-//! neighbouring frequencies are correlated, so it is somewhat too large.
+//! The p-value is that of the exact test times the number of frequencies looked at. It holds whatever way the
+//! candidates were found; neighbouring frequencies are correlated, so it is somewhat too large.
 
 use super::asked::{Asked, Tested};
 use super::columns::{Family, Writer};
@@ -20,7 +20,8 @@ const SHORTEST: f64 = 100.0;
 const BINS_PER_WAVE: f64 = 4.0;
 /// The longest wavelength is this share of the sensor's long side: below two periods the cells see more.
 const LONGEST_SHARE: f64 = 0.5;
-/// Frequencies are this much finer than the sensor resolves, so that a peak between two of them keeps two thirds of its power.
+/// Frequencies are this much finer than the sensor resolves, so that a peak between two of them keeps two thirds of its
+/// power.
 const OVERSAMPLING: usize = 2;
 /// Peaks per camera that are tested exactly.
 const CANDIDATES: usize = 8;
@@ -81,7 +82,8 @@ impl Spectrum {
         Family { against: "spectrum", count, local: false, fill: Box::new(fill), coordinates: None }
     }
 
-    /// Tests each; those that the base model absorbs are left out. Columns of the strongest come first in what is found to be left.
+    /// Tests each; those that the base model absorbs are left out. Columns of the strongest come first in what is found
+    /// to be left.
     pub fn judge(&self, asked: &Asked<'_>, found: &mut Found) {
         let mut peaks: Vec<(Peak, Tested, usize)> = Vec::new();
         for (c, frequency) in self.candidates.iter().enumerate() {

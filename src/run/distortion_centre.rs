@@ -1,8 +1,9 @@
 //! Is there a distortion that a centre of distortion could be the centre of?
 //!
-//! At exactly zero distortion the columns of `dcx, dcy` vanish and the solvers see it. With noise the estimated coefficients are
-//! not quite zero: the normal matrix is regular, and the centre is a number made of noise. So the coefficients are tested
-//! jointly, at the estimated centre: where they are not significant the centre is not determined either.
+//! At exactly zero distortion the columns of `dcx, dcy` vanish and the solvers see it. With noise the estimated
+//! coefficients are not quite zero: the normal matrix is regular, and the centre is a number made of noise. So the
+//! coefficients are tested jointly, at the estimated centre: where they are not significant the centre is not
+//! determined either.
 
 use super::Progress;
 use crate::adjust::{AdjustError, CovarianceOf, Iteration, NullDirection, Options, Solution, Solver};
@@ -16,8 +17,8 @@ use std::ops::ControlFlow;
 const CENTRE: std::ops::Range<usize> = DCX..K1;
 const COEFFICIENTS: std::ops::Range<usize> = K1..PARAMETER_COUNT;
 
-/// Chance that no distortion looks like one. Far below any usual significance, as a lens with a distortion has a statistic of thousands,
-/// and as the centre has been chosen to make it large.
+/// Chance that no distortion looks like one. Far below any usual significance, as a lens with a distortion has a
+/// statistic of thousands, and as the centre has been chosen to make it large.
 const SIGNIFICANCE: f64 = 1e-9;
 
 /// Errors: [`AdjustError::Singular`] that names the free centres of cameras without a significant distortion.
@@ -86,8 +87,8 @@ fn undetermined(problem: &Problem, solved: &Problem, solution: &Solution) -> Vec
     directions
 }
 
-/// `x' N x` of the free coefficients of camera `c` at its estimated centre (all other unknowns eliminated), and their number; `None`
-/// without a covariance or without free coefficients.
+/// `x' N x` of the free coefficients of camera `c` at its estimated centre (all other unknowns eliminated), and their
+/// number; `None` without a covariance or without free coefficients.
 fn statistic(problem: &Problem, solution: &Solution, c: usize) -> Option<(f64, usize)> {
     let covariance = solution.covariance.as_ref()?;
     let positions = |range: std::ops::Range<usize>| -> Vec<(usize, usize)> {

@@ -1,5 +1,5 @@
-//! Images whose rotation is known to no better than a radian are not oriented: two control points leave a rotation about their line, and
-//! rounding alone keeps the normal matrix from showing it.
+//! Images whose rotation is known to no better than a radian are not oriented: two control points leave a rotation
+//! about their line, and rounding alone keeps the normal matrix from showing it.
 
 use crate::adjust::{AdjustError, NullDirection, Solution};
 use crate::problem::Problem;
@@ -10,7 +10,8 @@ const LOOSE_RAD: f64 = 1.0;
 /// Images named at most; the rest is counted by the first of them.
 const NAMED: usize = 3;
 
-/// Errors: [`AdjustError::Singular`] that names the loosest images. Passes where the covariance of poses was not asked for.
+/// Errors: [`AdjustError::Singular`] that names the loosest images. Passes where the covariance of poses was not asked
+/// for.
 pub fn check(problem: &Problem, solver: &'static str, solution: &Solution) -> Result<(), AdjustError> {
     let Some(covariance) = &solution.covariance else { return Ok(()) };
     let mut loose: Vec<(f64, usize, usize)> = covariance

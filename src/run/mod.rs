@@ -1,5 +1,5 @@
-//! One run: adjust a block under a model with the chosen solvers, hold them against each other, take the result into the survey's
-//! system and compare it with control and check points.
+//! One run: adjust a block under a model with the chosen solvers, hold them against each other, take the result into
+//! the survey's system and compare it with control and check points.
 
 pub(crate) mod distortion_centre;
 pub mod fit;
@@ -59,7 +59,8 @@ const NO_WEIGHT_PX: f64 = 1e9;
 /// Control points that a similarity needs.
 const SIMILARITY_POINTS: usize = 3;
 
-/// Reduced unknowns above which the covariance of every pose and point is left out of a run (its memory grows with their square).
+/// Reduced unknowns above which the covariance of every pose and point is left out of a run (its memory grows with
+/// their square).
 const EVERYTHING_UNKNOWNS: usize = 6000;
 
 /// What one adjustment gave.
@@ -114,7 +115,8 @@ impl Run {
         ))
     }
 
-    /// Median over the points of the standard deviation in space, a posteriori, in the units of the block (m); NaN where it was not computed.
+    /// Median over the points of the standard deviation in space, a posteriori, in the units of the block (m); NaN
+    /// where it was not computed.
     pub fn point_sigma_m(&self) -> f64 {
         let points = self.solution().covariance.iter().flat_map(|covariance| &covariance.points);
         let sigmas: Vec<f64> = points.map(|covariance| covariance.trace().max(0.0).sqrt()).collect();
@@ -137,8 +139,8 @@ pub fn options_for(problem: &Problem, options: &Options) -> Options {
     Options { covariance, ..options.clone() }
 }
 
-/// Adjusts with each solver in turn from the same start values, and compares. One solver that finds a solution is enough; what became of the
-/// other stands in [`Run::failures`].
+/// Adjusts with each solver in turn from the same start values, and compares. One solver that finds a solution is
+/// enough; what became of the other stands in [`Run::failures`].
 pub fn adjust(
     block: &Block,
     model: &Model,

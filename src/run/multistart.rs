@@ -1,5 +1,5 @@
-//! Other start values: an adjustment that starts where f is wrong by half or by twice, or with its images turned or its base the other way
-//! round, may end in a minimum of its own, with a camera that is none, and both solvers agree on it.
+//! Other start values: an adjustment that starts where f is wrong by half or by twice, or with its images turned or its
+//! base the other way round, may end in a minimum of its own, with a camera that is none, and both solvers agree on it.
 
 use super::RunError;
 use super::start_values::{doubtful_share_behind, doubts};
@@ -13,16 +13,17 @@ use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_2;
 use std::ops::ControlFlow;
 
-/// Factors on the focal length that are tried: a minimum of its own begins where f is wrong by about 1.8, so that steps of 1.4 miss none.
+/// Factors on the focal length that are tried: a minimum of its own begins where f is wrong by about 1.8, so that steps
+/// of 1.4 miss none.
 const FACTORS: [f64; 5] = [1.0, 0.7, 1.4, 0.5, 2.0];
-/// Change of a focal length, as a share of it, beyond which its start value was none: a lens has the focal length that is written on it within a
-/// few per cent, and a sensor the size.
+/// Change of a focal length, as a share of it, beyond which its start value was none: a lens has the focal length that
+/// is written on it within a few per cent, and a sensor the size.
 const DOUBTFUL: f64 = 0.2;
 /// Quarter turns about the optical axis that are tried.
 const TURNS: [u8; 4] = [0, 1, 2, 3];
 
-/// Block and model with the start values that end at the smallest variance factor; as they are where none ends. The poses are others only where the
-/// block's put most points behind the images.
+/// Block and model with the start values that end at the smallest variance factor; as they are where none ends. The
+/// poses are others only where the block's put most points behind the images.
 ///
 /// # Errors
 /// A block of which no problem can be made.
@@ -100,8 +101,8 @@ pub(super) fn problem_of_what_meets(block: &Block, model: &Model) -> Result<Prob
     Problem::new(&left, model)
 }
 
-/// The block with its images turned about their axes, and with its base the other way round, by which the same rays meet in front that met
-/// behind: those of them that are not in doubt. Tie points are intersected anew.
+/// The block with its images turned about their axes, and with its base the other way round, by which the same rays
+/// meet in front that met behind: those of them that are not in doubt. Tie points are intersected anew.
 fn other_poses(block: &Block, interiors: &[Interior]) -> Vec<(String, Block)> {
     let centroid = block.images.iter().map(|image| image.pose.centre).sum::<Vector3<f64>>() / block.images.len() as f64;
     let mut found = Vec::new();

@@ -1,5 +1,6 @@
-//! Places on the sensor that a single measurement holds. A shape that jumps at its centre can put the jump where one measurement lies, and fits that
-//! one whatever it says: a cusp of the sum of squares, of which a fit sees neither how it came there nor the way out.
+//! Places on the sensor that a single measurement holds. A shape that jumps at its centre can put the jump where one
+//! measurement lies, and fits that one whatever it says: a cusp of the sum of squares, of which a fit sees neither how
+//! it came there nor the way out.
 
 use crate::adjust::AdjustError;
 use crate::adjust::native::pool::Pool;
@@ -9,7 +10,8 @@ use crate::problem::{Problem, State};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
-/// Share of the information of a searched parameter from which one measurement knows more of it than all others together.
+/// Share of the information of a searched parameter from which one measurement knows more of it than all others
+/// together.
 const HELD: f64 = 0.5;
 
 /// Points whose measurements are summed by one thread at a time.

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-/// Cells along the longer side of a sensor: fine enough to show a field, coarse enough that most cells hold measurements.
+/// Cells along the longer side of a sensor: fine enough to show a field, coarse enough that most cells hold
+/// measurements.
 pub const CELLS: f64 = 20.0;
 
 /// Mean residual of a cell of the sensor.
@@ -16,8 +17,8 @@ pub struct CellMean {
     pub mean: [f64; 2],
 }
 
-/// Means over square cells of a sensor of the size `sensor` (px), of pairs of place and residual (px). Cells without measurements are
-/// left out; measurements beyond the sensor count for the cell at its edge.
+/// Means over square cells of a sensor of the size `sensor` (px), of pairs of place and residual (px). Cells without
+/// measurements are left out; measurements beyond the sensor count for the cell at its edge.
 pub fn cell_means(sensor: [f64; 2], residuals: impl Iterator<Item = ([f64; 2], [f64; 2])>) -> Vec<CellMean> {
     let side = sensor[0].max(sensor[1]) / CELLS;
     let shape = sensor.map(|length| (length / side).round().max(1.0));
@@ -37,7 +38,8 @@ pub fn cell_means(sensor: [f64; 2], residuals: impl Iterator<Item = ([f64; 2], [
     sums.into_iter().map(mean).collect()
 }
 
-/// RMS per coordinate of the residuals of each key (an image's position, say); `None` for keys below `count` without residuals.
+/// RMS per coordinate of the residuals of each key (an image's position, say); `None` for keys below `count` without
+/// residuals.
 pub fn rms_by(count: usize, residuals: impl Iterator<Item = (usize, [f64; 2])>) -> Vec<Option<f64>> {
     let mut squares = MeanSquares::new(count);
     residuals.for_each(|(key, residual)| squares.add(key, residual));

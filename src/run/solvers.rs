@@ -1,7 +1,8 @@
 //! The solvers of a run on one problem: each from the same start values, then held against each other.
 //!
-//! Two solvers that stop a little apart in a flat valley, or one that creeps where the other does not, are no contradiction: each is started
-//! once more from where the other ended. What they find then counts, and the agreement says that it was found that way.
+//! Two solvers that stop a little apart in a flat valley, or one that creeps where the other does not, are no
+//! contradiction: each is started once more from where the other ended. What they find then counts, and the agreement
+//! says that it was found that way.
 
 use super::{Progress, distortion_centre, loose_poses};
 use crate::adjust::agreement::{self, Agreement};
@@ -22,7 +23,8 @@ pub struct Solved {
 /// Solves with each solver in turn.
 ///
 /// # Errors
-/// The first failure where none found a solution; at once what no other solver can mend (bad start values, a wish to cancel).
+/// The first failure where none found a solution; at once what no other solver can mend (bad start values, a wish to
+/// cancel).
 pub fn solve(
     problem: &Problem,
     solvers: &[&dyn Solver],
@@ -123,7 +125,8 @@ impl Pair<'_, '_> {
         agreement::compare(self.problem, (self.solvers[0], a), (self.solvers[1], b))
     }
 
-    /// Starts each solver from the other's solution. Where they agree then, that replaces what they found; else it stays with `found`.
+    /// Starts each solver from the other's solution. Where they agree then, that replaces what they found; else it
+    /// stays with `found`.
     fn polish(&mut self, a: &mut Solution, b: &mut Solution, found: Agreement) -> Result<Agreement, AdjustError> {
         let (next_a, next_b) = (self.from(0, &b.state), self.from(1, &a.state));
         if let Some(cancelled) = [&next_a, &next_b].into_iter().find_map(cancelled) {
@@ -170,7 +173,8 @@ mod tests {
         Early,
         /// Does not converge.
         Lost,
-        /// Stops a hundred-thousandth of the focal length's sigma away, where the standard deviations are others by a thousandth.
+        /// Stops a hundred-thousandth of the focal length's sigma away, where the standard deviations are others by a
+        /// thousandth.
         Jumps,
         /// The same, and says so of every other place.
         Wrong,

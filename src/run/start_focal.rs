@@ -1,6 +1,7 @@
-//! The focal length that a camera starts with, judged before an adjustment by where its images stand: at a wrong one the rays of tie points miss each
-//! other where images look in different directions or stand at different heights, and marks of control points lie beside where antenna positions put them.
-//! Images that all look one way, with nothing to say how high they stand, tell nothing, and neither do poses that are far off: that is said.
+//! The focal length that a camera starts with, judged before an adjustment by where its images stand: at a wrong one
+//! the rays of tie points miss each other where images look in different directions or stand at different heights, and
+//! marks of control points lie beside where antenna positions put them. Images that all look one way, with nothing to
+//! say how high they stand, tell nothing, and neither do poses that are far off: that is said.
 
 use super::multistart::{problem_of_what_meets, scaled_focal_lengths};
 use super::start_values::Doubt;
@@ -12,16 +13,16 @@ use crate::measure::Predictor;
 use crate::model::Model;
 use crate::problem::MeasurementKind;
 
-/// Factors on the focal length that are tried beside one. A lens has the focal length that is written on it within a few per cent: what is nearer than
-/// the nearest is left to the adjustment, which finds it from there.
+/// Factors on the focal length that are tried beside one. A lens has the focal length that is written on it within a
+/// few per cent: what is nearer than the nearest is left to the adjustment, which finds it from there.
 const FACTORS: [f64; 6] = [0.41, 0.51, 0.64, 1.56, 1.95, 2.44];
 /// Tie points judged at most, spread over the block.
 const MOST_POINTS: usize = 2000;
 /// Measurements of a kind and a camera below which their median is none.
 const FEWEST: usize = 10;
-/// A misfit that is so many times less or more is no chance of poses that are off by metres and degrees: these put every ray beside its point by an
-/// angle, which is in pixels as the focal length is, and the noise of the measurements by pixels. Whichever is less in favour of another focal length
-/// counts.
+/// A misfit that is so many times less or more is no chance of poses that are off by metres and degrees: these put
+/// every ray beside its point by an angle, which is in pixels as the focal length is, and the noise of the measurements
+/// by pixels. Whichever is less in favour of another focal length counts.
 const CLEARLY: f64 = 2.0;
 
 /// What the start of a block says of the focal lengths of its cameras.
@@ -70,8 +71,8 @@ pub fn focal_lengths(block: &Block, model: &Model, interiors: &[Interior]) -> Re
     Ok(judged)
 }
 
-/// Distances between where a camera's measurements are and where they should be at the start, px: the medians, which blunders do not move, of tie
-/// points and marks.
+/// Distances between where a camera's measurements are and where they should be at the start, px: the medians, which
+/// blunders do not move, of tie points and marks.
 struct Misfit([Option<f64>; 2]);
 
 impl Misfit {

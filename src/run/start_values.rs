@@ -1,5 +1,5 @@
-//! Start values, judged before an adjustment: a camera or a block that begins in another basin ends in a minimum of its own, and nothing in the
-//! residuals of that minimum says so.
+//! Start values, judged before an adjustment: a camera or a block that begins in another basin ends in a minimum of its
+//! own, and nothing in the residuals of that minimum says so.
 
 use crate::block::{Block, ImageId, Measurement};
 use crate::camera::{
@@ -10,12 +10,13 @@ use nalgebra::Vector3;
 
 /// Tie points judged at most, spread over the block: a share is known to a hundredth from as many.
 const MOST_POINTS: usize = 2000;
-/// Share of the points behind a camera from which the orientation is in doubt. Blunders and rays that are nearly parallel put single points
-/// there: in a block that can be adjusted they are a few in a hundred.
+/// Share of the points behind a camera from which the orientation is in doubt. Blunders and rays that are nearly
+/// parallel put single points there: in a block that can be adjusted they are a few in a hundred.
 const DOUBTFUL_SHARE: f64 = 0.1;
 /// Share from which it is the rule, and the orientation of the block as a whole is another.
 const MOST_SHARE: f64 = 0.5;
-/// Distance from the centre of distortion, in distances of the farthest corner, beyond which no lens images that corner.
+/// Distance from the centre of distortion, in distances of the farthest corner, beyond which no lens images that
+/// corner.
 const FARTHEST: f64 = 4.0;
 
 /// What is doubtful.
@@ -52,7 +53,8 @@ pub enum Doubt {
     },
     /// A focal length at which rays do not meet.
     #[error(
-        "camera {camera} starts with a focal length of {f:.0} px, and its rays meet {times:.1} times better at {better:.0} px"
+        "camera {camera} starts with a focal length of {f:.0} px, and its rays meet {times:.1} times better at \
+         {better:.0} px"
     )]
     FocalLength {
         /// Its id.
@@ -65,7 +67,8 @@ pub enum Doubt {
         times: f64,
     },
     /// Tie points that cameras cannot have seen.
-    #[error("{:.0} % of the tie points lie behind an image that sees them: orientation or order of the images", 100.0 * share)]
+    #[error("{:.0} % of the tie points lie behind an image that sees them: orientation or order of the \
+             images", 100.0 * share)]
     Behind {
         /// Of the tie points that have coordinates or whose rays meet.
         share: f64,
@@ -113,7 +116,8 @@ fn distortion(camera: &Camera, interior: &Interior) -> Option<Doubt> {
     (!reaches).then(|| Doubt::Distortion { camera: camera.id.clone(), at, corner })
 }
 
-/// Share of the tie points that lie behind an image that sees them, where they are given or their rays meet; `None` where none is either.
+/// Share of the tie points that lie behind an image that sees them, where they are given or their rays meet; `None`
+/// where none is either.
 fn share_behind(block: &Block, interiors: &[Interior]) -> Option<f64> {
     let step = block.tie_points.len().div_ceil(MOST_POINTS).max(1);
     let mut rays: Vec<Vec<&Measurement>> = vec![Vec::new(); block.tie_points.len().div_ceil(step)];
@@ -172,7 +176,8 @@ mod tests {
         }
     }
 
-    /// The corner lies at 3200 px. With `k1 < 0` alone the radius grows up to `r = (-3 k1)^(-1/2)`, and is two thirds of that there.
+    /// The corner lies at 3200 px. With `k1 < 0` alone the radius grows up to `r = (-3 k1)^(-1/2)`, and is two thirds
+    /// of that there.
     #[test]
     fn a_distortion_grows_up_to_the_corner() {
         let limit = -1.0 / (3.0 * (1.5 * 3200.0_f64).powi(2));

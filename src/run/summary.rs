@@ -50,7 +50,8 @@ pub struct Summary {
     pub agreement: Option<Agreement>,
     /// By camera and parameter.
     pub cameras: Named<Named<CameraParameter>>,
-    /// By effect and parameter; values of one flight or camera as `name[flight]`. Values of one image stand in `images.csv`.
+    /// By effect and parameter; values of one flight or camera as `name[flight]`. Values of one image stand in
+    /// `images.csv`.
     pub effects: Named<Named<EffectParameter>>,
     /// Libraries of the effects that are no part of this program; left out without any.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -1,5 +1,6 @@
-//! Standard deviations of random effects (`a_i ~ N(0, s^2)`) as variance components: at a fit, the null model gives score and information of
-//! the values, and their marginal likelihood the variance, without a fit per round ([`crate::math::variance_component`]).
+//! Standard deviations of random effects (`a_i ~ N(0, s^2)`) as variance components: at a fit, the null model gives
+//! score and information of the values, and their marginal likelihood the variance, without a fit per round
+//! ([`crate::math::variance_component`]).
 
 use super::{Progress, RunError};
 use crate::adjust::{CovarianceOf, Options, Solver};
@@ -10,7 +11,8 @@ use crate::problem::{Problem, State};
 
 /// Fits at most: the likelihood is that of a linear model, and what bends it is gone after the second.
 const FITS: usize = 3;
-/// Relative change of a standard deviation at which it is known well enough, in its own relative uncertainty `1 / sqrt(2 n)`.
+/// Relative change of a standard deviation at which it is known well enough, in its own relative uncertainty `1 /
+/// sqrt(2 n)`.
 const SHARE_OF_UNCERTAINTY: f64 = 0.05;
 /// Change of chi-square at which these fits stop: the values are then known to a hundredth of their sigma.
 const CHI_SQUARE_CHANGE: f64 = 1e-4;

@@ -286,9 +286,9 @@ pub struct Ties {
     pub detection: Detection,
 }
 
-/// A point has a probability `best * u^decay` of its own (`u` uniform in 0..1) to be found in each image that sees it. Points found
-/// once are no tie points and drawn again. A decay above 1 gives many points of low multiplicity and a long thin tail, as in
-/// real blocks.
+/// A point has a probability `best * u^decay` of its own (`u` uniform in 0..1) to be found in each image that sees it.
+/// Points found once are no tie points and drawn again. A decay above 1 gives many points of low multiplicity and a
+/// long thin tail, as in real blocks.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Detection {

@@ -1,15 +1,15 @@
 //! Simulated blocks: what a flight over a terrain would have measured, without errors.
 //!
-//! A [`Scenario`] is a TOML file: cameras, terrain, flights, tie points, surveyed points. Presets are such files inside the
-//! binary ([`preset_names`]). [`simulate`] makes a [`Simulation`] of it; [`twin_of`] makes one of a real block.
+//! A [`Scenario`] is a TOML file: cameras, terrain, flights, tie points, surveyed points. Presets are such files inside
+//! the binary ([`preset_names`]). [`simulate`] makes a [`Simulation`] of it; [`twin_of`] makes one of a real block.
 //!
 //! What the simulation states and leaves out:
 //! - World axes are x east, y north, z up. The terrain's long axis is north-south through the origin.
-//! - A nadir image has its y axis against the heading and its x axis to the right of it (long side across track), or with
-//!   `long_side = "along"` its x axis along the heading.
-//! - A point is seen where it is in front of the camera, at least [`SENSOR_MARGIN_PX`] inside the sensor, inside the domain where the
-//!   distortion is monotonic, and where the surface faces the camera (at most [`MAX_INCIDENCE_DEG`] off its normal). Occlusion
-//!   of one part of the terrain by another is ignored: the terrain is gentle.
+//! - A nadir image has its y axis against the heading and its x axis to the right of it (long side across track), or
+//!   with `long_side = "along"` its x axis along the heading.
+//! - A point is seen where it is in front of the camera, at least [`SENSOR_MARGIN_PX`] inside the sensor, inside the
+//!   domain where the distortion is monotonic, and where the surface faces the camera (at most [`MAX_INCIDENCE_DEG`]
+//!   off its normal). Occlusion of one part of the terrain by another is ignored: the terrain is gentle.
 //! - The GNSS antenna stands in the projection centre.
 //! - Every object has a random stream of its own, so results do not depend on the number of threads.
 

@@ -39,7 +39,8 @@ pub struct FlightOverlap {
 pub struct Dropped {
     /// Tie and surveyed points with fewer than two measurements.
     pub too_few_rays: usize,
-    /// Points whose rays do not intersect: parallel, beyond the domain of the inverse distortion, or without convergence.
+    /// Points whose rays do not intersect: parallel, beyond the domain of the inverse distortion, or without
+    /// convergence.
     pub no_intersection: usize,
     /// Points behind one of their cameras.
     pub behind: usize,
@@ -179,8 +180,8 @@ impl fmt::Display for OverlapReport {
         if self.dropped.total() > 0 {
             writeln!(
                 f,
-                "left out: {too_few_rays} points with one ray, {no_intersection} without intersection, {behind} behind a \
-                 camera, {outside} outside a sensor"
+                "left out: {too_few_rays} points with one ray, {no_intersection} without intersection, {behind} behind \
+                 a camera, {outside} outside a sensor"
             )?;
         }
         Ok(())

@@ -13,8 +13,8 @@ use nalgebra::{Matrix2x3, Vector3};
 use rayon::prelude::*;
 
 /// Makes the error-free twin of a real block: cameras and poses are taken as true; tie points, control and check points
-/// are intersected from their measurements and reprojected into the same images. Antenna positions, where there are any, become the
-/// projection centres. Points that cannot be so treated are left out and counted in the report.
+/// are intersected from their measurements and reprojected into the same images. Antenna positions, where there are
+/// any, become the projection centres. Points that cannot be so treated are left out and counted in the report.
 ///
 /// # Errors
 /// A block of which no tie point remains.

@@ -114,8 +114,8 @@ impl<'a> Viewer<'a> {
     }
 }
 
-/// Box `[min x, max x, min y, max y]` (m) of all places between two heights that an image can see; `None` where the view
-/// reaches the horizon.
+/// Box `[min x, max x, min y, max y]` (m) of all places between two heights that an image can see; `None` where the
+/// view reaches the horizon.
 ///
 /// The part of a viewing pyramid between two planes is convex, and its corners lie on the pyramid's edges.
 fn footprint_box(image: &Image, outline: &[f64; 4], height_range: [f64; 2]) -> Option<[f64; 4]> {

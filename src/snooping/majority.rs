@@ -1,8 +1,9 @@
 //! Where most rays of a point meet: start coordinates that one wrong ray cannot bend.
 //!
-//! The least-squares intersection of all rays of a point lies far from each of them where one is wrong by a thousand pixels, and a robust fit that starts
-//! there takes them all for wrong. So every two rays are intersected, and of these places the one counts that has the least sum of angles to
-//! all rays: a wrong ray adds the same to the sum of every place where others meet.
+//! The least-squares intersection of all rays of a point lies far from each of them where one is wrong by a thousand
+//! pixels, and a robust fit that starts there takes them all for wrong. So every two rays are intersected, and of these
+//! places the one counts that has the least sum of angles to all rays: a wrong ray adds the same to the sum of every
+//! place where others meet.
 
 use crate::block::{Block, Measurement};
 use crate::camera::undistort::viewing_ray;
@@ -11,7 +12,8 @@ use crate::problem::{PointSource, Problem, State};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-/// Two rays intersected, of a point at most. Of a point half of whose rays are wrong a quarter of them is of right ones.
+/// Two rays intersected, of a point at most. Of a point half of whose rays are wrong a quarter of them is of right
+/// ones.
 const MOST_PAIRS: usize = 200;
 
 /// Two rays tell of nothing but each other.
@@ -49,8 +51,8 @@ fn meeting_of_most(problem: &Problem, j: usize) -> Option<Vector3<f64>> {
     place_of_most(&rays, of_start, in_front)
 }
 
-/// The place where two of some rays meet that lies least beside all of them; `None` where none lies less beside them than `least`, a sum of angles, or
-/// may be one.
+/// The place where two of some rays meet that lies least beside all of them; `None` where none lies less beside them
+/// than `least`, a sum of angles, or may be one.
 pub(super) fn place_of_most(
     rays: &[Ray],
     mut least: f64,

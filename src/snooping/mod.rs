@@ -1,19 +1,22 @@
 //! Data snooping: single measurements that stand alone.
 //!
-//! Rejecting everything beyond a threshold at once takes far too much: one wrong measurement bends its point, and the whole point
-//! goes. So (Baarda 1968, with three precautions)
-//! - one measurement per point at a time: the worst, then the point is intersected again from the rest with the cameras held, and so
-//!   on; the cameras are adjusted anew once per round, until nothing changes;
+//! Rejecting everything beyond a threshold at once takes far too much: one wrong measurement bends its point, and the
+//! whole point goes. So (Baarda 1968, with three precautions)
+//! - one measurement per point at a time: the worst, then the point is intersected again from the rest with the cameras
+//!   held, and so on; the cameras are adjusted anew once per round, until nothing changes;
 //! - what was rejected comes back when it fits again, also where its point had no two rays left or was set aside whole;
-//! - a measurement is judged against its neighbours in the image as well: an effect that the model lacks moves neighbours together,
-//!   an outlier stands alone. It is rejected only if both its own residual and its difference from theirs are too large.
+//! - a measurement is judged against its neighbours in the image as well: an effect that the model lacks moves
+//!   neighbours together, an outlier stands alone. It is rejected only if both its own residual and its difference from
+//!   theirs are too large.
 //!
-//! A blunder of hundreds of pixels bends a whole least-squares fit, cameras and all, until measurements that are right stand out and it does not. Where a
-//! residual is that large, measurements are judged at a robust fit instead ([`robust_fit`]).
+//! A blunder of hundreds of pixels bends a whole least-squares fit, cameras and all, until measurements that are right
+//! stand out and it does not. Where a residual is that large, measurements are judged at a robust fit instead
+//! ([`robust_fit`]).
 //!
-//! The statistic of a measurement is `v' R^-1 v / s0^2`, `R` its local redundancy (2x2, cameras held): chi-square with two degrees of
-//! freedom, with one where the point has two rays (across the epipolar plane; along it nothing can be seen). `s0` is taken from the median,
-//! which outliers do not move. The threshold is that of the largest of as many as the block has.
+//! The statistic of a measurement is `v' R^-1 v / s0^2`, `R` its local redundancy (2x2, cameras held): chi-square with
+//! two degrees of freedom, with one where the point has two rays (across the epipolar plane; along it nothing can be
+//! seen). `s0` is taken from the median, which outliers do not move. The threshold is that of the largest of as many as
+//! the block has.
 
 mod image;
 mod lost;
@@ -84,8 +87,8 @@ pub struct Rejected {
     pub image: ImageId,
     /// Tie point or surveyed point.
     pub point: PointId,
-    /// Square root of the statistic when it was rejected: the residual in its own standard deviations. Infinite where the rays of its point do not meet,
-    /// not a number where its image was set aside whole.
+    /// Square root of the statistic when it was rejected: the residual in its own standard deviations. Infinite where
+    /// the rays of its point do not meet, not a number where its image was set aside whole.
     pub normalised: f64,
     /// Round in which it was rejected, from 1.
     pub round: usize,
@@ -100,8 +103,8 @@ pub struct Round {
     pub returned: usize,
     /// Points of which a measurement may be bent by a worse one elsewhere, and is left for the next round.
     pub held_back: usize,
-    /// Is the worst so large that it may have bent measurements beyond the threshold that are right? A least-squares fit says then that something is
-    /// wrong, and not what.
+    /// Is the worst so large that it may have bent measurements beyond the threshold that are right? A least-squares
+    /// fit says then that something is wrong, and not what.
     pub bent: bool,
     /// Robust estimate of sigma0 at its begin.
     pub sigma0: f64,
@@ -216,8 +219,9 @@ enum Apart {
 }
 
 impl Snooping {
-    /// Nothing is left out yet, except points whose rays do not meet in front of the cameras at the block's approximations and that have no
-    /// coordinates to start from: before a solution each of their measurements is as likely to be wrong.
+    /// Nothing is left out yet, except points whose rays do not meet in front of the cameras at the block's
+    /// approximations and that have no coordinates to start from: before a solution each of their measurements is as
+    /// likely to be wrong.
     pub fn new(block: &Block, model: &Model) -> Self {
         let mut search = Self::nothing(block, SIGNIFICANCE);
         for point in unmeetable_points(block, model) {
@@ -263,7 +267,8 @@ impl Snooping {
         [&self.left.ties, &self.left.marks].map(|left| (0..left.len()).filter(|row| !left[*row]).collect())
     }
 
-    /// Judges every measurement at a fit of [`Self::block`]. Nothing was rejected or came back: the search has come to its end there.
+    /// Judges every measurement at a fit of [`Self::block`]. Nothing was rejected or came back: the search has come to
+    /// its end there.
     pub fn judge(&mut self, block: &Block, fit: Solved<'_>, strictness: Strictness) -> Result<Round, AdjustError> {
         let barred: Vec<bool> = self.apart.iter().map(|apart| *apart == Apart::Again).collect();
         let lost = lost::lost_points(block, &self.left.ties, &self.outliers.rejected, &barred);

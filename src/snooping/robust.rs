@@ -1,5 +1,5 @@
-//! A robust fit, for a block that blunders bend: a measurement that is wrong by hundreds of pixels can bend a least-squares fit so far that its camera
-//! is not determined any more, or that nothing at it says which one is wrong.
+//! A robust fit, for a block that blunders bend: a measurement that is wrong by hundreds of pixels can bend a
+//! least-squares fit so far that its camera is not determined any more, or that nothing at it says which one is wrong.
 
 use super::majority::start_where_most_rays_meet;
 use super::{Outliers, SIGNIFICANCE, Snooping, Solved, Strictness};
@@ -10,11 +10,13 @@ use crate::problem::Problem;
 use crate::run::RunError;
 use crate::run::fit::{Fit, solve};
 
-/// A fit that single measurements cannot bend: with Cauchy's loss, from where most rays of each point meet; where the camera is not determined even so,
-/// it is held at its start values. `near`: an earlier fit of the same images, to start from.
+/// A fit that single measurements cannot bend: with Cauchy's loss, from where most rays of each point meet; where the
+/// camera is not determined even so, it is held at its start values. `near`: an earlier fit of the same images, to
+/// start from.
 ///
-/// With the camera held it need not converge where the options allow that, for a search. An image that wrong measurements alone hold slides along
-/// with every step, and what is a hundred pixels off elsewhere stands out all the same; without both, the next fit is of what can converge.
+/// With the camera held it need not converge where the options allow that, for a search. An image that wrong
+/// measurements alone hold slides along with every step, and what is a hundred pixels off elsewhere stands out all the
+/// same; without both, the next fit is of what can converge.
 ///
 /// # Errors
 /// Those of the fit with the camera held.
@@ -43,11 +45,13 @@ pub fn has_converged(robust: &Fit) -> bool {
 /// Iterations of a robust fit at most.
 const MOST_ITERATIONS: usize = 50;
 
-/// Change of a residual in standard deviations, in the mean over the block, that a robust fit may leave: it tells what is wrong by many. An image most of
-/// whose measurements are wrong has no orientation to converge to, and would hold up the judgement of all others.
+/// Change of a residual in standard deviations, in the mean over the block, that a robust fit may leave: it tells what
+/// is wrong by many. An image most of whose measurements are wrong has no orientation to converge to, and would hold up
+/// the judgement of all others.
 const RESIDUAL_CHANGE: f64 = 0.01;
 
-/// Measurements that stand alone at a solution, the worst first. `block` is what it is a solution of: the rays of its points met.
+/// Measurements that stand alone at a solution, the worst first. `block` is what it is a solution of: the rays of its
+/// points met.
 ///
 /// # Errors
 /// A solution at which predictions fail.

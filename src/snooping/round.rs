@@ -1,7 +1,8 @@
-//! One round of the search: each measurement tested against the others of its point and against its neighbours in the image.
+//! One round of the search: each measurement tested against the others of its point and against its neighbours in the
+//! image.
 //!
-//! Of millions of measurements all but a few are beyond doubt. Nothing is kept of those but how far off the worst of their point is; what is to be known
-//! of the others is computed again.
+//! Of millions of measurements all but a few are beyond doubt. Nothing is kept of those but how far off the worst of
+//! their point is; what is to be known of the others is computed again.
 
 use super::point::{Seen, SeenPoint};
 use super::sight::Sight;
@@ -15,13 +16,15 @@ use std::collections::HashSet;
 
 /// Before a diagnosis residuals hold effects too: the threshold is this much wider.
 const LOOSE: f64 = 1.5;
-/// Share of the worst residual of a round below which another may be its doing: a blunder bends the images that it lies in, by no more than its
-/// leverage, which is below a tenth in an image of twenty points or more. What is left stands out in the next round. A residual of which this share is
-/// beyond the threshold may have put measurements there that are right.
+/// Share of the worst residual of a round below which another may be its doing: a blunder bends the images that it lies
+/// in, by no more than its leverage, which is below a tenth in an image of twenty points or more. What is left stands
+/// out in the next round. A residual of which this share is beyond the threshold may have put measurements there that
+/// are right.
 const BENT: f64 = 0.1;
 /// A measurement comes back below this share of the threshold; the gap keeps one from going to and fro.
 const RETURN: f64 = 0.8;
-/// Points of which the statistics are collected together: so few that no thread is left alone with the last of them for long.
+/// Points of which the statistics are collected together: so few that no thread is left alone with the last of them for
+/// long.
 const CHUNK: usize = 256;
 
 /// What a round came to.
@@ -40,7 +43,8 @@ struct Alone {
     is_incomplete: bool,
 }
 
-/// Judges every measurement. What `rejected` says of measurements that come back is taken out of it, what is rejected put there.
+/// Judges every measurement. What `rejected` says of measurements that come back is taken out of it, what is rejected
+/// put there.
 pub(super) fn judge(
     sight: &Sight,
     strictness: Strictness,
@@ -54,7 +58,8 @@ pub(super) fn judge(
     let beyond = |verdict: Statistic, share: f64| {
         chi_square_ln_sf(verdict.statistic / (variance * wide * share * share), verdict.dof) < level
     };
-    // The neighbours can only excuse a measurement: they are asked where its point has one to reject or one to take back.
+    // The neighbours can only excuse a measurement: they are asked where its point has one to reject or one to take
+    // back.
     let is_in_question = |j: &usize| alone[*j].is_incomplete || alone[*j].largest().any(|largest| beyond(largest, 1.0));
     let (asked, beyond_doubt): (Vec<usize>, Vec<usize>) = (0..sight.points()).partition(is_in_question);
     let mut in_question: Vec<SeenPoint> = asked.par_iter().map(|j| sight.point(*j)).collect();
@@ -63,7 +68,8 @@ pub(super) fn judge(
     let of_points = in_question.iter().filter_map(SeenPoint::worst).map(|(_, verdict)| verdict).chain(others);
     let worst = of_points.max_by(|a, b| a.statistic.total_cmp(&b.statistic));
     let largest = worst.map_or(0.0, |worst| worst.statistic);
-    // A fit that is bent altogether has large residuals everywhere: they are no measure of what is large then, the stated precision is.
+    // A fit that is bent altogether has large residuals everywhere: they are no measure of what is large then, the
+    // stated precision is.
     let bent = worst.is_some_and(|worst| beyond(worst, variance.min(1.0).sqrt() / (BENT * variance.sqrt())));
     let may_be_bent = |verdict: Statistic| verdict.statistic < BENT * BENT * largest;
     let normalised = |verdict: Statistic| (verdict.statistic / variance).sqrt();

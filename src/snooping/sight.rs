@@ -14,7 +14,8 @@ use smallvec::SmallVec;
 /// Rays of most points.
 const FEW_RAYS: usize = 16;
 
-/// A block's measurements at a solution, those left out included. Measurements have numbers: tie measurements in the order of the block, then marks.
+/// A block's measurements at a solution, those left out included. Measurements have numbers: tie measurements in the
+/// order of the block, then marks.
 pub(super) struct Sight<'a> {
     block: &'a Block,
     left: &'a Kept,

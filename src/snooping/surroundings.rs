@@ -1,4 +1,5 @@
-//! What the neighbours of a measurement in its image say of it: an effect that the model lacks moves them together, an outlier stands alone.
+//! What the neighbours of a measurement in its image say of it: an effect that the model lacks moves them together, an
+//! outlier stands alone.
 
 use super::point::{Intersected, SeenPoint};
 use super::sight::Sight;
@@ -16,7 +17,8 @@ const REWEIGHTINGS: usize = 5;
 /// Standardised difference at which a neighbour counts half.
 const HALF_WEIGHT: f64 = 3.0;
 
-/// Gives every measurement of some `points` the robust mean displacement of its neighbours: the `d` that `R_k d` fits their residuals best.
+/// Gives every measurement of some `points` the robust mean displacement of its neighbours: the `d` that `R_k d` fits
+/// their residuals best.
 pub(super) fn judge_neighbours(sight: &Sight, points: &mut [SeenPoint], variance: f64) {
     if points.is_empty() {
         return;

@@ -1,5 +1,5 @@
-//! One case of the study: a block, the errors put into it, and the model that it is adjusted with. All of it is plain data, so
-//! that a finished case can be known again.
+//! One case of the study: a block, the errors put into it, and the model that it is adjusted with. All of it is plain
+//! data, so that a finished case can be known again.
 
 use crate::camera::parameter_indices;
 use crate::effects;

@@ -15,8 +15,8 @@ pub const GROWTH: (f64, f64) = (1e-5, 80.0);
 pub const REALISTIC_K: [f64; 3] = [20.0, 30.0, 40.0];
 /// Lengths of the corridor, m.
 pub const LENGTHS_M: [f64; 5] = [200.0, 500.0, 1000.0, 2000.0, 5000.0];
-/// Tie points per square metre of the corridors: a third of the dike's, so that 5 km can be adjusted on a small machine. An
-/// error-free block bends by its error and its geometry, not by the number of its points.
+/// Tie points per square metre of the corridors: a third of the dike's, so that 5 km can be adjusted on a small
+/// machine. An error-free block bends by its error and its geometry, not by the number of its points.
 const CORRIDOR_POINTS_PER_M2: f64 = 0.2;
 /// S1 within the comparison of flights, px: its effect is linear in the error.
 pub const FLIGHTS_FOCAL_ERROR_PX: i32 = 50;
@@ -111,11 +111,11 @@ fn repairs() -> Vec<Case> {
     ]
 }
 
-/// Prior of each spline coefficient of the focal length, times its typical 3 px: several times the drift that is to be found. It fixes
-/// the sum of all coefficients, which the focal length itself contains.
+/// Prior of each spline coefficient of the focal length, times its typical 3 px: several times the drift that is to be
+/// found. It fixes the sum of all coefficients, which the focal length itself contains.
 const SPLINE_PRIOR: f64 = 10.0;
-/// Prior of each node of the displacement grid, times its typical 0.2 px: the size of the flaw. It fixes what the camera and the images'
-/// rotations contain already.
+/// Prior of each node of the displacement grid, times its typical 0.2 px: the size of the flaw. It fixes what the
+/// camera and the images' rotations contain already.
 const GRID_PRIOR: f64 = 50.0;
 
 /// A flaw of unknown size at about the known place.
@@ -135,7 +135,8 @@ pub fn realistic_key(rise_k: f64) -> String {
     format!("s3-{rise_k}K")
 }
 
-/// S3 with realistic rises: the growth in proportion, and a lens that warms up in time, without and with the temperature in the model.
+/// S3 with realistic rises: the growth in proportion, and a lens that warms up in time, without and with the
+/// temperature in the model.
 fn realistic() -> Vec<Case> {
     let scaled = |rise: &f64| {
         let b = GROWTH.0 * rise / GROWTH.1;
@@ -150,7 +151,8 @@ fn realistic() -> Vec<Case> {
     cases
 }
 
-/// Growth of the focal length with temperature in the publication: 6.17 px for 80 K, in parts per million of the focal length.
+/// Growth of the focal length with temperature in the publication: 6.17 px for 80 K, in parts per million of the focal
+/// length.
 const PPM_PER_K: f64 = 6.17 / 5510.26 / 80.0 * 1e6;
 
 fn warming(rise_k: f64) -> String {

@@ -47,8 +47,8 @@ impl Simulations {
 /// Carries out a case with one or two solvers, each on `threads` threads.
 ///
 /// # Errors
-/// A case that cannot be set up, and failures that are no finding. That the measurements do not determine the unknowns, or that
-/// nothing converges, is a finding: [`Outcome::Impossible`].
+/// A case that cannot be set up, and failures that are no finding. That the measurements do not determine the unknowns,
+/// or that nothing converges, is a finding: [`Outcome::Impossible`].
 pub fn execute(case: &Case, simulations: &Simulations, solvers: &[&dyn Solver], threads: usize) -> Result<Outcome> {
     let simulation = simulations.of(case)?;
     let injections = case.errors.iter().map(|text| inject::parse(text)).collect::<Result<Vec<_>>>()?;

@@ -3,7 +3,8 @@
 use crate::block::{Block, FlightId, ImageId, Measurement};
 use anyhow::{Result, ensure};
 
-/// The images of these flights with their measurements. Points keep their numbers, also those that no image sees any more.
+/// The images of these flights with their measurements. Points keep their numbers, also those that no image sees any
+/// more.
 ///
 /// # Errors
 /// A flight that the block does not have.

@@ -30,8 +30,8 @@ pub fn judge(case: &Case, blocks: &Blocks<'_>, run: &Run) -> Result<Adjusted> {
     let exact_check = compare(blocks.exact_check, solution)?;
     let exact_all = compare(blocks.exact_all, solution)?;
     let idle = run.problem.images_without_part();
-    // The rays of an image are those of its camera alone: with effects in the model they say nothing, nor with an image that nothing
-    // oriented.
+    // The rays of an image are those of its camera alone: with effects in the model they say nothing, nor with an image
+    // that nothing oriented.
     let has_rays = case.effects.is_empty() && idle.is_empty();
     let judged = |block: &Block, comparison: &Comparison| -> Result<Judged> {
         let rays = |block| checks::compare(&fitted, block, Alignment::FromControl, Method::Rays);

@@ -4,8 +4,8 @@
 //! cases ──► schedule (parallel, resumable) ──► execute: scenario ► inject ► problem ► adjust ► judge ──► outcome ──► page
 //! ```
 //!
-//! A [`Case`] is plain data, its [`Outcome`] too; each outcome is one file in a [`Store`]. The page is made from the outcomes alone: nothing
-//! in it is written by hand but the published figures ([`published`]).
+//! A [`Case`] is plain data, its [`Outcome`] too; each outcome is one file in a [`Store`]. The page is made from the
+//! outcomes alone: nothing in it is written by hand but the published figures ([`published`]).
 
 pub mod blocks;
 pub mod case;

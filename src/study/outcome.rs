@@ -116,8 +116,8 @@ pub struct Judged {
     pub check: Statistics,
     /// Residuals of the control points after the similarity.
     pub control: Statistics,
-    /// 3D RMS of the check points when rays are intersected in space instead, as MicMac's tools do, m; absent with effects in the
-    /// model, which a ray of the camera alone does not have.
+    /// 3D RMS of the check points when rays are intersected in space instead, as MicMac's tools do, m; absent with
+    /// effects in the model, which a ray of the camera alone does not have.
     pub rays_rms_m: Option<f64>,
     /// Quadratic part of the height residuals along the corridor; absent where too few points were intersected.
     pub bowl: Option<Bowl>,

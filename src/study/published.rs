@@ -1,4 +1,5 @@
-//! What is published: numbers of "Simulation and analysis of photogrammetric UAV image blocks: influence of camera calibration error".
+//! What is published: numbers of "Simulation and analysis of photogrammetric UAV image blocks: influence of camera
+//! calibration error".
 
 /// S0: RMS of the reprojection, px.
 pub const S0_REPROJECTION_PX: f64 = 0.006;

@@ -23,7 +23,8 @@ pub enum Event<'a> {
 /// Each solver of a case works on one thread: the cases are what runs in parallel.
 const THREADS_PER_CASE: usize = 1;
 
-/// Runs the cases that the store does not have yet on `threads` threads; outcomes in the order of the cases, whatever the threads.
+/// Runs the cases that the store does not have yet on `threads` threads; outcomes in the order of the cases, whatever
+/// the threads.
 ///
 /// # Errors
 /// The first case that fails (a singular block is no failure); the cases finished until then are kept.
@@ -43,8 +44,8 @@ pub fn run(
     let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
     let done: Mutex<Vec<(usize, Result<Outcome>)>> = Mutex::new(Vec::new());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build()?;
-    // Every thread takes the next case when it is free. A parallel iterator would let a thread that waits inside one case begin
-    // another, and so hold more blocks in memory than there are threads.
+    // Every thread takes the next case when it is free. A parallel iterator would let a thread that waits inside one
+    // case begin another, and so hold more blocks in memory than there are threads.
     pool.broadcast(|_| {
         while let Some(index) = open.get(next.fetch_add(1, Ordering::Relaxed)).copied() {
             if failed.load(Ordering::Relaxed) {

@@ -1,4 +1,5 @@
-//! Finished cases on disk: one file each, written atomically, known again by a fingerprint of everything that it depends on.
+//! Finished cases on disk: one file each, written atomically, known again by a fingerprint of everything that it
+//! depends on.
 
 use super::case::Case;
 use super::outcome::Outcome;
@@ -29,8 +30,8 @@ struct File {
 }
 
 impl Store {
-    /// Opens the folder, which is made where it is missing. `program` stands for what results depend on beside the case: a result of
-    /// another program is not taken for one of this.
+    /// Opens the folder, which is made where it is missing. `program` stands for what results depend on beside the
+    /// case: a result of another program is not taken for one of this.
     ///
     /// # Errors
     /// The folder cannot be made.
@@ -39,7 +40,8 @@ impl Store {
         Ok(Self { folder: folder.to_owned(), program: program.into() })
     }
 
-    /// The outcome of a case that was finished before under the same settings; `None` where there is none, or none that can be read.
+    /// The outcome of a case that was finished before under the same settings; `None` where there is none, or none that
+    /// can be read.
     pub fn load(&self, case: &Case) -> Option<Outcome> {
         let text = crate::files::read(&self.path(case)).ok()?;
         let file: File = serde_json::from_slice(&text).ok()?;

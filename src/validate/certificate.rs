@@ -1,5 +1,5 @@
-//! Certificates: the solution of a problem, its precision and its cost, found by refinement in extended precision with the forward model of
-//! [`super::forward`]. Neither solver has a part in it but to say where to begin.
+//! Certificates: the solution of a problem, its precision and its cost, found by refinement in extended precision with
+//! the forward model of [`super::forward`]. Neither solver has a part in it but to say where to begin.
 
 use super::forward::ExtendedState;
 use super::lineariser::{Curvature, Lineariser};
@@ -31,8 +31,8 @@ pub type Certified = (f64, f64);
 /// Name of an image, quaternion, projection centre (m), standard deviations of rotation (rad) and centre (m).
 pub type CertifiedPose = (String, [f64; 4], [f64; 3], [f64; 6]);
 
-/// What is certain of a problem. Numbers are correct to the last digit or two; standard deviations are for unit weight, in the problem's
-/// own datum.
+/// What is certain of a problem. Numbers are correct to the last digit or two; standard deviations are for unit weight,
+/// in the problem's own datum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
     /// Version.
@@ -43,11 +43,13 @@ pub struct Certificate {
     pub fingerprint: String,
     /// Images, points, residuals, free unknowns.
     pub sizes: [usize; 4],
-    /// The last step of the refinement, sigma of all unknowns together; what the solution lacks is less. Zero of what has no solution.
+    /// The last step of the refinement, sigma of all unknowns together; what the solution lacks is less. Zero of what
+    /// has no solution.
     pub last_step_sigma: f64,
     /// `sum rho / 2` as the sum of two doubles. Zero of what has no solution.
     pub cost: [f64; 2],
-    /// Number of directions that the measurements do not determine, as the rank of the normal equations in extended precision tells.
+    /// Number of directions that the measurements do not determine, as the rank of the normal equations in extended
+    /// precision tells.
     pub null_dimension: usize,
     /// Parameters among which these lie: without them, the rank is full.
     pub null_space: Vec<String>,
@@ -55,7 +57,8 @@ pub struct Certificate {
     pub cameras: Vec<(String, Vec<Certified>)>,
     /// Effect parameters.
     pub effects: Vec<(String, f64, f64)>,
-    /// Covariance of the free camera and effect parameters (names, lower triangle by rows); of random parameters per image none.
+    /// Covariance of the free camera and effect parameters (names, lower triangle by rows); of random parameters per
+    /// image none.
     pub covariance: (Vec<String>, Vec<Vec<f64>>),
     /// Image, rotation (w, x, y, z), centre (m), standard deviations of turn (rad) and centre (m).
     pub poses: Vec<CertifiedPose>,
@@ -165,7 +168,8 @@ pub fn certify(name: &str, problem: &Problem, start: &State) -> Result<Certifica
     })
 }
 
-/// Certifies the null space of a problem that has no solution: its dimension, and that it lies among the parameters named.
+/// Certifies the null space of a problem that has no solution: its dimension, and that it lies among the parameters
+/// named.
 ///
 /// # Errors
 /// Start values that cannot be predicted; too many unknowns; a null space that lies elsewhere, in the message.

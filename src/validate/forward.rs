@@ -1,4 +1,5 @@
-//! The forward model of certificates: what is measured at a state, in extended precision. The chain of `CONVENTIONS.md`, written a third time.
+//! The forward model of certificates: what is measured at a state, in extended precision. The chain of
+//! `CONVENTIONS.md`, written a third time.
 
 use super::laws::{self, Law, Mat3, Vec3};
 use crate::camera::{DCX, DCY, PARAMETER_COUNT, PPX, PPY};
@@ -87,7 +88,8 @@ pub struct Forward<'a> {
 
 /// An effect that certificates do not know.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("effect `{0}` has no formula for certificates, expected one of {known}", known = Law::ALL.map(|(id, _)| id).join(", "))]
+#[error("effect `{0}` has no formula for certificates, expected one of \
+         {known}", known = Law::ALL.map(|(id, _)| id).join(", "))]
 pub struct UnknownLaw(pub String);
 
 impl<'a> Forward<'a> {
@@ -216,8 +218,8 @@ impl<'a> Forward<'a> {
         }
     }
 
-    /// The same with derivatives: by the interior orientation (0 to 11), the turn `w` and the centre of the pose, the point, and then the local
-    /// list of effect parameters.
+    /// The same with derivatives: by the interior orientation (0 to 11), the turn `w` and the centre of the pose, the
+    /// point, and then the local list of effect parameters.
     pub fn jets<const N: usize>(&self, numbers: &Given<DoubleDouble>) -> Given<Jet<DoubleDouble, N>> {
         let mut interior: [Jet<DoubleDouble, N>; PARAMETER_COUNT] =
             std::array::from_fn(|k| Jet::unknown(numbers.interior[k], k));

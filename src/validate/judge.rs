@@ -88,7 +88,8 @@ fn sigmas(summary: &Summary) -> HashMap<String, f64> {
     of_cameras.chain(of_effects).map(|(name, sigma)| (name, sigma / sigma0)).collect()
 }
 
-/// Largest relative difference of standard deviations from the certified ones; `None` where the result has none of them.
+/// Largest relative difference of standard deviations from the certified ones; `None` where the result has none of
+/// them.
 fn sigma_difference(certificate: &Certificate, sigmas: &HashMap<String, f64>) -> Option<f64> {
     let of_cameras = certificate.cameras.iter().flat_map(|(camera, values)| {
         PARAMETERS.iter().zip(values).map(move |(parameter, (_, sigma))| (format!("{camera}.{parameter}"), *sigma))
@@ -155,7 +156,8 @@ fn held_but_points(problem: &Problem) -> Problem {
     held
 }
 
-/// Takes the datum out: where the problem holds seven coordinates of its poses, the similarity that gives the result the same.
+/// Takes the datum out: where the problem holds seven coordinates of its poses, the similarity that gives the result
+/// the same.
 fn in_datum(problem: &Problem, mut state: State) -> Result<State> {
     if problem.datum_defect == 0 {
         return Ok(state);

@@ -1,8 +1,8 @@
-//! Formulas of effects for certificates: a third derivation, of any number type, beside the native one and that of C++. Derivatives come by
-//! automatic differentiation; nothing is taken from either solver.
+//! Formulas of effects for certificates: a third derivation, of any number type, beside the native one and that of C++.
+//! Derivatives come by automatic differentiation; nothing is taken from either solver.
 //!
-//! Not every effect of the catalogue has one: of each stage those that the suite's problems use ([`Law::of`]). (No effect of the catalogue acts
-//! at the control stage; what a survey does to control points stands at the frame stage.)
+//! Not every effect of the catalogue has one: of each stage those that the suite's problems use ([`Law::of`]). (No
+//! effect of the catalogue acts at the control stage; what a survey does to control points stands at the frame stage.)
 
 use crate::camera::{B2, DCX, DCY, F, P1, PARAMETER_COUNT, PPX};
 use crate::effects::{Context, SurveyedKind};
@@ -92,7 +92,8 @@ fn cross<T: Real>(a: &Vec3<T>, b: &Vec3<T>) -> Vec3<T> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// `exp([w]x) R` of a small turn (below a radian): the series of the sine and the cosine in the square of the angle, smooth at zero.
+/// `exp([w]x) R` of a small turn (below a radian): the series of the sine and the cosine in the square of the angle,
+/// smooth at zero.
 pub fn turned<T: Real>(w: &Vec3<T>, rotation: &Mat3<T>) -> Mat3<T> {
     const TERMS: usize = 14;
     let angle2 = dot(w, w);

@@ -9,7 +9,8 @@ use crate::math::jet::Jet;
 use crate::problem::{LOSS_SCALE, Loss, Problem};
 use rayon::prelude::*;
 
-/// Which curvature of a robust loss the normal equations have: that of its weights, which the covariance has, or all of it, which a step has.
+/// Which curvature of a robust loss the normal equations have: that of its weights, which the covariance has, or all of
+/// it, which a step has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Curvature {
     /// `J' w J`.

@@ -1,5 +1,5 @@
-//! Normal equations in double-double: all unknowns at once, points not eliminated, sparse. Their factor is one of doubles, whose solutions are
-//! refined until extended precision has nothing to add.
+//! Normal equations in double-double: all unknowns at once, points not eliminated, sparse. Their factor is one of
+//! doubles, whose solutions are refined until extended precision has nothing to add.
 
 use crate::math::DoubleDouble;
 use faer::prelude::Solve;

@@ -1,4 +1,5 @@
-//! The bundle problems of the suite: each a scenario with its errors, generated when it is asked for, and what is estimated.
+//! The bundle problems of the suite: each a scenario with its errors, generated when it is asked for, and what is
+//! estimated.
 
 use super::certificate::Certificate;
 use crate::block::Block;
@@ -100,7 +101,9 @@ fn unit_weights() -> TieWeights {
 }
 
 macro_rules! texts {
-    ($($name:literal)*) => { [$(($name, include_str!(concat!("../../data/validation/scenarios/", $name, ".toml")))),*] };
+    ($($name:literal)*) => {
+        [$(($name, include_str!(concat!("../../data/validation/scenarios/", $name, ".toml")))),*]
+    };
 }
 
 /// Scenarios of the suite, by name.

@@ -1,4 +1,5 @@
-//! The rank of normal equations in extended precision: 32 digits tell a direction without information from one with little.
+//! The rank of normal equations in extended precision: 32 digits tell a direction without information from one with
+//! little.
 
 use super::normal::{CertifyError, Normal};
 use crate::math::DoubleDouble;

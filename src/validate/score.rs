@@ -1,4 +1,5 @@
-//! How many digits of a result are correct, in units of the standard deviation: 6 digits are a millionth of what the measurements tell.
+//! How many digits of a result are correct, in units of the standard deviation: 6 digits are a millionth of what the
+//! measurements tell.
 
 use super::certificate::{Certificate, Certified, fingerprint};
 use super::forward::ExtendedState;
@@ -24,8 +25,9 @@ pub struct Score {
     pub deviation: f64,
     /// The value that it is of.
     pub worst: String,
-    /// Root of what chi-square exceeds the certified one by, in extended precision. In a least-squares problem no unknown, and no linear
-    /// function of them, is off by more than so many of its sigma: this is of all unknowns, certified one by one or not, and of no datum.
+    /// Root of what chi-square exceeds the certified one by, in extended precision. In a least-squares problem no
+    /// unknown, and no linear function of them, is off by more than so many of its sigma: this is of all unknowns,
+    /// certified one by one or not, and of no datum.
     pub distance: f64,
     /// Relative difference of the cost.
     pub cost: f64,

@@ -11,7 +11,8 @@ use std::time::Instant;
 
 /// Digits of sigma that a result has to have.
 pub const DIGITS: f64 = 6.0;
-/// Relative difference of standard deviations that a result of six digits or more may have; with fewer, that of the digits.
+/// Relative difference of standard deviations that a result of six digits or more may have; with fewer, that of the
+/// digits.
 pub const SIGMA_REL: f64 = 1e-6;
 /// Chi-square that a further step of a solver may change: a millionth of a sigma leaves 1e-12.
 const CHI_SQUARE_CHANGE: f64 = 1e-15;
@@ -114,7 +115,8 @@ fn null_space(certificate: &Certificate, error: &AdjustError) -> Verdict {
     ))
 }
 
-/// Certifies a problem anew. The refinement begins where the native solver ends, and ends where extended precision does.
+/// Certifies a problem anew. The refinement begins where the native solver ends, and ends where extended precision
+/// does.
 ///
 /// # Errors
 /// A problem that cannot be made or solved; a refinement that does not converge.

@@ -1,4 +1,5 @@
-//! The suite as files, for any program: the block, what is estimated, and the same as a COLMAP model or a file of BAL where these can express it.
+//! The suite as files, for any program: the block, what is estimated, and the same as a COLMAP model or a file of BAL
+//! where these can express it.
 //!
 //! ```text
 //! DIR/suite.json           what there is, and what each problem asks for

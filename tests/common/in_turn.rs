@@ -8,8 +8,8 @@ const AT_A_TIME: usize = 2;
 
 /// `work` on each of `items`, [`AT_A_TIME`] at a time; the results in the order of the items.
 ///
-/// Plain threads: one of rayon's that waits for a part of a block's work begins the next block meanwhile, and with hundreds of blocks
-/// in the queue they pile up on its stack until it overflows.
+/// Plain threads: one of rayon's that waits for a part of a block's work begins the next block meanwhile, and with
+/// hundreds of blocks in the queue they pile up on its stack until it overflows.
 pub fn in_turn<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let done = Mutex::new(Vec::new());

@@ -51,7 +51,8 @@ pub fn effect(id: &str) -> EffectTerm {
     EffectTerm { effect: EffectRef::Builtin(effect), values: BTreeMap::new(), held: Vec::new() }
 }
 
-/// Adjusts with every solver from the same start; they must agree in everything that [`misclosure::adjust::agreement`] compares.
+/// Adjusts with every solver from the same start; they must agree in everything that [`misclosure::adjust::agreement`]
+/// compares.
 pub fn solve_both(block: &Block, model: &Model) -> Run {
     solve_both_with(block, model, &Options::default())
 }
@@ -85,8 +86,8 @@ pub fn disagreement(run: &Run) -> Option<String> {
     assert!(a.compared_measurements > 0, "nothing was compared");
     let text = format!(
         "the solvers disagree: residuals {:.3e} px (allowed {RESIDUAL_PX:e}); Jacobian {:.3e} in column {} (allowed \
-         {JACOBIAN_REL:e}); parameters {:.3e} sigma at {} (allowed {PARAMETER_SIGMA:e}); cost {:.3e} (allowed {COST_REL:e}); \
-         standard deviations {:.3e} (allowed {COVARIANCE_REL:e}); iterations {:?}",
+         {JACOBIAN_REL:e}); parameters {:.3e} sigma at {} (allowed {PARAMETER_SIGMA:e}); cost {:.3e} (allowed \
+         {COST_REL:e}); standard deviations {:.3e} (allowed {COVARIANCE_REL:e}); iterations {:?}",
         a.residual_max_px,
         a.jacobian_max_rel,
         a.worst_column,

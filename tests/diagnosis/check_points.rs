@@ -93,7 +93,8 @@ fn hold_uniform(few: Few, datum: Datum) {
         let (distance, p) = kolmogorov_smirnov(&found[k], |x| x);
         println!("{} {datum:?} {name}: distance {distance:.3}, p = {p:.3}", few.preset);
         assert!(p > UNLIKELY, "{few:?} {datum:?} {name}: {distance}, p = {p}: {:?}", found[k]);
-        // The tail, of which the distance above says little: the smallest of n is below UNLIKELY / n with that probability.
+        // The tail, of which the distance above says little: the smallest of n is below UNLIKELY / n with that
+        // probability.
         let smallest = found[k].iter().copied().fold(1.0, f64::min);
         assert!(smallest * found[k].len() as f64 > UNLIKELY, "{few:?} {datum:?} {name}: p = {smallest}");
         // So few blocks tell the one from the other; of the dome where control and GNSS hold a block, hundreds would.

@@ -1,5 +1,5 @@
-//! Residual structure: nothing is seen where nothing is, and what is put in is found and described. What is put in moves the image
-//! measurements themselves; no formula of the tests is used for it.
+//! Residual structure: nothing is seen where nothing is, and what is put in is found and described. What is put in
+//! moves the image measurements themselves; no formula of the tests is used for it.
 
 use crate::common;
 use misclosure::adjust::{CovarianceOf, Options};
@@ -79,7 +79,8 @@ fn null_p_values(blocks: u64) -> BTreeMap<&'static str, Vec<f64>> {
 /// Most of `n` trials of probability `p`, exceeded once in about thirty thousand.
 fn most(n: usize, p: f64) -> f64 {
     let mean = n as f64 * p;
-    // One more than the normal bound, since counts are whole; at small means the tail of Poisson is longer, hence the quantile's square.
+    // One more than the normal bound, since counts are whole; at small means the tail of Poisson is longer, hence the
+    // quantile's square.
     let z = normal_quantile(1.0 - 3e-5);
     mean + z * mean.sqrt() + z * z / 3.0 + 1.0
 }
@@ -95,7 +96,8 @@ fn hold_p_values(found: &BTreeMap<&'static str, Vec<f64>>) {
         let p_of_excess = (-2.0 * n as f64 * excess * excess).exp();
         let below = |level: f64| sorted.iter().filter(|p| **p < level).count();
         println!(
-            "{against:16} n {n}: KS+ {excess:.3} (p {p_of_excess:.3}), below 0.05: {:.3}, 0.01: {:.4}, 0.001: {:.4}, mean {:.3}",
+            "{against:16} n {n}: KS+ {excess:.3} (p {p_of_excess:.3}), below 0.05: {:.3}, 0.01: {:.4}, 0.001: {:.4}, \
+             mean {:.3}",
             below(0.05) as f64 / n as f64,
             below(0.01) as f64 / n as f64,
             below(0.001) as f64 / n as f64,
@@ -220,7 +222,8 @@ fn neighbours_that_err_together_are_found() {
 #[test]
 fn rows_that_err_together_are_found() {
     let mut block = block("mapping", 3000.0, 6);
-    // Four periods while the image is read, of a phase of its own in every image: nearest neighbours are too far apart to see much of them.
+    // Four periods while the image is read, of a phase of its own in every image: nearest neighbours are too far apart
+    // to see much of them.
     displace(&mut block, |image, [_, y]| {
         let size = 0.1 * (TAU * 4.0 * y / 1.5 + 2.4 * image as f64).sin();
         [size, size]
@@ -235,7 +238,8 @@ fn rows_that_err_together_are_found() {
 
 #[test]
 fn poses_that_gnss_holds_leave_no_correlation_behind() {
-    // Few points an image and precise antennas: the fit of a pose takes much less out of neighbours than its measurements alone would let it.
+    // Few points an image and precise antennas: the fit of a pose takes much less out of neighbours than its
+    // measurements alone would let it.
     let seeds = 1..=16;
     let statistics: Vec<[f64; 2]> = seeds
         .map(|seed| {

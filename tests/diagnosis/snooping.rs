@@ -100,8 +100,8 @@ fn gross_errors_are_found(preset: &str, points: f64) {
         let score = judge(&block, &wrong, &found);
         let two = wrong.iter().filter(|m| rays(&block)[block.ties[**m].point.index()] == 2).count();
         println!(
-            "{preset} {strictness:?}: {} measurements, {} wrong ({two} of them on two rays): found {:.1} % ({:.1} % with three rays), false {:.3} % \
-             ({:.3} %), {} points lost, rounds {:?}",
+            "{preset} {strictness:?}: {} measurements, {} wrong ({two} of them on two rays): found {:.1} % ({:.1} % \
+             with three rays), false {:.3} % ({:.3} %), {} points lost, rounds {:?}",
             block.ties.len(),
             wrong.len(),
             100.0 * score.found,

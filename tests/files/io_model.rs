@@ -187,7 +187,8 @@ fn every_fault_is_named() {
         ("format = 1\nlos = \"none\"", "model.toml:2:1: unknown key \"los\" in model.toml; did you mean \"loss\"?"),
         (
             "format = 1\n[camera.cam]\nfocal = 1.0",
-            "model.toml:3:1: unknown key \"focal\" in [camera.cam]; known: \"f\", \"ppx\", \"ppy\", \"dcx\", \"dcy\", \"k1\", \"k2\", \"k3\", \"p1\", \"p2\", \"b1\", \"b2\"",
+            "model.toml:3:1: unknown key \"focal\" in [camera.cam]; known: \"f\", \"ppx\", \"ppy\", \"dcx\", \"dcy\", \
+             \"k1\", \"k2\", \"k3\", \"p1\", \"p2\", \"b1\", \"b2\"",
         ),
         ("format = 1\n[camera.cam]\nf = \"1.0\"", "model.toml:3:5: key f: expected a finite number, found \"1.0\""),
         ("format = 1\n[camera.cam]\nf = -5510.0", "model.toml:3:5: key f: expected a number above zero, found -5510.0"),
@@ -197,13 +198,15 @@ fn every_fault_is_named() {
         ),
         (
             "format = 1\n[sigma_factors.flight.first]\ncontrol = 2.0",
-            "model.toml:3:1: unknown key \"control\" in [sigma_factors.flight.first]; known: \"image\", \"gnss\", \"gnss_z\"",
+            "model.toml:3:1: unknown key \"control\" in [sigma_factors.flight.first]; known: \"image\", \"gnss\", \
+             \"gnss_z\"",
         ),
         ("format = 1\n[camera]\nf = 1.0", "model.toml:3:5: key f: expected a table, found 1.0"),
         ("format = 1\n[[effect]]\nheld = []", "model.toml:2:1: key id is missing in [[effect]]"),
         (
             "format = 1\n[[effect]]\nid = \"drfit\"",
-            "model.toml:3:6: unknown effect \"drfit\"; `misclosure effects` lists those built in, one of a plug-in needs --plugin FILE.so",
+            "model.toml:3:6: unknown effect \"drfit\"; `misclosure effects` lists those built in, one of a plug-in \
+             needs --plugin FILE.so",
         ),
         (
             "format = 1\n[[effect]]\nid = \"drift\"\nvalue = {}",
@@ -219,11 +222,13 @@ fn every_fault_is_named() {
         ),
         (
             "format = 1\n[[effect]]\nid = \"drift\"\nvalues = { \"rate[f1]\" = 1 }",
-            "model.toml:4:12: effect drift has no parameter \"rate[f1]\"; \"rate\" alone, or name[element] where there is a value per element",
+            "model.toml:4:12: effect drift has no parameter \"rate[f1]\"; \"rate\" alone, or name[element] where there \
+             is a value per element",
         ),
         (
             "format = 1\n[[effect]]\nid = \"drift\"\nheld = [\"shift[]\"]",
-            "model.toml:4:9: effect drift has no parameter \"shift[]\"; \"shift\" alone, or name[element] where there is a value per element",
+            "model.toml:4:9: effect drift has no parameter \"shift[]\"; \"shift\" alone, or name[element] where there \
+             is a value per element",
         ),
         (
             "format = 1\n[[prior]]\ncamera = \"cam\"\nparameter = \"f\"\nvalue = 1.0",
@@ -231,7 +236,8 @@ fn every_fault_is_named() {
         ),
         (
             "format = 1\n[[prior]]\ncamera = \"cam\"\nparameter = \"g\"\nvalue = 1.0\nsigma = 1.0",
-            "model.toml:4:13: key parameter: expected one of f, ppx, ppy, dcx, dcy, k1, k2, k3, p1, p2, b1, b2, found \"g\"",
+            "model.toml:4:13: key parameter: expected one of f, ppx, ppy, dcx, dcy, k1, k2, k3, p1, p2, b1, b2, found \
+             \"g\"",
         ),
         (
             "format = 1\n[[prior]]\ncamera = \"cam\"\nparameter = \"f\"\nvalue = 1.0\nsigma = 0",

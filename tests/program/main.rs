@@ -1,4 +1,5 @@
-//! The program as a person meets it: commands, laboratory, plug-ins, hard surroundings; and the structure of its source.
+//! The program as a person meets it: commands, laboratory, plug-ins, hard surroundings; and the structure of its
+//! source.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -18,5 +19,6 @@ mod imports;
 mod kit;
 #[cfg(feature = "lab")]
 mod lab;
+mod lines;
 mod plugins;
 mod sentences;

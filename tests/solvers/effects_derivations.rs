@@ -1,5 +1,5 @@
-//! Every effect has two derivations: one formula in C++ (derivatives by Jets), one in Rust (derivatives by hand). They describe the same
-//! thing, and give the same values and derivatives at random places.
+//! Every effect has two derivations: one formula in C++ (derivatives by Jets), one in Rust (derivatives by hand). They
+//! describe the same thing, and give the same values and derivatives at random places.
 
 use misclosure::adjust::ceres::{cpp_descriptors, cpp_eval};
 use misclosure::effects::laws::{SAMPLES, Sample};

@@ -1,4 +1,5 @@
-//! The test kit of the effects must notice what it is there for: an effect with one fault of each kind breaks the law that forbids it.
+//! The test kit of the effects must notice what it is there for: an effect with one fault of each kind breaks the law
+//! that forbids it.
 
 use misclosure::effects::laws::{check, unique_ids};
 use misclosure::effects::{Context, Descriptor, Effect, Need, OutsideDomain, find};

@@ -1,8 +1,8 @@
 //! The effects against measurements that another program made under one effect each: formulas, signs and contexts.
 //!
-//! Every folder of `../shared/vectors` is a block with exact measurements at the true poses, points and camera. With the
-//! effect at the values of its `case.json` the whole chain must meet the measurements to rounding; without it, it must miss
-//! them by what is stated there.
+//! Every folder of `../shared/vectors` is a block with exact measurements at the true poses, points and camera. With
+//! the effect at the values of its `case.json` the whole chain must meet the measurements to rounding; without it, it
+//! must miss them by what is stated there.
 
 use crate::beside;
 use misclosure::block::{Block, Image, ImageId, Measurement};

@@ -47,8 +47,8 @@ fn reproduce(name: &str, what: &str, block: &Block, model: &Model, published: &P
     let f_px = run.solution().state.interiors[0][0];
     let (_, _, redundancy) = run.problem.redundancy();
     println!(
-        "{name} ({what}): sigma0 {sigma0_px:.6} px (expected {:?}); f {f_px:.3} px (expected {:?}); redundancy {redundancy} (expected {:?}); \
-         tie rms {:.4} px; {seconds:.2} s, iterations {:?}",
+        "{name} ({what}): sigma0 {sigma0_px:.6} px (expected {:?}); f {f_px:.3} px (expected {:?}); redundancy \
+         {redundancy} (expected {:?}); tie rms {:.4} px; {seconds:.2} s, iterations {:?}",
         published.sigma0_px,
         published.f_px,
         published.redundancy,
@@ -124,8 +124,8 @@ fn published_camera(name: &str) -> impl Fn(&str) -> f64 {
     move |key| reference["published"][0]["camera"][key]["value"].as_f64().unwrap_or_else(|| panic!("no {key}"))
 }
 
-/// The report holds the camera in a backward model, which corrects the measured points. Corrected beforehand, they are those of a
-/// camera without distortion, and its residuals are the report's.
+/// The report holds the camera in a backward model, which corrects the measured points. Corrected beforehand, they are
+/// those of a camera without distortion, and its residuals are the report's.
 #[test]
 fn prague_with_the_camera_held() {
     let name = "dbat-prague-cam";
@@ -149,8 +149,9 @@ fn prague_with_the_camera_held() {
     reproduce(name, "camera held, measurements corrected", &block, &model(Datum::Control, &[], false), &published);
 }
 
-/// The reference is a backward model, which measures residuals at the corrected point (up to 0.6 times as long at the corner of this lens) and
-/// fits another polynomial: its 0.256 px cannot come out here, its focal length does to a part in a thousand, the redundancy exactly.
+/// The reference is a backward model, which measures residuals at the corrected point (up to 0.6 times as long at the
+/// corner of this lens) and fits another polynomial: its 0.256 px cannot come out here, its focal length does to a part
+/// in a thousand, the redundancy exactly.
 #[test]
 fn exom_with_a_forward_camera() {
     let Some(block) = real("dbat-camcal-exom") else { return };

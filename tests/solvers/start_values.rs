@@ -1,4 +1,5 @@
-//! Start values: what is doubtful is said, what is good is not, and `--multistart` finds the camera again from images that are turned or mirrored.
+//! Start values: what is doubtful is said, what is good is not, and `--multistart` finds the camera again from images
+//! that are turned or mirrored.
 
 use crate::common;
 use misclosure::adjust::Options;
@@ -96,7 +97,8 @@ fn as_logged(mut block: Block) -> Block {
 #[test]
 fn a_focal_length_that_starts_at_half_or_at_twice_is_doubted() {
     let exact = preset_names().into_iter().map(|preset| (preset, without_points(block(preset, 600.0))));
-    // Images that all look down tell it only where their poses are known better; and a metre is the whole scene of `closerange`.
+    // Images that all look down tell it only where their poses are known better; and a metre is the whole scene of
+    // `closerange`.
     let logged = ["dike", "corridor"].map(|preset| (preset, as_logged(without_points(block(preset, 600.0)))));
     for (preset, good) in exact.chain(logged) {
         assert_eq!(focal_lengths_of(&good).doubts, [], "{preset}");
@@ -123,7 +125,8 @@ fn a_good_focal_length_is_told_by_exact_poses() {
 
 #[test]
 fn what_tells_nothing_of_the_focal_length_is_said() {
-    // One strip that looks down, its attitudes and heights no better than level flight: height and focal length scale alike.
+    // One strip that looks down, its attitudes and heights no better than level flight: height and focal length scale
+    // alike.
     let mut level = without_points(block("dike", 600.0));
     let strip: Vec<_> = (0..level.images.len()).filter(|i| level.images[*i].name.starts_with("nadir50")).collect();
     let is_in = |image: misclosure::block::ImageId| strip.contains(&image.index());

@@ -8,7 +8,8 @@ use misclosure::study::{Adjusted, Case, Event, Outcome, Results, Simulations, St
 use std::collections::BTreeMap;
 use std::sync::{LazyLock, Mutex};
 
-/// Check points in the place of 5000: they are compared with, and change nothing in the adjustment. A thousand give every mean to 2 %.
+/// Check points in the place of 5000: they are compared with, and change nothing in the adjustment. A thousand give
+/// every mean to 2 %.
 const CHECK_POINTS: f64 = 1000.0;
 
 fn threads() -> usize {
@@ -127,7 +128,8 @@ fn s3_a_modelled_drift_repairs() {
     let (plain, order, time) = (rms("s3"), rms("s3-order"), rms("s3-time"));
     println!("S3: against order {:.0} times less, against time {:.2} times less", plain / order, plain / time);
     assert!(plain > 20.0 * order);
-    // The drift goes by image; flights of different speed and the pauses between them keep time from describing it wholly.
+    // The drift goes by image; flights of different speed and the pauses between them keep time from describing it
+    // wholly.
     assert!(order < time && time < plain);
 }
 

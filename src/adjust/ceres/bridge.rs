@@ -1,4 +1,5 @@
-//! The bridge to `cpp/solve.h`, coarse: flat arrays cross once, one callback per iteration, results come back as vectors.
+//! The bridge to `cpp/solve.h`, coarse: flat arrays cross once, one callback per iteration, results come back as
+//! vectors.
 
 #![allow(unsafe_code)] // the bridge
 #![allow(missing_docs, clippy::missing_safety_doc)] // generated items
@@ -9,7 +10,8 @@ use std::any::Any;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-// SAFETY: both are `repr(C)` mirrors of the C structs of these names and hold plain data; their sizes are checked on both sides.
+// SAFETY: both are `repr(C)` mirrors of the C structs of these names and hold plain data; their sizes are checked on
+// both sides.
 unsafe impl cxx::ExternType for RawContext {
     type Id = cxx::type_id!("misclosure_context");
     type Kind = cxx::kind::Trivial;

@@ -1,7 +1,9 @@
-//! The Ceres solver: forward formula and automatic derivatives in C++ (`cpp/`), quaternions, SuiteSparse; here its Rust face.
+//! The Ceres solver: forward formula and automatic derivatives in C++ (`cpp/`), quaternions, SuiteSparse; here its Rust
+//! face.
 //!
-//! Nothing of the derivation is shared with the native solver. Its covariance is computed from the Jacobian at the solution (robust
-//! weights applied as Ceres applies them) by elimination of the points; there too the rank is checked and null directions are named.
+//! Nothing of the derivation is shared with the native solver. Its covariance is computed from the Jacobian at the
+//! solution (robust weights applied as Ceres applies them) by elimination of the points; there too the rank is checked
+//! and null directions are named.
 
 pub mod bridge;
 mod view;
@@ -19,7 +21,8 @@ use view::Arrays;
 /// Name in messages.
 const NAME: &str = "ceres";
 
-/// Covariance of poses and points needs the dense inverse of the reduced system: 0.3 GB and a minute at this many unknowns.
+/// Covariance of poses and points needs the dense inverse of the reduced system: 0.3 GB and a minute at this many
+/// unknowns.
 pub const LARGEST_DENSE_INVERSE: usize = 6000;
 
 /// The Ceres solver.
@@ -136,8 +139,8 @@ impl Solver for Ceres {
         let reduced = problem.free()[..points].iter().filter(|free| **free).count();
         if wanted == CovarianceOf::Everything && reduced > LARGEST_DENSE_INVERSE {
             let text = format!(
-                "the covariance of poses and points with {reduced} unknowns besides the points (at most {LARGEST_DENSE_INVERSE}); \
-                 ask for the covariance of the shared parameters alone"
+                "the covariance of poses and points with {reduced} unknowns besides the points (at most \
+                 {LARGEST_DENSE_INVERSE}); ask for the covariance of the shared parameters alone"
             );
             return Err(AdjustError::Unsupported { solver: NAME, option: text });
         }

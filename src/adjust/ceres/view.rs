@@ -192,8 +192,8 @@ impl<'a> Arrays<'a> {
     }
 }
 
-/// A table per effect: of a plug-in its own, of a built-in one that of its C++ derivation, of one that exists in Rust alone a
-/// call back.
+/// A table per effect: of a plug-in its own, of a built-in one that of its C++ derivation, of one that exists in Rust
+/// alone a call back.
 fn effect_tables(problem: &Problem) -> Result<(Vec<RustEffect<'_>>, Vec<EffectHandle>), AdjustError> {
     let builtin = builtin_effects().map_err(|error| AdjustError::Bridge(error.to_string()))?;
     let mut rust_effects = Vec::new();

@@ -8,8 +8,8 @@ const LINE_BYTES: usize = 64;
 /// Numbers of a cache line.
 pub const LINE: usize = LINE_BYTES / size_of::<f64>();
 
-/// Zeros to sum in. Sums are read before they are written, and a page of zeros that is read first is set up twice, the second time with an interrupt
-/// of every processor that the program runs on: so each is written here.
+/// Zeros to sum in. Sums are read before they are written, and a page of zeros that is read first is set up twice, the
+/// second time with an interrupt of every processor that the program runs on: so each is written here.
 pub fn zeros(length: usize) -> Vec<f64> {
     let mut numbers = vec![0.0; length];
     black_box(&mut *numbers).fill(0.0);

@@ -1,9 +1,10 @@
 //! Steps along a valley that bends.
 //!
-//! Where a step brings less than was predicted, though the damping made it small, the cost has a narrow valley that bends: coefficients of
-//! an unflat sensor beside a free centre of distortion, whose product counts. Along a step `d` the predicted measurements then leave the
-//! straight line by `h^2/2 c''` for a share `h` of it. The step that takes this into account is that of measurements that are shifted
-//! by `-c''/2`: geodesic acceleration. Source: Transtrum and Sethna (2012), arXiv:1201.5885, eq. 11, with a central difference for `c''`.
+//! Where a step brings less than was predicted, though the damping made it small, the cost has a narrow valley that
+//! bends: coefficients of an unflat sensor beside a free centre of distortion, whose product counts. Along a step `d`
+//! the predicted measurements then leave the straight line by `h^2/2 c''` for a share `h` of it. The step that takes
+//! this into account is that of measurements that are shifted by `-c''/2`: geodesic acceleration. Source: Transtrum and
+//! Sethna (2012), arXiv:1201.5885, eq. 11, with a central difference for `c''`.
 
 use super::point::Prepared;
 use super::side_by_side::{Eights, Workspace};
@@ -17,8 +18,8 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Share of the step over which the bend is measured: far below one, so that it is that at the start, and far above rounding (a
-/// difference of 1e-12 of some thousand pixels over its square is 1e-7 px). Source: as above, sec. 4.
+/// Share of the step over which the bend is measured: far below one, so that it is that at the start, and far above
+/// rounding (a difference of 1e-12 of some thousand pixels over its square is 1e-7 px). Source: as above, sec. 4.
 const SHARE: f64 = 0.1;
 
 /// What a state predicts: image measurements (px) and antennas (m), in the order of the problem.
@@ -27,8 +28,9 @@ struct Predicted {
     antennas: Vec<Vector3<f64>>,
 }
 
-/// The problem whose step from `at` follows the bend: the measurements are shifted by what the predictions leave the straight line by along the step
-/// `increments`, which led to `straight`. `None` where a state on the way cannot be predicted. Runs in the pool of its caller.
+/// The problem whose step from `at` follows the bend: the measurements are shifted by what the predictions leave the
+/// straight line by along the step `increments`, which led to `straight`. `None` where a state on the way cannot be
+/// predicted. Runs in the pool of its caller.
 pub fn shifted_by_bend(
     at: &Prepared<'_>,
     straight: &State,

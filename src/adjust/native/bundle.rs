@@ -112,7 +112,8 @@ impl Iterated for Bundle<'_> {
                 let (chi_square, predicted_drop) = (system.chi_square, moved.predicted_drop);
                 Some((Attempt { state: after, chi_square, predicted_drop }, Some(system)))
             }
-            // Whether rays meet is another question than whether the step was good: asked when it comes to the next step.
+            // Whether rays meet is another question than whether the step was good: asked when it comes to the next
+            // step.
             _ => Some((self.attempt(state, system, step, damping, curvature)?, None)),
         }
     }

@@ -6,14 +6,14 @@ use std::ops::Range;
 const CHUNK_MEASUREMENTS: usize = 16_384;
 /// Chunks of the full size at most: each costs one pass over the touched part of the reduced system.
 const MAX_CHUNKS: usize = 64;
-/// A chunk takes no more than this share of what is left, so that no thread works long on the last one while others wait. Source:
-/// Polychronopoulos and Kuck (1987), guided self-scheduling.
+/// A chunk takes no more than this share of what is left, so that no thread works long on the last one while others
+/// wait. Source: Polychronopoulos and Kuck (1987), guided self-scheduling.
 const SHARE_OF_REST: usize = 4;
 /// The smallest chunk, as a share of a full one.
 const SHARE_OF_FULL: usize = 4;
 
-/// Splits points, of which number `j` has the measurements `starts[j]..starts[j + 1]`, into chunks, the last of them smaller. They depend on the
-/// problem alone, so that results do not depend on the number of threads.
+/// Splits points, of which number `j` has the measurements `starts[j]..starts[j + 1]`, into chunks, the last of them
+/// smaller. They depend on the problem alone, so that results do not depend on the number of threads.
 pub fn chunks(starts: &[usize]) -> Vec<Range<usize>> {
     let (points, measurements) = (starts.len() - 1, starts[starts.len() - 1]);
     let full = measurements.div_ceil(MAX_CHUNKS).max(CHUNK_MEASUREMENTS);

@@ -1,7 +1,8 @@
-//! Which columns of the border a row touches. Of a wide border (many effects at once) a row touches some, mostly neighbours: sums over runs of
-//! neighbours are as fast as dense ones and skip the rest.
+//! Which columns of the border a row touches. Of a wide border (many effects at once) a row touches some, mostly
+//! neighbours: sums over runs of neighbours are as fast as dense ones and skip the rest.
 
-/// Ascending columns of the border, with their runs of neighbours. Values that belong to them are stored compactly, in this order.
+/// Ascending columns of the border, with their runs of neighbours. Values that belong to them are stored compactly, in
+/// this order.
 #[derive(Debug, Clone, Default)]
 pub struct Columns {
     index: Vec<u32>,

@@ -46,7 +46,8 @@ pub fn covariance(at: &Prepared<'_>, factor: &Factor, of: CovarianceOf) -> Resul
     }
     if n + m > INVERSE_UNKNOWNS {
         let option = format!(
-            "the covariance of every pose and point of {} images (at most {INVERSE_UNKNOWNS} reduced unknowns); ask for that of cameras and effects alone",
+            "the covariance of every pose and point of {} images (at most {INVERSE_UNKNOWNS} reduced unknowns); ask \
+             for that of cameras and effects alone",
             structure.images
         );
         return Err(AdjustError::Unsupported { solver: super::NAME, option });

@@ -1,8 +1,10 @@
-//! Cholesky factorisation of a dense matrix in panels: what is right of a panel is split among the threads of the current pool, in pieces that
-//! do not depend on their number, so that neither does the result. Outside of any pool one thread does it all.
+//! Cholesky factorisation of a dense matrix in panels: what is right of a panel is split among the threads of the
+//! current pool, in pieces that do not depend on their number, so that neither does the result. Outside of any pool one
+//! thread does it all.
 //!
-//! Images see what their neighbours along the block see, and nothing far away: a column is zero from some row on. So is its column of `L`, where
-//! no column before it goes farther, and those rows are not even kept (the envelope of George and Liu 1981, by panels).
+//! Images see what their neighbours along the block see, and nothing far away: a column is zero from some row on. So is
+//! its column of `L`, where no column before it goes farther, and those rows are not even kept (the envelope of George
+//! and Liu 1981, by panels).
 
 use crate::math::pieces::{both, each, pieces};
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -11,7 +13,8 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
-/// Columns of a panel: products of this depth run at the speed of large ones, and what a panel itself takes, on one thread, is little.
+/// Columns of a panel: products of this depth run at the speed of large ones, and what a panel itself takes, on one
+/// thread, is little.
 const PANEL: usize = 64;
 /// Right-hand sides that are solved for at a time: a vector register.
 const SOLVED: usize = 8;
@@ -88,8 +91,9 @@ impl Panel {
 }
 
 impl Dense {
-    /// Factorises a matrix (n x n) whose column `j` is zero from row `ends[j]` on. `fill` is given the number of a column and zeros for so many
-    /// columns from there on, whose first row is that of the diagonal; it puts the lower triangle there.
+    /// Factorises a matrix (n x n) whose column `j` is zero from row `ends[j]` on. `fill` is given the number of a
+    /// column and zeros for so many columns from there on, whose first row is that of the diagonal; it puts the lower
+    /// triangle there.
     ///
     /// # Errors
     /// The row of the first pivot that is not positive.
@@ -106,7 +110,8 @@ impl Dense {
         while let Some((panel, behind)) = open.split_first_mut() {
             if let Some((next, others)) = behind.split_first_mut() {
                 let reached = others.iter_mut().take_while(|other| other.first < panel.end).collect();
-                // The next one is finished while the others still wait for it: nobody is idle while a square is factorised.
+                // The next one is finished while the others still wait for it: nobody is idle while a square is
+                // factorised.
                 let finish = || {
                     next.take(panel);
                     next.factorise()
@@ -190,8 +195,8 @@ mod tests {
                 true => banded[(i, j)] + if i == j { sum } else { 0.0 },
                 false => 0.0,
             });
-            // Above the diagonal, and below what the columns up to the end of its panel reach, no number at all: read, it would be in the
-            // solution.
+            // Above the diagonal, and below what the columns up to the end of its panel reach, no number at all: read,
+            // it would be in the solution.
             let reached = |j: usize| ends[..n.min((j / PANEL + 1) * PANEL)].iter().max().copied();
             let unread = |i: usize, j: usize| if i < j || Some(i) >= reached(j) { f64::NAN } else { banded[(i, j)] };
             let given = Mat::<f64>::from_fn(n, 3, |i, j| (i + j) as f64);

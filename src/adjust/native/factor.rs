@@ -1,5 +1,5 @@
-//! Cholesky factorisation of the reduced system: the image blocks dense within their envelope, or sparse where that is wide, then the border by its
-//! Schur complement.
+//! Cholesky factorisation of the reduced system: the image blocks dense within their envelope, or sparse where that is
+//! wide, then the border by its Schur complement.
 
 use super::dense::Dense;
 use super::pattern::Pattern;
@@ -13,8 +13,8 @@ use faer::sparse::linalg::solvers::Llt as SparseLlt;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Smallest diagonal entry of an unknown (in scaled units) that the damping and the scaling see: a column that vanishes at the
-/// current state is damped as if it moved measurements by a thousandth of sigma per unit.
+/// Smallest diagonal entry of an unknown (in scaled units) that the damping and the scaling see: a column that vanishes
+/// at the current state is damped as if it moved measurements by a thousandth of sigma per unit.
 const SMALLEST_DIAGONAL: f64 = 1e-6;
 
 /// Squared pivots below this share of the diagonal are rounding: a few thousand operations of 1e-16 each.
@@ -170,7 +170,8 @@ impl ReducedBorder {
         Ok(Self { images, scale_images, scale, solved_strip, matrix, rhs, solved_rhs })
     }
 
-    /// Image unknowns that go with a border (Jacobi-scaled): `A^-1 (r - B border)` with `with_rhs`, else `-A^-1 B border`. Unscaled.
+    /// Image unknowns that go with a border (Jacobi-scaled): `A^-1 (r - B border)` with `with_rhs`, else `-A^-1 B
+    /// border`. Unscaled.
     pub fn images_of(&self, border: &DVector<f64>, with_rhs: bool) -> Vec<f64> {
         (0..self.scale_images.len())
             .map(|i| {
@@ -213,8 +214,8 @@ impl Factor {
         (images, border.iter().zip(&self.reduced.scale).map(|(x, s)| x * s).collect())
     }
 
-    /// `S^-1` times columns over all reduced unknowns (images by rank, then border; scaled units). Columns may be thousands: beside them and
-    /// the result nothing of that size is made.
+    /// `S^-1` times columns over all reduced unknowns (images by rank, then border; scaled units). Columns may be
+    /// thousands: beside them and the result nothing of that size is made.
     pub fn solve_columns(&self, columns: &Mat<f64>) -> Mat<f64> {
         let ReducedBorder { images, scale_images, scale: scale_border, solved_strip, .. } = &self.reduced;
         let (n, m) = (scale_images.len(), scale_border.len());
@@ -248,8 +249,8 @@ impl Factor {
         })
     }
 
-    /// Covariance of the image unknowns (rank order) and, below, its block with the border (both scaled units): the whole
-    /// inverse, `(n + m) x (n + m)`. Memory: `8 (n + m)^2` bytes.
+    /// Covariance of the image unknowns (rank order) and, below, its block with the border (both scaled units): the
+    /// whole inverse, `(n + m) x (n + m)`. Memory: `8 (n + m)^2` bytes.
     pub fn inverse(&self) -> Mat<f64> {
         let ReducedBorder { images, scale_images, scale: scale_border, solved_strip, .. } = &self.reduced;
         let (n, m) = (scale_images.len(), scale_border.len());

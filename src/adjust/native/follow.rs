@@ -1,20 +1,22 @@
 //! Points after a step of images and border: carried along by their images, and intersected anew from there.
 //!
-//! Every image would take a point along as if it stood still before the camera; the point begins at the mean of that, and goes one step of
-//! the spatial intersection from the moved images:
+//! Every image would take a point along as if it stood still before the camera; the point begins at the mean of that,
+//! and goes one step of the spatial intersection from the moved images:
 //!
 //! ```text
 //! P0 = mean of C' + R'^T R (P - C),   s = (V + lambda D)^-1 (g - lambda D (P0 - P)),   P' = P0 + s / max(1 - t, t)
 //! ```
 //!
-//! with `V`, `D` (its diagonal) and `g` of the point's own rows at `P0`. To first order that is the back-substitution of the linear step, but no
-//! derivative by images, camera or effects is needed, and where a part of the block moves as a whole there is nothing left to be linear about.
+//! with `V`, `D` (its diagonal) and `g` of the point's own rows at `P0`. To first order that is the back-substitution
+//! of the linear step, but no derivative by images, camera or effects is needed, and where a part of the block moves as
+//! a whole there is nothing left to be linear about.
 //!
-//! The weights of a robust loss, and its curvature, are those of the state before, as in the linear step: those of a point on its way would tell
-//! outliers from others by what it has not yet followed.
+//! The weights of a robust loss, and its curvature, are those of the state before, as in the linear step: those of a
+//! point on its way would tell outliers from others by what it has not yet followed.
 //!
-//! `t` is by which share `s` lengthens the point's rays in the mean: along them the step is linear in one over the distance, as image coordinates
-//! nearly are, up to twice the distance. Source: inverse depth, Civera, Davison and Montiel (2008).
+//! `t` is by which share `s` lengthens the point's rays in the mean: along them the step is linear in one over the
+//! distance, as image coordinates nearly are, up to twice the distance. Source: inverse depth, Civera, Davison and
+//! Montiel (2008).
 
 use super::eliminate::Whitening;
 use super::loss::Curvature;
@@ -55,7 +57,8 @@ impl Numbers {
     }
 }
 
-/// How an image takes points along: `R'^T R - 1` by rows, then `C' - R'^T R C`; they move by the first times `P`, plus the second.
+/// How an image takes points along: `R'^T R - 1` by rows, then `C' - R'^T R C`; they move by the first times `P`, plus
+/// the second.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Motion(Numbers);
 
@@ -97,8 +100,8 @@ pub struct Followers {
     pub rays: Vec<Rays>,
 }
 
-/// What the rays of a point say: the upper triangle of `V` by rows, `g`, the sum of the rays `P0 - C'` over their squared lengths, and how many
-/// these are.
+/// What the rays of a point say: the upper triangle of `V` by rows, `g`, the sum of the rays `P0 - C'` over their
+/// squared lengths, and how many these are.
 #[derive(Clone, Copy, Default)]
 pub struct Rays(Numbers);
 

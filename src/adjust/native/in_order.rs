@@ -1,4 +1,5 @@
-//! Parts that are made side by side and added in their order: the sum is the same for every number of threads, and no thread waits for another.
+//! Parts that are made side by side and added in their order: the sum is the same for every number of threads, and no
+//! thread waits for another.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -14,8 +15,8 @@ struct Sum<'a, P, E> {
     error: Option<E>,
 }
 
-/// Fills `count` parts, numbered from 0, on the threads of the current pool, and adds each. Those in `spare` are filled again before new ones are
-/// made; all end up there.
+/// Fills `count` parts, numbered from 0, on the threads of the current pool, and adds each. Those in `spare` are filled
+/// again before new ones are made; all end up there.
 ///
 /// # Errors
 /// Of the first part, in their order, that cannot be filled.

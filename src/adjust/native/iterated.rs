@@ -3,8 +3,9 @@
 use super::loss::Curvature;
 use crate::adjust::AdjustError;
 
-/// Chi-square itself is known to no better than this share of it: a sum of some 1e5 squares of differences of image coordinates. Large
-/// weights (tie points weighted by their multiplicity) make that more than the absolute change asked for.
+/// Chi-square itself is known to no better than this share of it: a sum of some 1e5 squares of differences of image
+/// coordinates. Large weights (tie points weighted by their multiplicity) make that more than the absolute change asked
+/// for.
 const CHI_SQUARE_ROUNDING: f64 = 1e-12;
 
 /// A least-squares problem as the loop sees it.
@@ -58,9 +59,9 @@ pub trait Iterated {
         curvature: Curvature,
     ) -> Option<Attempt<Self::State>>;
 
-    /// Takes a step that is likely to be good, and linearises after it under the damping `next` without a robust loss's second derivative: chi-square
-    /// comes from that, and the pass that it would take for itself is saved. `None` where the new state cannot be predicted, no system where it is no
-    /// cheaper so.
+    /// Takes a step that is likely to be good, and linearises after it under the damping `next` without a robust loss's
+    /// second derivative: chi-square comes from that, and the pass that it would take for itself is saved. `None` where
+    /// the new state cannot be predicted, no system where it is no cheaper so.
     fn advance(
         &self,
         state: &Self::State,
@@ -76,13 +77,14 @@ pub trait Iterated {
     /// A share of a step.
     fn part(&self, step: &Self::Increments, share: f64) -> Self::Increments;
 
-    /// After a step that led to `state`: lets those unknowns in which the problem is nearly linear follow, while the others stay. `None` where there
-    /// are no such others.
+    /// After a step that led to `state`: lets those unknowns in which the problem is nearly linear follow, while the
+    /// others stay. `None` where there are no such others.
     fn followed(&self, _state: &Self::State, _damping: f64) -> Option<Attempt<Self::State>> {
         None
     }
 
-    /// Takes the step that the bend of the problem along `step` asks for, which led to `straight`. `None` where there is no such thing.
+    /// Takes the step that the bend of the problem along `step` asks for, which led to `straight`. `None` where there
+    /// is no such thing.
     fn bent(
         &self,
         _state: &Self::State,

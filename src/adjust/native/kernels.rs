@@ -1,4 +1,5 @@
-//! The passes of an iteration one by one, for measuring them: `cargo bench --bench kernels`. A solve puts them together.
+//! The passes of an iteration one by one, for measuring them: `cargo bench --bench kernels`. A solve puts them
+//! together.
 
 use super::bundle::{Bundle, BundleState};
 use super::lm::Iterated;
@@ -64,7 +65,8 @@ impl<'a> Kernels<'a> {
         Some(self.system.decrement(&step))
     }
 
-    /// Moves images, border and every point by the step, and projects the measurements there: chi-square; `None` where one cannot be projected.
+    /// Moves images, border and every point by the step, and projects the measurements there: chi-square; `None` where
+    /// one cannot be projected.
     pub fn attempt(&self) -> Option<f64> {
         let attempt = self.bundle().attempt(&self.start, &self.system, &self.step, DAMPING, Curvature::Weights)?;
         Some(attempt.chi_square)

@@ -1,8 +1,8 @@
-//! Levenberg-Marquardt. It stops by the Newton decrement: when a full step, without damping, would change chi-square by less than is asked
-//! for. The factorisation that tells is the one that the covariance needs anyway.
+//! Levenberg-Marquardt. It stops by the Newton decrement: when a full step, without damping, would change chi-square by
+//! less than is asked for. The factorisation that tells is the one that the covariance needs anyway.
 //!
-//! The loop knows nothing of images: it iterates on anything [`Iterated`]. Bundle problems are one (`bundle.rs`); the regression sets of
-//! NIST, on which it is validated, are the other (`src/validate/nist`).
+//! The loop knows nothing of images: it iterates on anything [`Iterated`]. Bundle problems are one (`bundle.rs`); the
+//! regression sets of NIST, on which it is validated, are the other (`src/validate/nist`).
 
 use super::loss::Curvature;
 use super::second_look::{GOOD_PREDICTION, is_poor, looked_at_again};
@@ -17,10 +17,12 @@ const START_DAMPING: f64 = 1e-7;
 const RELAX: f64 = 0.1;
 /// Factor of the damping after a bad step, doubled with every further one.
 const TIGHTEN: f64 = 2.0;
-/// The least damping after a step to where measurements cannot be predicted (behind a camera): it was not a little too long, but let go a
-/// direction that hardly anything determines, and each refusal costs a whole pass. It is what Ceres begins with (a trust region of 1e4).
+/// The least damping after a step to where measurements cannot be predicted (behind a camera): it was not a little too
+/// long, but let go a direction that hardly anything determines, and each refusal costs a whole pass. It is what Ceres
+/// begins with (a trust region of 1e4).
 const CAUTIOUS_DAMPING: f64 = 1e-4;
-/// The least factor after accepted ones of the steps that follow a refused one: the damping matters there, and a faster fall would be refused again.
+/// The least factor after accepted ones of the steps that follow a refused one: the damping matters there, and a faster
+/// fall would be refused again.
 const CAREFUL_RELAX: f64 = 1.0 / 3.0;
 /// How many these are.
 const CAREFUL_STEPS: usize = 2;
@@ -28,19 +30,20 @@ const CAREFUL_STEPS: usize = 2;
 const LEAST_DAMPING: f64 = 1e-13;
 /// Above this a step is a crawl along the gradient: nothing reduces the cost any more.
 const MOST_DAMPING: f64 = 1e12;
-/// A step that promises this share of chi-square, or all but this share, is likely to bring what it promises: the first is short, the second comes
-/// from approximations, whose errors are much larger than what the step itself neglects.
+/// A step that promises this share of chi-square, or all but this share, is likely to bring what it promises: the first
+/// is short, the second comes from approximations, whose errors are much larger than what the step itself neglects.
 const LIKELY_SHARE: f64 = 0.01;
 /// Whether a full step still finds something is asked only under a damping that does not itself make steps small.
 const CONVERGED_DAMPING: f64 = 1e-4;
 /// Steps that polish at most. Large residuals make each leave a share of what was left.
 const MOST_POLISHING: usize = 50;
 
-/// With a robust loss, a step that changes chi-square by less than this share is near the solution: measurements hardly cross the corner of the
-/// loss any more, and its second derivative says more than its weights.
+/// With a robust loss, a step that changes chi-square by less than this share is near the solution: measurements hardly
+/// cross the corner of the loss any more, and its second derivative says more than its weights.
 const NEAR_SHARE: f64 = 1e-3;
 
-/// Full steps that promise less than so many times the change of chi-square that is asked for are idle where they gain less than that.
+/// Full steps that promise less than so many times the change of chi-square that is asked for are idle where they gain
+/// less than that.
 const IDLE_PROMISE: f64 = 1e3;
 
 /// Where the iterations ended.
@@ -185,15 +188,17 @@ fn is_likely_good<P: Iterated>(problem: &P, system: &P::System, step: &P::Increm
     !(LIKELY_SHARE..1.0 - LIKELY_SHARE).contains(&share)
 }
 
-/// Whether a step is likely to be the last but one that changes chi-square by more than `small`: what a problem's bend leaves of a decrement is, as a
-/// share of chi-square, about the square of what it was. Whether anything is left is then asked without damping at once.
+/// Whether a step is likely to be the last but one that changes chi-square by more than `small`: what a problem's bend
+/// leaves of a decrement is, as a share of chi-square, about the square of what it was. Whether anything is left is
+/// then asked without damping at once.
 fn is_likely_last<P: Iterated>(problem: &P, system: &P::System, step: &P::Increments, small: f64) -> bool {
     let decrement = problem.decrement(system, step);
     decrement * decrement < small * problem.chi_square(system)
 }
 
-/// Goes on with full steps where the rounding of chi-square hides what they gain and more is asked for than usual: the decrement has its digits from
-/// the gradient, and tells longer than chi-square does whether a step is worth it. Gives the steps taken.
+/// Goes on with full steps where the rounding of chi-square hides what they gain and more is asked for than usual: the
+/// decrement has its digits from the gradient, and tells longer than chi-square does whether a step is worth it. Gives
+/// the steps taken.
 fn polish<P: Iterated>(problem: &P, mut state: P::State, asked: f64) -> Result<(P::State, usize), AdjustError> {
     let mut least = f64::INFINITY;
     for steps in 0..MOST_POLISHING {
@@ -258,9 +263,9 @@ impl StepControl {
     }
 }
 
-/// Factor of the damping after an accepted step, by the ratio of its drop to the predicted one: a valley that bends (a centre of distortion
-/// that the block hardly determines) is followed at the damping that its bend needs. Source: Nielsen (1999), with a faster fall where the
-/// prediction holds.
+/// Factor of the damping after an accepted step, by the ratio of its drop to the predicted one: a valley that bends (a
+/// centre of distortion that the block hardly determines) is followed at the damping that its bend needs. Source:
+/// Nielsen (1999), with a faster fall where the prediction holds.
 fn relaxation(quality: f64, careful: bool) -> f64 {
     match quality > GOOD_PREDICTION && !careful {
         true => RELAX,

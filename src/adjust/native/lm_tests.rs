@@ -146,7 +146,8 @@ fn what_is_linear_follows_what_bends() {
     assert!(straight.1 > 3 * following.1, "{} steps without", straight.1);
 }
 
-/// A residual of 7 that hardly changes adds 0.7 to the curvature of `u`: full steps go 1.7 times too far, back and forth.
+/// A residual of 7 that hardly changes adds 0.7 to the curvature of `u`: full steps go 1.7 times too far, back and
+/// forth.
 fn overshooting(x: &DVector<f64>) -> Linearised {
     let (u, v) = (x[0], x[1]);
     let jacobian = DMatrix::from_row_slice(3, 2, &[1.0, 0.0, 0.0, 1.0, 0.1 * u, 0.0]);

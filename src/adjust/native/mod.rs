@@ -74,7 +74,8 @@ impl Solver for Native {
             let option = "the iterative linear solver; use auto, dense or sparse".into();
             return Err(AdjustError::Unsupported { solver: NAME, option });
         }
-        // Numerical derivatives of a plug-in would cost more than all the rest; those of its values are taken where solvers are compared.
+        // Numerical derivatives of a plug-in would cost more than all the rest; those of its values are taken where
+        // solvers are compared.
         let problem = &*problem.with_own_derivatives();
         let structure = structure(problem)?;
         let pattern = Pattern::of(&structure, *linear_solver);
@@ -125,8 +126,8 @@ impl Solver for Native {
     }
 }
 
-/// One Gauss-Newton step of poses, cameras and effects from `state`, where another problem than `problem`, hardly different, has its solution;
-/// points stay where they are. What it leaves is of the second order of the difference.
+/// One Gauss-Newton step of poses, cameras and effects from `state`, where another problem than `problem`, hardly
+/// different, has its solution; points stay where they are. What it leaves is of the second order of the difference.
 ///
 /// # Errors
 /// A singular problem; a state that cannot be projected.

@@ -1,8 +1,9 @@
 //! Shared unknowns in which predicted measurements are far from linear.
 //!
-//! In nearly all of its shared unknowns (coefficients of a camera and of effects) a block is as good as linear over a step. Not in those that say
-//! *where* something lies which the others say *how large* it is: a searched place on the sensor, a searched width, the centre of distortion. Their
-//! products with the coefficients make narrow valleys that bend.
+//! In nearly all of its shared unknowns (coefficients of a camera and of effects) a block is as good as linear over a
+//! step. Not in those that say *where* something lies which the others say *how large* it is: a searched place on the
+//! sensor, a searched width, the centre of distortion. Their products with the coefficients make narrow valleys that
+//! bend.
 
 use crate::camera::{DCX, DCY, PPX, PPY};
 use crate::problem::Problem;

@@ -9,13 +9,13 @@ use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, SymmetricOrdering, 
 use faer::sparse::linalg::solvers::SymbolicLlt;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Up to this many image unknowns the dense factorisation is as fast as the sparse one even on a corridor, the more as it leaves out the rows
-/// that a column does not reach.
+/// Up to this many image unknowns the dense factorisation is as fast as the sparse one even on a corridor, the more as
+/// it leaves out the rows that a column does not reach.
 const DENSE_UNKNOWNS: usize = 2000;
 
-/// Above that, the envelope of the dense factorisation may hold so many times the numbers of the sparse factor. At 2.2 times as many (a corridor of a
-/// thousand images) both take the same time on one thread, as the sparse matrix is permuted and put together in small pieces first; and the sparse
-/// factorisation stays on one thread.
+/// Above that, the envelope of the dense factorisation may hold so many times the numbers of the sparse factor. At 2.2
+/// times as many (a corridor of a thousand images) both take the same time on one thread, as the sparse matrix is
+/// permuted and put together in small pieces first; and the sparse factorisation stays on one thread.
 const DENSE_NUMBERS: f64 = 2.5;
 
 /// Sparsity pattern of the image blocks (lower triangle, compressed columns) and its symbolic factorisation.
@@ -31,7 +31,8 @@ pub struct Pattern {
 static LAST: Mutex<Option<Arc<Pattern>>> = Mutex::new(None);
 
 impl Pattern {
-    /// Analyses the structure, unless the last one analysed was alike. `None` where the dense factorisation is to be used.
+    /// Analyses the structure, unless the last one analysed was alike. `None` where the dense factorisation is to be
+    /// used.
     pub fn of(structure: &Structure, solver: LinearSolver) -> Option<Arc<Self>> {
         let n = structure.images * structure.dim;
         let sparse = match solver {
@@ -79,8 +80,8 @@ impl Pattern {
     }
 }
 
-/// Does the envelope of a graph of images (its lower triangle, column by column from the diagonal on) hold no more than [`DENSE_NUMBERS`] times what
-/// a good order of them leaves to a sparse factor?
+/// Does the envelope of a graph of images (its lower triangle, column by column from the diagonal on) hold no more than
+/// [`DENSE_NUMBERS`] times what a good order of them leaves to a sparse factor?
 fn envelope_is_narrow(row_start: &[usize], slot_column: &[u32]) -> bool {
     let images = row_start.len() - 1;
     let mut end = 0;
@@ -147,7 +148,8 @@ mod tests {
     #[test]
     fn an_envelope_is_narrow_where_no_order_of_the_images_leaves_much_less() {
         const IMAGES: usize = 600;
-        // A band fills its envelope, and so does an area of strips nearly: whichever way it is cut, the cut is as long as a strip.
+        // A band fills its envelope, and so does an area of strips nearly: whichever way it is cut, the cut is as long
+        // as a strip.
         assert!(is_narrow(IMAGES, |a| (a + 1..a + 4).collect()));
         const STRIP: usize = 20;
         let neighbours = |a: usize| {
@@ -155,7 +157,8 @@ mod tests {
             beside.chain([a + STRIP]).collect::<Vec<_>>()
         };
         assert!(is_narrow(IMAGES, neighbours));
-        // Two corridors that stand one behind the other in the list and share points along their whole length: taken in turns they are a band.
+        // Two corridors that stand one behind the other in the list and share points along their whole length: taken in
+        // turns they are a band.
         assert!(!is_narrow(IMAGES, |a| if a < IMAGES / 2 { vec![a + 1, a + IMAGES / 2] } else { vec![a + 1] }));
     }
 }

@@ -195,7 +195,8 @@ impl<const D: usize> PointRows<D> {
             let mut v = misclosure.map(|m| m * weight);
             let along = curvature_along(problem.loss, s);
             if self.curvature == Curvature::Newton && along < 1.0 {
-                // Smaller derivatives along the residual, and a residual that much larger: the same gradient, less curvature.
+                // Smaller derivatives along the residual, and a residual that much larger: the same gradient, less
+                // curvature.
                 let share = along.max(LEAST_CURVATURE).sqrt();
                 shrink_along(p, normalised.map(|n| n / s.sqrt()), share);
                 v = v.map(|v| v / share);
@@ -333,8 +334,9 @@ impl<const D: usize> Default for PointRows<D> {
     }
 }
 
-/// Least square of a pivot of a point's normal matrix, scaled to unit diagonal. The matrix is a sum over some ten rows, rounded to a few units of
-/// 1e-16: whether what is left below this is above zero is chance, and differs from one order of the sum to the next.
+/// Least square of a pivot of a point's normal matrix, scaled to unit diagonal. The matrix is a sum over some ten rows,
+/// rounded to a few units of 1e-16: whether what is left below this is above zero is chance, and differs from one order
+/// of the sum to the next.
 pub const LEAST_PIVOT: f64 = 1e-14;
 
 /// Inverse of `V` with its diagonal raised by the factor `1 + damping`; `None` when singular (rays that do not

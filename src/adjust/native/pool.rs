@@ -4,8 +4,9 @@ use super::NAME;
 use crate::adjust::AdjustError;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-/// So many threads: those of the pool that one is in already, or of one of its own. A thread that hands its work to another pool waits until that wakes
-/// up, and is woken up itself when it is done, again and again in a solution or a diagnosis.
+/// So many threads: those of the pool that one is in already, or of one of its own. A thread that hands its work to
+/// another pool waits until that wakes up, and is woken up itself when it is done, again and again in a solution or a
+/// diagnosis.
 pub(crate) struct Pool {
     threads: usize,
     /// None where it was made in a pool of as many threads.

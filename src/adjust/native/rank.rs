@@ -14,8 +14,9 @@ pub const EFFECT_DOMAIN: f64 = 1000.0;
 /// Components of a null direction below this share of the largest are not named.
 const NAMED_SHARE: f64 = 0.1;
 
-/// Null directions among the shared unknowns. `information` is their Schur complement in scaled units; scaled again by the domain of
-/// each unknown, an eigenvalue below one says that along its direction a standard deviation (unit weight) exceeds the domain.
+/// Null directions among the shared unknowns. `information` is their Schur complement in scaled units; scaled again by
+/// the domain of each unknown, an eigenvalue below one says that along its direction a standard deviation (unit weight)
+/// exceeds the domain.
 fn shared_null_space(
     problem: &Problem,
     unknowns: &[usize],

@@ -5,23 +5,27 @@ use super::loss::Curvature;
 
 /// A drop of this share of the predicted one: the problem is as good as linear over the step.
 pub const GOOD_PREDICTION: f64 = 0.9;
-/// Below this share a step is poor: a second look costs as much as the step that comes next, which leaves of a step with this quality or a better
-/// one what the look would leave, too. Source: three quarters, the good step of trust regions since Fletcher (1971).
+/// Below this share a step is poor: a second look costs as much as the step that comes next, which leaves of a step
+/// with this quality or a better one what the look would leave, too. Source: three quarters, the good step of trust
+/// regions since Fletcher (1971).
 const POOR_PREDICTION: f64 = 0.75;
-/// The least of a parabola that lies nearer to its start than this share of the step says only that the step was far too long, which the damping
-/// says, too.
+/// The least of a parabola that lies nearer to its start than this share of the step says only that the step was far
+/// too long, which the damping says, too.
 const LEAST_SHARE: f64 = 0.05;
 
-/// The best that becomes of a step `x` which led to `straight`. Where that brought less than was predicted, one of three things is the reason:
+/// The best that becomes of a step `x` which led to `straight`. Where that brought less than was predicted, one of
+/// three things is the reason:
 ///
-/// - Along a few unknowns the problem bends (the place of a flaw on the sensor, the centre of distortion), and the many others that are tied to them
-///   (coefficients of what lies there) have gone straight on. They follow in a second step while the few stay. Source: the idea of variable
-///   projection, Golub and Pereyra (1973), that such a step is to be judged by what remains when the rest has followed.
-/// - Residuals add to the curvature, also to that along the few where the rest follows, and the step goes beyond the minimum (or, damped, not as far).
-///   The parabola through both values with the slope at the start has it: `h = s / (2 s - b)` of the step, `2 s` the slope and `b` what the whole step
-///   brought.
-/// - All of it bends, and the rest cannot follow: the bend along the step is looked at, where the parabola was not true either and the step before was
-///   poor, too. It costs as much as two steps, and from approximations the first is poor often.
+/// - Along a few unknowns the problem bends (the place of a flaw on the sensor, the centre of distortion), and the many
+///   others that are tied to them (coefficients of what lies there) have gone straight on. They follow in a second step
+///   while the few stay. Source: the idea of variable projection, Golub and Pereyra (1973), that such a step is to be
+///   judged by what remains when the rest has followed.
+/// - Residuals add to the curvature, also to that along the few where the rest follows, and the step goes beyond the
+///   minimum (or, damped, not as far). The parabola through both values with the slope at the start has it: `h = s / (2
+///   s - b)` of the step, `2 s` the slope and `b` what the whole step brought.
+/// - All of it bends, and the rest cannot follow: the bend along the step is looked at, where the parabola was not true
+///   either and the step before was poor, too. It costs as much as two steps, and from approximations the first is poor
+///   often.
 pub fn looked_at_again<P: Iterated>(
     problem: &P,
     state: &P::State,

@@ -9,7 +9,8 @@ use nalgebra::Vector3;
 use pulp::Simd;
 use std::ops::Range;
 
-/// Place in the rows of [`Predictions`] of what a step moves the image point by, where the points alone are asked for: like a derivative.
+/// Place in the rows of [`Predictions`] of what a step moves the image point by, where the points alone are asked for:
+/// like a derivative.
 const ALONG_STEP: usize = CAMERA;
 
 /// The images of a problem at a state, and the effects that act in them.
@@ -146,7 +147,8 @@ impl Workspace {
 }
 
 impl Workspace {
-    /// Predicts the next of `eights`, without derivatives. `Some(false)` where there are none, `None` where one cannot be predicted.
+    /// Predicts the next of `eights`, without derivatives. `Some(false)` where there are none, `None` where one cannot
+    /// be predicted.
     #[inline(always)]
     pub fn predict<S: Simd>(&mut self, simd: S, cameras: Cameras<'_>, eights: &mut Eights<'_>) -> Option<bool> {
         let Self { views, eight, predictions, answers } = self;
@@ -164,8 +166,9 @@ impl Workspace {
         Some(true)
     }
 
-    /// Linearises and weighs the next of `eights` by the object points alone. A robust loss, whose weights are those of the state that a step comes
-    /// from, is told what was `predicted` there. `Some(false)` where there are none, `None` where one cannot be predicted.
+    /// Linearises and weighs the next of `eights` by the object points alone. A robust loss, whose weights are those of
+    /// the state that a step comes from, is told what was `predicted` there. `Some(false)` where there are none, `None`
+    /// where one cannot be predicted.
     #[inline(always)]
     pub fn linearise_by_point<S: Simd>(
         &mut self,

@@ -1,4 +1,5 @@
-//! A trial step: images and border as the reduced system says, then every point follows its images, and what chi-square is there.
+//! A trial step: images and border as the reduced system says, then every point follows its images, and what chi-square
+//! is there.
 
 use super::follow::{Follow, Followers, Motion, motions};
 use super::linearise::chi_square_beside_points;
@@ -31,8 +32,8 @@ pub struct Step {
     pub predicted_drop: f64,
 }
 
-/// Takes the step, of the `system` that was damped by `damping`: images and border first, then every point follows. `None` where the new state
-/// cannot be projected. `costs`: whether chi-square is asked for.
+/// Takes the step, of the `system` that was damped by `damping`: images and border first, then every point follows.
+/// `None` where the new state cannot be projected. `costs`: whether chi-square is asked for.
 pub fn try_step(
     at: &Prepared<'_>,
     system: &System,

@@ -13,7 +13,8 @@ use std::ops::Range;
 /// Marks "not an unknown" in the index tables.
 pub const NONE: u32 = u32::MAX;
 
-/// Up to this many shared unknowns every row holds all of them: a sum over whole rows is then faster than one over those that a row touches.
+/// Up to this many shared unknowns every row holds all of them: a sum over whole rows is then faster than one over
+/// those that a row touches.
 const WIDEST_DENSE_BORDER: usize = 44;
 
 /// Unknowns of a pose, the first of an image.
@@ -54,8 +55,8 @@ pub struct Structure {
     pub dim: usize,
     /// Numbers from row to row of an image block: whole cache lines.
     pub stride: usize,
-    /// Numbers from row to row of the border: with zeros and the misclosure behind its columns, whole cache lines; of a wide border its columns
-    /// alone.
+    /// Numbers from row to row of the border: with zeros and the misclosure behind its columns, whole cache lines; of a
+    /// wide border its columns alone.
     pub width: usize,
     /// Images.
     pub images: usize,
@@ -100,8 +101,8 @@ impl Structure {
         let images = layout.images;
         let rank = problem.image_ranks.clone();
 
-        // Border: free camera parameters, then free effect parameters. Image-wise values with a prior stand in their image's block;
-        // without one they may be anything to each other and go to the border too.
+        // Border: free camera parameters, then free effect parameters. Image-wise values with a prior stand in their
+        // image's block; without one they may be anything to each other and go to the border too.
         let image_wise = |t: usize| {
             let entry = &problem.theta[t];
             let scope = problem.effects[entry.effect as usize].slots[entry.parameter as usize].0;

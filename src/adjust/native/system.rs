@@ -113,8 +113,8 @@ impl System {
         self.chi_square += part.chi_square;
     }
 
-    /// The Newton decrement `g' N^-1 g`: by what chi-square would fall along the solution (`images`, `border`) of this system, were the
-    /// problem linear. With damping in system and solution it is the smaller value under that damping.
+    /// The Newton decrement `g' N^-1 g`: by what chi-square would fall along the solution (`images`, `border`) of this
+    /// system, were the problem linear. With damping in system and solution it is the smaller value under that damping.
     pub fn decrement(&self, (images, border): &(Vec<f64>, Vec<f64>)) -> f64 {
         let product = |x: &[f64], rhs: &[f64]| x.iter().zip(rhs).map(|(x, r)| x * r).sum::<f64>();
         self.decrement_points + product(images, &self.rhs_images) + product(border, &self.rhs_border)
@@ -153,8 +153,8 @@ impl System {
         self.border[a * self.width + b]
     }
 
-    /// Adds one row `a` of the weighted design matrix with misclosure `v` that touches no point: `image` is the rank and its `dim`
-    /// derivatives, `shared` border columns and derivatives (ascending columns).
+    /// Adds one row `a` of the weighted design matrix with misclosure `v` that touches no point: `image` is the rank
+    /// and its `dim` derivatives, `shared` border columns and derivatives (ascending columns).
     pub fn add_row(&mut self, structure: &Structure, image: Option<(usize, &[f64])>, shared: &[(u32, f64)], v: f64) {
         let (dim, width, stride) = (structure.dim, self.width, self.stride);
         if let Some((rank, row)) = image {

@@ -1,8 +1,9 @@
 //! The common turn of a step, taken exactly.
 //!
-//! A step is linear in its increments, and a linear turn of a whole block bends its rays by the square of the angle: where positions ask for a
-//! turn that the tie points do not feel, steps would have to be small. So the mean turn `omega` of the images' increments is taken out of the
-//! step, what is left is added, and the block then turns about its centre as a rigid body:
+//! A step is linear in its increments, and a linear turn of a whole block bends its rays by the square of the angle:
+//! where positions ask for a turn that the tie points do not feel, steps would have to be small. So the mean turn
+//! `omega` of the images' increments is taken out of the step, what is left is added, and the block then turns about
+//! its centre as a rigid body:
 //!
 //! ```text
 //! P' = c + Q (P + dP - omega x (P - c) - c),   R' = exp(w + R omega) R Q',   Q = exp(omega)
@@ -21,7 +22,8 @@ pub struct Turn {
 }
 
 impl Turn {
-    /// Of images' increments: `increments(i)` the rotation's of image `i`. No turn where an image is held to fix the datum: it must not move.
+    /// Of images' increments: `increments(i)` the rotation's of image `i`. No turn where an image is held to fix the
+    /// datum: it must not move.
     pub fn of_step(problem: &Problem, state: &State, increments: impl Fn(usize) -> Vector3<f64>) -> Self {
         let mut turn = Self { omega: Vector3::zeros(), rotation: UnitQuaternion::identity(), centre: Vector3::zeros() };
         let moving = |image: &usize| problem.pose_free[*image] == [true; 6];

@@ -10,7 +10,8 @@ use std::path::PathBuf;
 /// Compiles an effect of your own to a plug-in, with the system's compiler
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  misclosure effects build sensor-pattern.h -o sensor-pattern.so   a C++ header; CXX names another compiler, CXXFLAGS its options
+  misclosure effects build sensor-pattern.h -o sensor-pattern.so   a C++ header; CXX names another compiler, CXXFLAGS \
+  its options
   misclosure effects build sensor-pattern -o sensor-pattern.so     a Rust package, with cargo")]
 pub struct Arguments {
     /// C++ header, or folder of a Rust package

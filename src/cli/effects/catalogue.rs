@@ -182,5 +182,6 @@ fn as_json(d: &Descriptor) -> Value {
             "parameters": parameters_json(d),
             "needs": d.needs.iter().map(need).collect::<Vec<_>>(),
             "confused_with": d.confused_with, "source": d.source,
-            "literature": literature::of(&d.id).iter().map(ToString::to_string).collect::<Vec<_>>(), "words": d.words, "picture": d.picture.to_string() })
+            "literature": literature::of(&d.id).iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "words": d.words, "picture": d.picture.to_string() })
 }

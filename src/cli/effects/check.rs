@@ -37,7 +37,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
     });
     let json = json!({
         "format": 1, "library": found.origin.path.display().to_string(), "sha256": found.origin.sha256,
-        "effect": found.descriptor.id, "stage": found.descriptor.stage.name(), "holds": found.holds(), "laws": found.laws,
+        "effect": found.descriptor.id, "stage": found.descriptor.stage.name(), "holds": found.holds(),
+        "laws": found.laws,
         "abi_version": found.version, "parameters": catalogue::parameters_json(&found.descriptor),
         "words": found.descriptor.words, "picture": found.descriptor.picture.to_string(), "remarks": found.remarks,
         "values_ns": found.values_ns, "derivatives_ns": found.derivatives_ns,

@@ -52,8 +52,9 @@ fn references(effects: &[Value]) -> String {
     }
     let mut page = String::from("# References\n\n");
     page += &paragraph(
-        "Literature on the effects of the catalogue, by author. `misclosure effects book docs/effects` writes this page \
-         from the effects themselves. An effect that stands nowhere here comes from practice; its page says from where.",
+        "Literature on the effects of the catalogue, by author. `misclosure effects book docs/effects` writes this \
+         page from the effects themselves. An effect that stands nowhere here comes from practice; its page says from \
+         where.",
     );
     page += "\n";
     for ((_, reference), effects) in all {
@@ -191,7 +192,8 @@ mod tests {
 
     #[test]
     fn a_work_stands_once_with_its_address_and_its_effects() {
-        let work = "Fraser, C. S. (1997): Digital camera self-calibration. ISPRS Journal 52(4). https://doi.org/10.1016/S0(97)5";
+        let work = "Fraser, C. S. (1997): Digital camera self-calibration. ISPRS Journal 52(4). \
+                    https://doi.org/10.1016/S0(97)5";
         let effect = |id: &str, literature: &[&str]| json!({ "id": id, "literature": literature });
         let page = references(&[
             effect("one", &[work]),

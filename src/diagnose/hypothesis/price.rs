@@ -43,8 +43,8 @@ impl Law {
             _ => f(drop, dof),
         };
         let drop = match searched {
-            // The grid alone is counted. Finer grids find a larger share of what is there, of chance as of a flaw: a place is
-            // significant where its drop on the grid is.
+            // The grid alone is counted. Finer grids find a larger share of what is there, of chance as of a flaw: a
+            // place is significant where its drop on the grid is.
             Searched::Places { drop: on_grid, elsewhere, .. } => {
                 let on_counted = design_effect.max(elsewhere) * quantile(ln_p, ln_level);
                 // Without a drop on the grid no place is significant, whatever was found beside it.

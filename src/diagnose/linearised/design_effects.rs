@@ -1,4 +1,5 @@
-//! Design effects: by how much measurements that err together, in an image or about a point, make an estimate less sure than it says.
+//! Design effects: by how much measurements that err together, in an image or about a point, make an estimate less sure
+//! than it says.
 
 use super::super::error::DiagnoseError;
 use super::super::select::{Known, Nature, Set};
@@ -15,7 +16,8 @@ use std::sync::Arc;
 const MOST_COLUMNS: usize = 64;
 
 impl Linearised {
-    /// Design effects, which make a p-value larger and never smaller: of what would be significant without, and of what is in.
+    /// Design effects, which make a p-value larger and never smaller: of what would be significant without, and of what
+    /// is in.
     pub(super) fn widen(&mut self, laws: bool, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
         let situation = self.situation(settings);
         let beside = situation.beside();

@@ -4,8 +4,8 @@ use super::super::priors::SHARES;
 use crate::effects::Role;
 use crate::problem::Problem;
 
-/// Information (unit weight, scaled units) below which a parameter is known to no better than what is plausible of it, or where nothing is said
-/// of that, than its domain.
+/// Information (unit weight, scaled units) below which a parameter is known to no better than what is plausible of it,
+/// or where nothing is said of that, than its domain.
 pub fn least_information(problem: &Problem, unknown: usize) -> f64 {
     let layout = problem.layout();
     if let Some((camera, k)) = layout.camera_parameter(unknown) {

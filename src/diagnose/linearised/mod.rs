@@ -1,7 +1,7 @@
 //! A fit as a small system: every candidate, and every effect that the diagnosis took in, as columns of one null model.
 //!
-//! Effects of the user's own model belong to the base and are taken for granted. An effect that was taken in later is a column like every
-//! candidate, with a value: whatever is asked of it, it is asked by the same rule.
+//! Effects of the user's own model belong to the base and are taken for granted. An effect that was taken in later is a
+//! column like every candidate, with a value: whatever is asked of it, it is asked by the same rule.
 
 mod design_effects;
 mod limits;
@@ -332,7 +332,8 @@ impl Linearised {
         values
     }
 
-    /// Where everything goes when the columns take these values. Places and lags stay: far from where they are, what they do is not linear.
+    /// Where everything goes when the columns take these values. Places and lags stay: far from where they are, what
+    /// they do is not linear.
     pub fn moved(&self, values: &[f64]) -> State {
         let problem = self.null.problem();
         let theta = problem.layout().theta(0);

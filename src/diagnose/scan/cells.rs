@@ -1,4 +1,5 @@
-//! Residuals summed over cells of the sensor: the score of a shape is a sum over residuals, which need not be told apart within a cell.
+//! Residuals summed over cells of the sensor: the score of a shape is a sum over residuals, which need not be told
+//! apart within a cell.
 
 use crate::model::EffectRef;
 use crate::problem::{ImageObservation, Problem};
@@ -39,7 +40,8 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// For shapes of the width `width`, px. Every camera has cells of its own; every image where the effect looks at more than the place.
+    /// For shapes of the width `width`, px. Every camera has cells of its own; every image where the effect looks at
+    /// more than the place.
     pub(super) fn new(problem: &Problem, residuals: &[Residual<'_>], effect: &EffectRef, width: f64) -> Self {
         let by_image = !effect.descriptor().needs.is_empty();
         let side = SIDE * width;

@@ -1,18 +1,20 @@
-//! What a shape takes away at places other than its best one: a pattern all over the sensor, or measurements that err together, makes the best of
-//! many places stand out that is no spot. A spot is one place that others are unlike.
+//! What a shape takes away at places other than its best one: a pattern all over the sensor, or measurements that err
+//! together, makes the best of many places stand out that is no spot. A spot is one place that others are unlike.
 
 /// Median of a chi-square of one degree of freedom.
 const MEDIAN: f64 = 0.454_936;
-/// Standard deviation of the median of `n` such values, relative to it, times the root of `n`: `1 / (2 f(m) m)` with the density `f` at it.
+/// Standard deviation of the median of `n` such values, relative to it, times the root of `n`: `1 / (2 f(m) m)` with
+/// the density `f` at it.
 const MEDIAN_DEVIATION: f64 = 2.33;
 /// Fewer places tell nothing of a median.
 const LEAST_PLACES: usize = 10;
-/// Standard deviations above one that say that there is a pattern: one null case in 700, if places were independent. Neighbours are not, which makes
-/// the median vary more; what the fit takes out of every place makes it smaller.
+/// Standard deviations above one that say that there is a pattern: one null case in 700, if places were independent.
+/// Neighbours are not, which makes the median vary more; what the fit takes out of every place makes it smaller.
 const SIGMAS: f64 = 3.0;
 
-/// Factor by which `statistics` of places exceed a chi-square of one degree of freedom, by their median; one where that is not above one by more
-/// than its own uncertainty, or where there are too few. Source: the genomic control of Devlin and Roeder (1999).
+/// Factor by which `statistics` of places exceed a chi-square of one degree of freedom, by their median; one where that
+/// is not above one by more than its own uncertainty, or where there are too few. Source: the genomic control of Devlin
+/// and Roeder (1999).
 pub(super) fn factor(mut statistics: Vec<f64>) -> f64 {
     if statistics.len() < LEAST_PLACES {
         return 1.0;

@@ -11,7 +11,8 @@ use rayon::prelude::*;
 
 /// Ratio of neighbouring widths: shapes of widths 1 and 1.5 correlate by 0.9.
 const WIDTH_STEP: f64 = 1.5;
-/// Distance of neighbouring places, in widths: at half of it from the next place a flaw keeps four fifths of its statistic.
+/// Distance of neighbouring places, in widths: at half of it from the next place a flaw keeps four fifths of its
+/// statistic.
 const PLACE_STEP: f64 = 0.8;
 /// Steps of the width in a finer grid.
 const WIDTH_STEPS: [f64; 3] = [-1.0, 0.0, 1.0];

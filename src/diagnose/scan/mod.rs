@@ -1,9 +1,9 @@
-//! Scan of an effect that has a place and a width on the sensor: a grid of places for each width, each tested for its linear parameter, then
-//! finer grids about the best.
+//! Scan of an effect that has a place and a width on the sensor: a grid of places for each width, each tested for its
+//! linear parameter, then finer grids about the best.
 //!
-//! A score is a sum over residuals, which need not be told apart within half a width: it is taken of every place from residuals summed over
-//! cells. What the base leaves of a shape is dear, and changes little from a place to the next, but much from a width to the next: it is computed
-//! for the best places of each width alone.
+//! A score is a sum over residuals, which need not be told apart within half a width: it is taken of every place from
+//! residuals summed over cells. What the base leaves of a shape is dear, and changes little from a place to the next,
+//! but much from a width to the next: it is computed for the best places of each width alone.
 
 mod cells;
 mod elsewhere;
@@ -23,17 +23,18 @@ use grid::Grid;
 use rayon::prelude::*;
 use shape::{List, Shape};
 
-/// Shares of these steps in the finer grids, each of which reaches beyond half a step of the grid before to either side, about each shape of it:
-/// all are tested in one pass. The refit finds the rest of the way: the last is within a twentieth of a width, where a flaw has lost less than
-/// a hundredth of its statistic.
+/// Shares of these steps in the finer grids, each of which reaches beyond half a step of the grid before to either
+/// side, about each shape of it: all are tested in one pass. The refit finds the rest of the way: the last is within a
+/// twentieth of a width, where a flaw has lost less than a hundredth of its statistic.
 const REFINEMENTS: [f64; 2] = [0.35, 0.12];
-/// Family-wise significance above which a place is not worth refining: the coarse grid finds four fifths of the statistic or more.
+/// Family-wise significance above which a place is not worth refining: the coarse grid finds four fifths of the
+/// statistic or more.
 const WORTH_REFINING: f64 = 0.05;
 /// Least share of a shape that the base must leave for a place to count.
 const KEPT_SHARE: f64 = 1e-3;
 
-/// What is scanned: an effect in each variant that its options give it (a sharp flaw, a smooth one), since variants can only be told apart each
-/// at its own place.
+/// What is scanned: an effect in each variant that its options give it (a sharp flaw, a smooth one), since variants can
+/// only be told apart each at its own place.
 struct Scan<'a> {
     problem: &'a Problem,
     effect: EffectRef,

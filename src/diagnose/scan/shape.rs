@@ -11,7 +11,8 @@ use smallvec::{SmallVec, smallvec};
 
 /// Steps of a finer grid to either side: the best is surrounded, and the next grid goes on from there.
 const FINE_STEPS: i32 = 1;
-/// Beyond this many widths a shape is cut off, for speed: what is left correlates with the whole by 0.998 or more, sharp or smooth.
+/// Beyond this many widths a shape is cut off, for speed: what is left correlates with the whole by 0.998 or more,
+/// sharp or smooth.
 const REACH: f64 = 2.0;
 
 /// Coordinates of an image point.
@@ -62,7 +63,8 @@ impl Sums {
     }
 }
 
-/// Moves that shapes of a search make, asked about eight side by side. Its buffers are reused and allocate nothing: it is asked at every measurement.
+/// Moves that shapes of a search make, asked about eight side by side. Its buffers are reused and allocate nothing: it
+/// is asked at every measurement.
 pub(super) struct Moves<'a> {
     search: &'a Scan<'a>,
     /// Shapes that are not asked about yet, each with the number that it was given.
@@ -88,7 +90,8 @@ impl<'a> Moves<'a> {
         });
     }
 
-    /// Tells the derivative of the image point by the linear parameter, and the number, of all shapes that reach there, in their order.
+    /// Tells the derivative of the image point by the linear parameter, and the number, of all shapes that reach there,
+    /// in their order.
     fn each(
         &mut self,
         observation: &ImageObservation,

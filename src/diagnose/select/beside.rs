@@ -1,4 +1,5 @@
-//! The system beside what is in. Of hundreds of columns it is dear, and asked for again and again: what may be asked for once more is kept.
+//! The system beside what is in. Of hundreds of columns it is dear, and asked for again and again: what may be asked
+//! for once more is kept.
 
 use super::Situation;
 use crate::score::pivoted::Pivoted;

@@ -23,7 +23,8 @@ pub enum Nature {
 pub enum Searched {
     /// Not at all.
     None,
-    /// The best of so many places; `drop` is that on the grid: finer grids about the best place find a larger one without counted tests.
+    /// The best of so many places; `drop` is that on the grid: finer grids about the best place find a larger one
+    /// without counted tests.
     Places {
         /// Number of places.
         count: f64,
@@ -46,10 +47,12 @@ pub enum Searched {
 }
 
 impl Searched {
-    /// Natural logarithm of the p-value of a drop of `v'Pv`, corrected for the places that were searched; `rest` is the redundancy beside it.
+    /// Natural logarithm of the p-value of a drop of `v'Pv`, corrected for the places that were searched; `rest` is the
+    /// redundancy beside it.
     fn ln_p(self, drop: f64, dof: f64, inflation: f64, rest: f64) -> f64 {
         let (statistic, dof, count) = match self {
-            // What places elsewhere take away shares the variance factor and the design effect: it takes their place where it is larger.
+            // What places elsewhere take away shares the variance factor and the design effect: it takes their place
+            // where it is larger.
             Searched::Places { count, drop: on_grid, elsewhere } => {
                 (drop.min(on_grid.max(0.0)) / (dof * inflation.max(elsewhere)), dof, count)
             }
@@ -132,7 +135,8 @@ pub struct Judged {
     pub pivoted: Pivoted,
     /// Variance component, of chance.
     pub component: Option<random::Component>,
-    /// An estimate lies beyond what physics allows by more than chance: a shape that looks like the effect, but not its cause.
+    /// An estimate lies beyond what physics allows by more than chance: a shape that looks like the effect, but not its
+    /// cause.
     pub implausible: bool,
 }
 
@@ -162,7 +166,8 @@ impl Situation<'_> {
         (fixed, random)
     }
 
-    /// Every set that is not in, judged beside what is in; of several variants the surest, its p-value corrected for the choice. Surest first.
+    /// Every set that is not in, judged beside what is in; of several variants the surest, its p-value corrected for
+    /// the choice. Surest first.
     pub fn judge_all(&self, beside: &Beside) -> Vec<Judged> {
         let mut done = BTreeSet::new();
         let first = |s: &usize| !self.has(&self.sets[*s].id) && done.insert(&self.sets[*s].id);
@@ -232,8 +237,8 @@ impl Situation<'_> {
         self.plausible[column].is_some_and(|[min, max]| value + margin < min || value - margin > max)
     }
 
-    /// Over the clustered columns: directions that whiten a set beside the laws that are in, and what all columns change by when it is fitted.
-    /// `None` where a column of the set has no parts.
+    /// Over the clustered columns: directions that whiten a set beside the laws that are in, and what all columns
+    /// change by when it is fitted. `None` where a column of the set has no parts.
     fn directions(&self, set: &Pivoted, beside: &Beside) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let count = self.clusters.columns()?;
         let (fixed, _) = self.parts_in();
@@ -284,7 +289,8 @@ impl Situation<'_> {
         let seen = |a: &Judged, b: &Judged| separability::seen_by(beside, &a.pivoted, &b.pivoted);
         let angle: f64 = judged.windows(2).map(|pair| seen(&pair[0], &pair[1]).clamp(0.0, 1.0).acos()).sum();
         let surest = judged.iter().map(|judged| judged.ln_p).min_by(f64::total_cmp)?;
-        // How sure it is that there is one says the coarse grid, which of its variants it is the place that each was refined to.
+        // How sure it is that there is one says the coarse grid, which of its variants it is the place that each was
+        // refined to.
         let placed = judged.iter().all(|judged| matches!(self.sets[judged.set].search, Searched::Places { .. }));
         let mut best = judged.into_iter().min_by(|a, b| {
             let by_drop = b.drop.total_cmp(&a.drop);

@@ -1,12 +1,12 @@
 //! Image measurements by flight: what each flight has of `v'Pv`, and of whose variances that is made.
 //!
-//! A point is measured in several flights, so that residuals of one have errors of the others in them: with the redundancy matrix `R`,
-//! `E(v_f'P v_f) = sum_g S_fg s_g^2` with `S_fg = sum |R_ab|^2` over the measurements `a` of `f` and `b` of `g`. `R` is never formed: with columns
-//! `z` of random signs on the measurements of one flight each, `E(z_f'R z_f)` is its redundancy `sum_g S_fg`, and `E(z_f'R z_g)^2 = S_fg` for two
-//! that are independent.
+//! A point is measured in several flights, so that residuals of one have errors of the others in them: with the
+//! redundancy matrix `R`, `E(v_f'P v_f) = sum_g S_fg s_g^2` with `S_fg = sum |R_ab|^2` over the measurements `a` of `f`
+//! and `b` of `g`. `R` is never formed: with columns `z` of random signs on the measurements of one flight each,
+//! `E(z_f'R z_f)` is its redundancy `sum_g S_fg`, and `E(z_f'R z_g)^2 = S_fg` for two that are independent.
 //!
-//! Sources: Helmert's estimator of variance components in Koch, Parameter Estimation and Hypothesis Testing (1999), sec. 3.6; random signs for
-//! a trace in Hutchinson (1989), Communications in Statistics 18.
+//! Sources: Helmert's estimator of variance components in Koch, Parameter Estimation and Hypothesis Testing (1999),
+//! sec. 3.6; random signs for a trace in Hutchinson (1989), Communications in Statistics 18.
 
 use super::super::error::DiagnoseError;
 use super::super::linearised::Linearised;
@@ -18,7 +18,8 @@ use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Columns of random signs per flight: their pairs leave a tenth of what a flight shares with another, a hundredth of its own redundancy.
+/// Columns of random signs per flight: their pairs leave a tenth of what a flight shares with another, a hundredth of
+/// its own redundancy.
 const DRAWS: usize = 16;
 
 /// What a group of image measurements has of `v'Pv` and of the redundancy.
@@ -60,7 +61,8 @@ impl Flights {
         }
     }
 
-    /// The share of each flight, freed of what the errors of the others leave in its residuals. A flight without redundancy has none.
+    /// The share of each flight, freed of what the errors of the others leave in its residuals. A flight without
+    /// redundancy has none.
     ///
     /// # Errors
     /// A state that cannot be predicted.

@@ -37,18 +37,19 @@ const BELIEVED: f64 = 0.01;
 /// Rounds of the weights at the most: up to three for the images', whose flights spoil each other's residuals, then the
 /// survey's, and what these change in both. Two or three are usual.
 pub const ROUNDS: usize = 6;
-/// Largest factor that a standard deviation is multiplied by: three times what was stated is beyond any doubt about a precision.
+/// Largest factor that a standard deviation is multiplied by: three times what was stated is beyond any doubt about a
+/// precision.
 pub const MOST: f64 = 3.0;
 /// Relative change of a factor below which the weights stand: it changes statistics by twice that.
 const CHANGE: f64 = 0.02;
-/// Change of the images' factor beyond which the survey's wait for the next round: how likely residuals of the survey are
-/// is computed beside images of the present precision.
+/// Change of the images' factor beyond which the survey's wait for the next round: how likely residuals of the survey
+/// are is computed beside images of the present precision.
 const IMAGES_FIRST: f64 = 0.05;
 /// Smallest factor on a stated standard deviation: no receiver is thirty times better than its maker says. An exact
 /// (simulated) survey would otherwise make every rounding of a formula significant.
 const LEAST: f64 = 1.0 / 30.0;
-/// Least factor on the standard deviation of image measurements: none is a hundred times better than stated. The weights of an error-free block
-/// would leave nothing to control and GNSS.
+/// Least factor on the standard deviation of image measurements: none is a hundred times better than stated. The
+/// weights of an error-free block would leave nothing to control and GNSS.
 const LEAST_IMAGE: f64 = 0.01;
 /// Coordinates that take part in an estimate; of more, an even sample.
 const SAMPLE: usize = 900;

@@ -1,5 +1,5 @@
-//! Mirror of the C ABI in `cpp/effect.h`: effects that come as a table of C ([`CEffect`]), and effects of Rust that are handed to C++
-//! ([`RustEffect`]).
+//! Mirror of the C ABI in `cpp/effect.h`: effects that come as a table of C ([`CEffect`]), and effects of Rust that are
+//! handed to C++ ([`RustEffect`]).
 
 #![allow(unsafe_code)] // the ABI
 

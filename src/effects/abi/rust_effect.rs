@@ -67,8 +67,8 @@ unsafe extern "C-unwind" fn call_rust(
     d_theta: *mut f64,
 ) -> c_int {
     let result = catch_unwind(AssertUnwindSafe(|| {
-        // SAFETY: C++ hands on `this` of the table, whose target lives as long as the table, and arrays of the lengths that effect.h
-        // states.
+        // SAFETY: C++ hands on `this` of the table, whose target lives as long as the table, and arrays of the lengths
+        // that effect.h states.
         unsafe {
             let target = &*this.cast::<Target<'_>>();
             let raw = &*context;

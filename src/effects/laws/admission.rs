@@ -1,5 +1,6 @@
-//! What is asked of an effect from elsewhere before it is used: a description that the program can work with, an id of its own, and the
-//! null law, on the values alone. Its derivatives are not judged here: a wrong one shows as a difference between the solvers.
+//! What is asked of an effect from elsewhere before it is used: a description that the program can work with, an id of
+//! its own, and the null law, on the values alone. Its derivatives are not judged here: a wrong one shows as a
+//! difference between the solvers.
 
 use super::sample::draw_theta;
 use super::{SAMPLES, Sample, description};
@@ -10,7 +11,8 @@ use rand_chacha::ChaCha8Rng;
 /// Seed of the places.
 const SEED: u64 = 1;
 
-/// Refuses what no model can have, in words. `effect` is what the program would use, `table` where its values come from.
+/// Refuses what no model can have, in words. `effect` is what the program would use, `table` where its values come
+/// from.
 pub fn admission(effect: &dyn Effect, table: &CEffect) -> Result<(), String> {
     description(effect).map_err(|violation| violation.detail)?;
     let descriptor = effect.descriptor();

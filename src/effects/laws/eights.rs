@@ -8,8 +8,8 @@ use crate::math::Wide;
 use crate::math::lane::{LANES, Lane};
 use nalgebra::Vector3;
 
-/// Bit for bit, places outside the domain included, where the camera turns during the exposure and where it does not, of parameters that are the
-/// same for all eight (every other time) and of others.
+/// Bit for bit, places outside the domain included, where the camera turns during the exposure and where it does not,
+/// of parameters that are the same for all eight (every other time) and of others.
 pub fn eights(effect: &dyn Effect, seed: u64) -> Result<(), Violation> {
     let mut places = samples(effect, seed);
     for place in &mut places[..SAMPLES / 2] {

@@ -5,7 +5,8 @@ use super::{Violation, samples, violation};
 use crate::effects::abi::NO_IMAGE;
 use crate::effects::{Effect, ImageContext, Scope, Stage};
 
-/// Surveyed: effects of the control and frame stages have global parameters alone, and give the same values where all of an image is unknown.
+/// Surveyed: effects of the control and frame stages have global parameters alone, and give the same values where all
+/// of an image is unknown.
 pub fn surveyed(effect: &dyn Effect, seed: u64) -> Result<(), Violation> {
     let descriptor = effect.descriptor();
     if !matches!(descriptor.stage, Stage::Control | Stage::Frame) {

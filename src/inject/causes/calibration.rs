@@ -1,4 +1,5 @@
-//! A wrong initial calibration: the camera that the adjustment starts from, or holds fixed, is not the one that took the images.
+//! A wrong initial calibration: the camera that the adjustment starts from, or holds fixed, is not the one that took
+//! the images.
 
 use super::*;
 use crate::block::Block;

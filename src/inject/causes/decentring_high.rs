@@ -1,5 +1,5 @@
-//! Decentring of a higher order than the camera has. A definition: Brown's form, where the displacement along the axis of the
-//! decentring is three times that across it, with `r^4` in the place of `r^2`.
+//! Decentring of a higher order than the camera has. A definition: Brown's form, where the displacement along the axis
+//! of the decentring is three times that across it, with `r^4` in the place of `r^2`.
 
 use super::*;
 

@@ -1,9 +1,9 @@
 //! Coordinates of a map used as if they were Cartesian.
 //!
-//! The world is Cartesian and stays so; the survey, the receiver or both give its places in a map of a sphere. The sphere touches the
-//! plane `z = height` in the middle of the surveyed points (of the antennas, without any). A place is drawn at the arc from there to
-//! its foot on the sphere, in true azimuth (azimuthal equidistant), with its height above the sphere. Every good map of a block is that
-//! one up to `s^3 / R^2`: 2 mm at 4 km.
+//! The world is Cartesian and stays so; the survey, the receiver or both give its places in a map of a sphere. The
+//! sphere touches the plane `z = height` in the middle of the surveyed points (of the antennas, without any). A place
+//! is drawn at the arc from there to its foot on the sphere, in true azimuth (azimuthal equidistant), with its height
+//! above the sphere. Every good map of a block is that one up to `s^3 / R^2`: 2 mm at 4 km.
 
 use super::map_frame::{COORDINATES, Coordinates, middle};
 use super::*;
@@ -66,7 +66,8 @@ impl Sphere {
         }
         let from_centre = (self.radius + from_touching.z).hypot(distance);
         let arc = self.radius * distance.atan2(self.radius + from_touching.z);
-        // Distance from the sphere's centre less its radius, without the loss of digits: the difference of squares by the sum.
+        // Distance from the sphere's centre less its radius, without the loss of digits: the difference of squares by
+        // the sum.
         let sum = from_centre + self.radius;
         let rise = distance * (distance / sum) + from_touching.z * ((2.0 * self.radius + from_touching.z) / sum);
         let stretch = arc / distance;

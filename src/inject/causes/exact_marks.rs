@@ -1,5 +1,5 @@
-//! Marks free of every error of the images: shows what the block's deformation alone does to a point, because in a disturbed
-//! image part of the error cancels or adds up in the mark itself.
+//! Marks free of every error of the images: shows what the block's deformation alone does to a point, because in a
+//! disturbed image part of the error cancels or adds up in the mark itself.
 
 use super::*;
 use crate::block::Role;

@@ -37,7 +37,8 @@ fn prepare(setting: &mut Setting) -> Prepared {
     unless(port.thickness == 0.0 || port.index == 1.0, port)
 }
 
-/// Direction of a ray behind a face whose normal is the z axis; `ratio` is the index before over the index behind. `None` if reflected.
+/// Direction of a ray behind a face whose normal is the z axis; `ratio` is the index before over the index behind.
+/// `None` if reflected.
 fn refract(direction: Vector3<f64>, ratio: f64) -> Option<Vector3<f64>> {
     let (x, y) = (direction.x * ratio, direction.y * ratio);
     let z2 = 1.0 - x * x - y * y;

@@ -4,7 +4,8 @@ use super::*;
 
 pub(super) static CAUSE: Cause = Cause {
     id: "focal-growth",
-    summary: "focal length that grows from image to image, in the order of the table (the study's gradual focal length)",
+    summary: "focal length that grows from image to image, in the order of the table (the study's gradual focal \
+              length)",
     parameters: &[parameter("b", "1", DefaultValue::Number(1e-5), "relative growth per image")],
     prepare,
 };

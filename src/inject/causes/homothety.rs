@@ -1,4 +1,5 @@
-//! The study's homothetic error: every image point moves away from a centre by a constant part of its distance, `b = lambda CQ`.
+//! The study's homothetic error: every image point moves away from a centre by a constant part of its distance, `b =
+//! lambda CQ`.
 
 use super::*;
 

@@ -1,5 +1,5 @@
-//! A lens that hangs in its mount like a mass on springs: gravity, seen in camera axes, pulls its image across the sensor, and
-//! along the axis changes the focal length.
+//! A lens that hangs in its mount like a mass on springs: gravity, seen in camera axes, pulls its image across the
+//! sensor, and along the axis changes the focal length.
 
 use super::*;
 use crate::camera::{DCX, F, PPX};

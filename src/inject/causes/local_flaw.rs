@@ -1,5 +1,6 @@
-//! The study's local error: `b = lambda exp(-|CQ|^2 / sigma^2) CQ / |CQ|`. (As printed there the exponent lacks its sign and
-//! the error grows without bound.) Its direction jumps at the centre; the smooth variant has `CQ / sigma` in the place of the unit vector.
+//! The study's local error: `b = lambda exp(-|CQ|^2 / sigma^2) CQ / |CQ|`. (As printed there the exponent lacks its
+//! sign and the error grows without bound.) Its direction jumps at the centre; the smooth variant has `CQ / sigma` in
+//! the place of the unit vector.
 
 use super::*;
 

@@ -1,5 +1,6 @@
-//! Coordinates in the grid of a map projection, used as if they were true to scale: the grid's point scale factor stretches the
-//! plane coordinates about the middle of the survey, heights stay. A definition, as that of the grid itself.
+//! Coordinates in the grid of a map projection, used as if they were true to scale: the grid's point scale factor
+//! stretches the plane coordinates about the middle of the survey, heights stay. A definition, as that of the grid
+//! itself.
 
 use super::map_frame::{COORDINATES, Coordinates, middle};
 use super::*;

@@ -1,4 +1,5 @@
-//! Radial distortion of a higher order than the camera has. A definition: `r^order` along the radius from the centre of distortion.
+//! Radial distortion of a higher order than the camera has. A definition: `r^order` along the radius from the centre of
+//! distortion.
 
 use super::*;
 

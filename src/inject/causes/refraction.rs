@@ -22,8 +22,8 @@ pub(super) static CAUSE: Cause = Cause {
 
 /// `n - 1` of the standard atmosphere at sea level.
 const REFRACTIVITY: f64 = 2.77e-4;
-/// Layers between camera and ground. The error of the bending falls with its square: 1e-4 of it for the thickest air that
-/// is sensible here, far less in a real one.
+/// Layers between camera and ground. The error of the bending falls with its square: 1e-4 of it for the thickest air
+/// that is sensible here, far less in a real one.
 const LAYERS: usize = 32;
 /// Newton's steps double the digits; the first guess is the straight line.
 const STEPS: usize = 20;

@@ -1,4 +1,5 @@
-//! A sensor exposed in steps on the wafer: its pixels are displaced periodically. No effect of the catalogue describes it.
+//! A sensor exposed in steps on the wafer: its pixels are displaced periodically. No effect of the catalogue describes
+//! it.
 
 use super::*;
 use std::f64::consts::TAU;

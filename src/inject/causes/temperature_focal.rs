@@ -1,7 +1,7 @@
 //! A lens that warms up: the air's (or camera's) temperature drives that of the lens, which drives the focal length.
 //!
-//! `dT_lens/dt = (T - T_lens) / lag`, integrated in small steps through the recorded temperatures, linear between images; the
-//! lens starts at the first temperature. `f += alpha (T_lens - T_reference)`.
+//! `dT_lens/dt = (T - T_lens) / lag`, integrated in small steps through the recorded temperatures, linear between
+//! images; the lens starts at the first temperature. `f += alpha (T_lens - T_reference)`.
 
 use super::*;
 use crate::block::Block;

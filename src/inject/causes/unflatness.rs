@@ -1,7 +1,8 @@
 //! A sensor that is no plane: the ray behind the lens meets its surface, not the focal plane.
 //!
-//! The surface `z(x, y)` (px out of the focal plane, away from the lens) is a saddle, a bend and a bump. The ray crosses the
-//! focal plane at the ideal pixel, with the slope of the line from the principal point, and goes on until it meets the surface.
+//! The surface `z(x, y)` (px out of the focal plane, away from the lens) is a saddle, a bend and a bump. The ray
+//! crosses the focal plane at the ideal pixel, with the slope of the line from the principal point, and goes on until
+//! it meets the surface.
 
 use super::*;
 

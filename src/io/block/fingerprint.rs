@@ -8,7 +8,8 @@ use std::path::Path;
 /// Bytes read at a time.
 const BUFFER_BYTES: usize = 1 << 18;
 
-/// SHA-256, hexadecimal, of the files of the block in `folder`: names and bytes. Other files in the folder do not count.
+/// SHA-256, hexadecimal, of the files of the block in `folder`: names and bytes. Other files in the folder do not
+/// count.
 ///
 /// # Errors
 /// [`Error::Read`].

@@ -10,11 +10,11 @@ use crate::block::{Block, CameraId, FlightId, Gnss, Image, Pose};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::path::Path;
 
-/// A quaternion's length may differ from one by this much: its four components rounded to six decimals change the length by at
-/// most 2 x 0.5e-6. It is then normalised.
+/// A quaternion's length may differ from one by this much: its four components rounded to six decimals change the
+/// length by at most 2 x 0.5e-6. It is then normalised.
 const QUATERNION_TOLERANCE: f64 = 1e-6;
-/// Up to here a quaternion's length is one but for rounding, and the quaternion is taken as it stands, so that writing and
-/// reading is exact. As a change of scale it moves an image point by less than 1e-9 px.
+/// Up to here a quaternion's length is one but for rounding, and the quaternion is taken as it stands, so that writing
+/// and reading is exact. As a change of scale it moves an image point by less than 1e-9 px.
 const QUATERNION_ROUNDING: f64 = 1e-14;
 
 const CENTRE: [&str; 3] = ["x", "y", "z"];

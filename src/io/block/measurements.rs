@@ -9,9 +9,9 @@ use super::{BLOCK, Error, IMAGES};
 use crate::block::{ImageId, Measurement, PointId};
 use std::path::Path;
 
-/// A measurement may lie outside the sensor by this fraction of the sensor's longer side. The size in `block.toml` may be that of the
-/// full or of the cropped picture, which differ by a few per cent; a measurement of another camera, of the turned picture,
-/// in other units or about another origin lies further out.
+/// A measurement may lie outside the sensor by this fraction of the sensor's longer side. The size in `block.toml` may
+/// be that of the full or of the cropped picture, which differ by a few per cent; a measurement of another camera, of
+/// the turned picture, in other units or about another origin lies further out.
 pub(in super::super) const OUTSIDE_MARGIN: f64 = 0.1;
 
 /// Rows after which the number of rows still to come is estimated from the length of the file.
@@ -93,7 +93,8 @@ pub(super) fn rays_per_point<'a>(
     for measurement in measurements {
         rays[measurement.point.index()] += 1;
     }
-    // Rows by point, by counting: the end of each point's rows moves back to their start as they are filled in from behind.
+    // Rows by point, by counting: the end of each point's rows moves back to their start as they are filled in from
+    // behind.
     let mut start: Vec<usize> = rays
         .iter()
         .scan(0, |end, count| {

@@ -9,8 +9,8 @@
 //! marks.csv      optional: image measurements of surveyed points
 //! ```
 //!
-//! One file here per table. Tie points are numbered in the order of `points.csv`, those without a row there after them in
-//! the order of their first measurement; writing a block that was read, and reading it again, gives the same block.
+//! One file here per table. Tie points are numbered in the order of `points.csv`, those without a row there after them
+//! in the order of their first measurement; writing a block that was read, and reading it again, gives the same block.
 
 mod block_toml;
 mod control;
@@ -101,7 +101,8 @@ impl fmt::Display for SetAside {
 /// Reads the block in the folder `dir`.
 ///
 /// # Errors
-/// The first fault found, in the order `block.toml`, `images.csv`, `points.csv`, `ties.csv`, `control.csv`, `marks.csv`.
+/// The first fault found, in the order `block.toml`, `images.csv`, `points.csv`, `ties.csv`, `control.csv`,
+/// `marks.csv`.
 pub fn read_block(dir: &Path) -> Result<Loaded, Error> {
     if !dir.is_dir() {
         let problem = format!("this is not a folder; {EVERY_BLOCK}");
@@ -143,8 +144,8 @@ pub fn is_block(dir: &Path) -> bool {
 /// The file that says so, for whoever writes it last.
 pub const BLOCK_FILE: &str = BLOCK;
 
-/// Writes a block into the folder `dir`, which is made when it is not there. Tables of an older block in it are replaced;
-/// optional ones that this block does not need are removed, so that none of them is read with it.
+/// Writes a block into the folder `dir`, which is made when it is not there. Tables of an older block in it are
+/// replaced; optional ones that this block does not need are removed, so that none of them is read with it.
 ///
 /// # Errors
 /// [`Error::Write`]; [`Error::Content`] for NaN or infinity.

@@ -1,7 +1,7 @@
 //! A camera in another formula: the numbers of one formula that come nearest to another, over the sensor.
 //!
-//! Where a formula of another program is ours in other units it is converted, not fitted; the fit is then the test of that. It takes up
-//! whatever the twelve numbers can: the rotation of the camera is not among them.
+//! Where a formula of another program is ours in other units it is converted, not fitted; the fit is then the test of
+//! that. It takes up whatever the twelve numbers can: the rotation of the camera is not among them.
 
 use super::super::error::{Error, Place};
 use super::Note;
@@ -26,7 +26,8 @@ const INVERSE_STEPS: usize = 40;
 /// Step of the derivative of a foreign formula by a normalised coordinate.
 const RAY_STEP: f64 = 1e-6;
 
-/// The way a formula goes. A ray is `(X / Z, Y / Z)` in the camera frame, an image point px from the outer corner of the top-left pixel.
+/// The way a formula goes. A ray is `(X / Z, Y / Z)` in the camera frame, an image point px from the outer corner of
+/// the top-left pixel.
 pub enum Formula<'a> {
     /// From ray to image point.
     Forward(&'a dyn Fn([f64; 2]) -> Option<[f64; 2]>),
@@ -68,8 +69,9 @@ impl<P> Fit<P> {
     }
 }
 
-/// The Fraser camera that is nearest to a formula over a sensor of `size` px, found from `start`; with `tied` its centre of distortion is
-/// the principal point, else it stays where `start` has it (to first order moving it does what p1 and p2 do). `None` where the formula does not cover the sensor, or nothing comes near it.
+/// The Fraser camera that is nearest to a formula over a sensor of `size` px, found from `start`; with `tied` its
+/// centre of distortion is the principal point, else it stays where `start` has it (to first order moving it does what
+/// p1 and p2 do). `None` where the formula does not cover the sensor, or nothing comes near it.
 pub fn fit_fraser(formula: &Formula<'_>, size: [u32; 2], start: &Interior, tied: bool) -> Option<Fit<Interior>> {
     let samples = samples(formula, size, start)?;
     let camera = Camera { id: String::new(), width_px: size[0], height_px: size[1], pixel_um: None, interior: *start };
@@ -89,8 +91,9 @@ pub fn fit_fraser(formula: &Formula<'_>, size: [u32; 2], start: &Interior, tied:
     Some(Fit { parameters: interior(&parameters), rms_px, max_px })
 }
 
-/// The numbers of a forward formula `predict(numbers, ray)` that are nearest to a Fraser camera, found from `start`; `scales` are the changes
-/// of the numbers that move an image point by about a pixel. `None` where the camera does not cover its sensor, or nothing comes near it.
+/// The numbers of a forward formula `predict(numbers, ray)` that are nearest to a Fraser camera, found from `start`;
+/// `scales` are the changes of the numbers that move an image point by about a pixel. `None` where the camera does not
+/// cover its sensor, or nothing comes near it.
 pub fn fit_to_fraser(camera: &Camera, start: Vec<f64>, scales: &[f64], predict: &Predict<'_>) -> Option<Fit<Vec<f64>>> {
     let interior = camera.interior;
     let backward = |xy: [f64; 2]| {
@@ -101,8 +104,9 @@ pub fn fit_to_fraser(camera: &Camera, start: Vec<f64>, scales: &[f64], predict: 
     fit(&samples, start, scales, predict)
 }
 
-/// The Fraser camera that is nearest to another over its sensor and has `numbers` alone, its centre of distortion at the principal point. The
-/// same camera where it has no others. `None` where it does not cover its sensor, or nothing comes near it.
+/// The Fraser camera that is nearest to another over its sensor and has `numbers` alone, its centre of distortion at
+/// the principal point. The same camera where it has no others. `None` where it does not cover its sensor, or nothing
+/// comes near it.
 pub fn nearest_with(camera: &Camera, numbers: &[usize]) -> Option<Fit<Interior>> {
     let whole = camera.interior;
     let of = |values: &[f64]| {

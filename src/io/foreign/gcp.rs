@@ -1,4 +1,5 @@
-//! Ground control and its marks, added to a block: `gcp_list.txt`, `ground_control_points.json`, or tables of comma-separated values.
+//! Ground control and its marks, added to a block: `gcp_list.txt`, `ground_control_points.json`, or tables of
+//! comma-separated values.
 //!
 //! ```text
 //! points   #CoordinateSystem: ... (Metashape; else the block's)   name,x,y,z[,horizontal,vertical accuracy]   a header or none

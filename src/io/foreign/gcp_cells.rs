@@ -1,7 +1,7 @@
 //! Cells of a table of ground control: what separates them, what a decimal comma is, and what a header may say.
 //!
-//! The first row decides. A semicolon in it separates, and a comma in a number is then a decimal comma; else the comma separates. A header
-//! may stand first: its words have to name the columns in the order in which they are read.
+//! The first row decides. A semicolon in it separates, and a comma in a number is then a decimal comma; else the comma
+//! separates. A header may stand first: its words have to name the columns in the order in which they are read.
 
 use super::super::error::shown;
 

@@ -5,7 +5,8 @@
 //! X Y Z column row image [name]    blanks between; pixels count from the CENTRE of the top-left one
 //! ```
 //!
-//! Source: OpenSfM, `doc/source/gcp`, and ODM, "Ground control points". Rows of one point have one name, or the same coordinates.
+//! Source: OpenSfM, `doc/source/gcp`, and ODM, "Ground control points". Rows of one point have one name, or the same
+//! coordinates.
 
 use super::super::error::{Error, Place, shown};
 use super::text::{Line, Lines};

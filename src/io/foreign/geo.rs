@@ -1,4 +1,5 @@
-//! ODM's `geo.txt`: the coordinate system, then of each image `name x y [z [yaw pitch roll [horizontal vertical accuracy]]]`.
+//! ODM's `geo.txt`: the coordinate system, then of each image `name x y [z [yaw pitch roll [horizontal vertical
+//! accuracy]]]`.
 
 use super::super::error::Error;
 use super::fill::{ImagesByName, Recorded, fill};

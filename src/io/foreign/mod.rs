@@ -1,10 +1,10 @@
-//! Blocks from other programs, and back to them: one file or folder here per format, behind [`Format`], in one [`registry`] from which
-//! lists, help and guessing follow.
+//! Blocks from other programs, and back to them: one file or folder here per format, behind [`Format`], in one
+//! [`registry`] from which lists, help and guessing follow.
 //!
-//! A format reads into our own block (`CONVENTIONS.md`), exactly where its formulas allow it; whatever is guessed on the way, or lost,
-//! is a [`Note`]. What formats share stands beside them: text ([`text`]), poses ([`pose`]), tie points ([`tracks`]), cameras that are
-//! no Fraser camera ([`fit`]), geographic coordinates ([`crate::geodesy`]), and points that prove a transfer
-//! ([`verification`]).
+//! A format reads into our own block (`CONVENTIONS.md`), exactly where its formulas allow it; whatever is guessed on
+//! the way, or lost, is a [`Note`]. What formats share stands beside them: text ([`text`]), poses ([`pose`]), tie
+//! points ([`tracks`]), cameras that are no Fraser camera ([`fit`]), geographic coordinates ([`crate::geodesy`]), and
+//! points that prove a transfer ([`verification`]).
 
 mod aicon;
 mod binary;
@@ -48,7 +48,8 @@ use std::collections::{HashMap, HashSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Between the outer corner of the top-left pixel, where our image coordinates begin, and its centre, where those of some programs do, px.
+/// Between the outer corner of the top-left pixel, where our image coordinates begin, and its centre, where those of
+/// some programs do, px.
 pub const HALF_PIXEL: f64 = 0.5;
 
 /// What the user asks of an import.
@@ -118,8 +119,8 @@ pub trait Exporter: Sync {
     /// What the format cannot hold; what cannot be written.
     fn export(&self, block: &Block, dir: &Path, options: &ExportOptions) -> Result<Vec<Note>, Error>;
 
-    /// Numbers of a Fraser camera that the format holds exactly when the others are zero and the centre of distortion is the principal point;
-    /// `None` where it holds every Fraser camera.
+    /// Numbers of a Fraser camera that the format holds exactly when the others are zero and the centre of distortion
+    /// is the principal point; `None` where it holds every Fraser camera.
     fn camera_numbers(&self) -> Option<&'static [usize]> {
         None
     }
@@ -186,7 +187,8 @@ pub fn guessed_sigma(options: &ImportOptions, notes: &mut Vec<Note>) -> Sigma {
     Sigma { tie_px: options.tie_px.unwrap_or(GUESSED.tie_px), ..GUESSED }
 }
 
-/// The name of a flight that an image belongs to where nothing else is known: the folder in its own name, else `flight`.
+/// The name of a flight that an image belongs to where nothing else is known: the folder in its own name, else
+/// `flight`.
 pub fn flight_of(image: &str) -> &str {
     image.rfind(['/', '\\']).map_or("flight", |end| &image[..end])
 }
@@ -274,8 +276,8 @@ fn keep_seen(surveyed: &mut Vec<SurveyedPoint>, marks: &mut [Measurement], notes
     }
 }
 
-/// The block as cameras of a format would have seen it: its cameras the nearest that the format holds, and every image point moved by what
-/// the cameras differ there. Gives the most that one was moved by, px.
+/// The block as cameras of a format would have seen it: its cameras the nearest that the format holds, and every image
+/// point moved by what the cameras differ there. Gives the most that one was moved by, px.
 ///
 /// # Errors
 /// A camera that nothing of the format comes near.

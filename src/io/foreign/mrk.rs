@@ -4,9 +4,9 @@
 //! number  s of the GPS week  [week]  dN,N  dE,E  dV,V  lat,Lat  lon,Lon  h,Ellh  sN, sE, sV  quality,Q
 //! ```
 //!
-//! Separated by tabs. dN, dE, dV (mm; V is down) lead from the antenna to the sensor. Latitude, longitude and height are those of the sensor: the
-//! receiver's position with that lever arm applied. Quality 50 is a fixed solution, 34 a float one, 16 a single point, 0 none. Source: DJI, *PPK file
-//! description*.
+//! Separated by tabs. dN, dE, dV (mm; V is down) lead from the antenna to the sensor. Latitude, longitude and height
+//! are those of the sensor: the receiver's position with that lever arm applied. Quality 50 is a fixed solution, 34 a
+//! float one, 16 a single point, 0 none. Source: DJI, *PPK file description*.
 
 use super::super::error::{Error, shown};
 use super::fill::{Recorded, fill};
@@ -64,7 +64,8 @@ impl Addition for Mrk {
             notes.push(Note::fact(format!("{loose} exposures have no fixed solution; see the column gnss_quality")));
         }
         notes.push(Note::fact(
-            "positions are those of the sensor, as DJI writes them: the lever arm is taken off already, and kept in the columns lever_*_m",
+            "positions are those of the sensor, as DJI writes them: the lever arm is taken off already, and kept in \
+             the columns lever_*_m",
         ));
         fill(block, &recorded, &mut notes).map_err(|problem| refuse(&paths[0], problem))?;
         Ok(notes)
@@ -115,7 +116,8 @@ fn exposure(line: Line<'_>) -> Result<(u32, Recorded), Error> {
     Ok((number, recorded))
 }
 
-/// The image of an exposure: the one with its number as a word of four digits. Of several, the one whose name begins as that of the MRK file.
+/// The image of an exposure: the one with its number as a word of four digits. Of several, the one whose name begins as
+/// that of the MRK file.
 fn image(block: &Block, path: &Path, number: u32) -> Result<Option<ImageId>, String> {
     let word = format!("{number:04}");
     let file = |name: &str| name.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();

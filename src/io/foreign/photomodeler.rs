@@ -6,9 +6,10 @@
 //! control points, object points: id X Y Z sX sY sZ     marks: photo point x y sx sy     (an empty line between the lists)
 //! ```
 //!
-//! Lengths of the camera are mm on a sensor of W x H mm; x0, y0 count from its top left corner. The distortion takes the *measured* point to the ideal
-//! one, with y up: `x (1 + K1 r^2 + K2 r^4 + K3 r^6) + P1 (r^2 + 2 x^2) + 2 P2 x y`, y alike. Marks are pixels from the outer corner of the top-left
-//! one. Source: DBAT, `loadpm.m`, and its published reports.
+//! Lengths of the camera are mm on a sensor of W x H mm; x0, y0 count from its top left corner. The distortion takes
+//! the *measured* point to the ideal one, with y up: `x (1 + K1 r^2 + K2 r^4 + K3 r^6) + P1 (r^2 + 2 x^2) + 2 P2 x y`,
+//! y alike. Marks are pixels from the outer corner of the top-left one. Source: DBAT, `loadpm.m`, and its published
+//! reports.
 
 use super::super::error::{Error, shown};
 use super::fit::{Formula, fit_fraser};
@@ -21,7 +22,8 @@ use nalgebra::Vector3;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-/// The cameras of single photos are written with three decimals: one that differs from the first line's by no more is that one.
+/// The cameras of single photos are written with three decimals: one that differs from the first line's by no more is
+/// that one.
 const ROUNDING_MM: f64 = 5.1e-4;
 /// Words in the line of a photo's camera.
 const CAMERA_WORDS: usize = 11;

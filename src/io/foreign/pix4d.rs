@@ -8,8 +8,8 @@
 //! *_tp_bingo.txt                                 image H_widthmm_heightmm / point x y (mm from the middle, y up) / -99: a part of them, with control
 //! ```
 //!
-//! R takes the world to the camera (y down). Of the distortion t1 and t2 are the Fraser camera's p2 and p1, in units of the focal length. Source: Pix4D,
-//! "What does the output params folder contain?" (202977149).
+//! R takes the world to the camera (y down). Of the distortion t1 and t2 are the Fraser camera's p2 and p1, in units of
+//! the focal length. Source: Pix4D, "What does the output params folder contain?" (202977149).
 
 use super::super::error::{Error, shown};
 use super::text::Lines;
@@ -28,7 +28,8 @@ const TIES: &str = "_tp_pix4d.txt";
 const BINGO: &str = "_tp_bingo.txt";
 /// What ends the points of an image.
 const END: &str = "-99";
-/// The two files of poses are written with ten digits of an angle in degrees; rad. A national system turns by the convergence of its meridians, not more.
+/// The two files of poses are written with ten digits of an angle in degrees; rad. A national system turns by the
+/// convergence of its meridians, not more.
 const SAME_ROTATION: f64 = 0.1;
 
 /// The format.
@@ -98,7 +99,8 @@ fn block(folder: &Path, options: &ImportOptions, notes: &mut Vec<Note>) -> Resul
     let tracks = match (file_that_ends(folder, TIES)?, file_that_ends(folder, BINGO)?) {
         (Some(path), _) => tie_points(&path, &images, &cameras, false, notes)?,
         (None, Some(path)) => {
-            let text = "*_tp_bingo.txt has a part of the tie points, chosen by a grid, and control points among them as tie points";
+            let text = "*_tp_bingo.txt has a part of the tie points, chosen by a grid, and control points among them \
+                        as tie points";
             notes.push(Note::loss(text));
             tie_points(&path, &images, &cameras, true, notes)?
         }

@@ -3,8 +3,9 @@
 use crate::block::Pose;
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
-/// A rotation matrix in a file may differ by this much from a true one in any element: eight decimals and a little rounding. It is then
-/// taken for the nearest rotation, which moves an image point of a camera of 10 000 px by less than a hundredth of a pixel.
+/// A rotation matrix in a file may differ by this much from a true one in any element: eight decimals and a little
+/// rounding. It is then taken for the nearest rotation, which moves an image point of a camera of 10 000 px by less
+/// than a hundredth of a pixel.
 const ORTHOGONALITY: f64 = 1e-6;
 
 /// The pose of `X_cam = R X + t`.
@@ -46,8 +47,8 @@ pub fn half_turn_about_x(rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> 
     UnitQuaternion::new_unchecked(Quaternion::new(0.0, 1.0, 0.0, 0.0)) * rotation
 }
 
-/// The rotation, world to our camera axes, of the angles (rad) of a camera with y up that looks along -z: `Rx(omega) Ry(phi) Rz(kappa)` takes
-/// its axes to the world.
+/// The rotation, world to our camera axes, of the angles (rad) of a camera with y up that looks along -z: `Rx(omega)
+/// Ry(phi) Rz(kappa)` takes its axes to the world.
 pub fn from_omega_phi_kappa([omega, phi, kappa]: [f64; 3]) -> UnitQuaternion<f64> {
     let about = |axis, angle| UnitQuaternion::from_axis_angle(&axis, angle);
     let world_from_cam =

@@ -16,7 +16,8 @@ pub struct Positioned {
 }
 
 impl Positioned {
-    /// Intersects what has no coordinates; a point whose rays do not meet in front of its images is left out, which is said.
+    /// Intersects what has no coordinates; a point whose rays do not meet in front of its images is left out, which is
+    /// said.
     pub fn of(block: &Block, notes: &mut Vec<Note>) -> Self {
         let mut rays = vec![(Vec::new(), Vec::new()); block.tie_points.len()];
         for tie in block.ties.iter().filter(|tie| block.tie_points[tie.point.index()].position.is_none()) {

@@ -13,8 +13,8 @@ pub(super) enum BlockSystem {
 }
 
 impl BlockSystem {
-    /// Of the `crs` of a block. One that is `local` and has no position of any kind gets a system about `places`: the poses are then brought there
-    /// by the adjustment, which has nothing else to go by.
+    /// Of the `crs` of a block. One that is `local` and has no position of any kind gets a system about `places`: the
+    /// poses are then brought there by the adjustment, which has nothing else to go by.
     pub(super) fn of(block: &mut Block, places: &[Geographic], notes: &mut Vec<Note>) -> Result<Self, String> {
         if let Some(system) = LocalSystem::parse(&block.crs) {
             return Ok(Self::Local(system));
@@ -24,7 +24,8 @@ impl BlockSystem {
         }
         if !block.surveyed.is_empty() || block.images.iter().any(|image| image.gnss.is_some()) {
             return Err(format!(
-                "the block has positions in its coordinate system {:?}, which says nothing of latitude and longitude; name the system in block.toml",
+                "the block has positions in its coordinate system {:?}, which says nothing of latitude and longitude; \
+                 name the system in block.toml",
                 block.crs
             ));
         }

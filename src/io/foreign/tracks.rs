@@ -39,8 +39,8 @@ impl Tracks {
         self.ties.retain_mut(change);
     }
 
-    /// The points that intersect, with their measurements in the order in which they came. What is left out is said: a point at two places of
-    /// one image (which of them it is, nobody knows), and points with fewer than two images.
+    /// The points that intersect, with their measurements in the order in which they came. What is left out is said: a
+    /// point at two places of one image (which of them it is, nobody knows), and points with fewer than two images.
     pub fn finish(self, notes: &mut Vec<Note>) -> (Vec<TiePoint>, Vec<Measurement>) {
         let Self { mut points, mut ties } = self;
         let ambiguous = ambiguous(&ties);
@@ -121,7 +121,8 @@ impl Matches {
         self.parents[a.max(b) as usize] = a.min(b);
     }
 
-    /// The tracks, named by number. One with two places in an image holds a false match, and nobody knows which: it is left out, which is said.
+    /// The tracks, named by number. One with two places in an image holds a false match, and nobody knows which: it is
+    /// left out, which is said.
     pub fn into_tracks(mut self, notes: &mut Vec<Note>) -> Tracks {
         let mut members: Vec<(u32, u32)> = (0..self.parents.len() as u32).map(|k| (self.root(k), k)).collect();
         members.sort_unstable();

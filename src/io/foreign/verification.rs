@@ -1,5 +1,5 @@
-//! Points that prove a transfer: `verification.csv` beside exported files has ten points of the world and where images see them. Whoever
-//! reads the files can compute the image points anew; our own importers do.
+//! Points that prove a transfer: `verification.csv` beside exported files has ten points of the world and where images
+//! see them. Whoever reads the files can compute the image points anew; our own importers do.
 
 use super::super::csv_table::Table;
 use super::super::error::Error;
@@ -21,7 +21,8 @@ const COUNT: usize = 10;
 const TOLERANCE_PX: f64 = 1e-3;
 /// Depth of the points (m) in images without tie points.
 const DEPTH_M: f64 = 10.0;
-/// Places on the sensor, as parts of its sides, from the middle to the corners: where distortion is large, a mistake in it is.
+/// Places on the sensor, as parts of its sides, from the middle to the corners: where distortion is large, a mistake in
+/// it is.
 const PLACES: [[f64; 2]; 5] = [[0.5, 0.5], [0.05, 0.1], [0.95, 0.85], [0.1, 0.95], [0.9, 0.05]];
 
 /// Writes points of `block` as the files beside hold it into `dir`.
@@ -60,7 +61,8 @@ fn depth(block: &Block, image: ImageId) -> f64 {
     if depths.is_empty() { DEPTH_M } else { median(&depths) }
 }
 
-/// Compares a block with the verification points in `dir`, where there are any; images that it does not have are passed over.
+/// Compares a block with the verification points in `dir`, where there are any; images that it does not have are passed
+/// over.
 ///
 /// # Errors
 /// A point that is missed, with by how much, unless differences were asked for (`approximate`): then it is a note.

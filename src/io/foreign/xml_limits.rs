@@ -1,7 +1,7 @@
 //! Limits of an XML document, held before a tree is made of it: one pass over the bytes, no memory.
 //!
-//! A tree takes some 60 bytes per tag and per attribute, however short they are in the file, and compares each attribute of an element, and
-//! each declared name space, with those before it.
+//! A tree takes some 60 bytes per tag and per attribute, however short they are in the file, and compares each
+//! attribute of an element, and each declared name space, with those before it.
 
 /// Most tags of a document: a project of a hundred thousand images has four million.
 const MOST_TAGS: usize = 10_000_000;
@@ -12,7 +12,8 @@ const MOST_ATTRIBUTES: usize = 1000;
 /// What has no attributes, by how it begins and ends.
 const OTHERS: [(&str, &str); 3] = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")];
 
-/// Where a document goes beyond the limits (byte), and what was expected; `None` where it keeps them. Says nothing of what is no XML.
+/// Where a document goes beyond the limits (byte), and what was expected; `None` where it keeps them. Says nothing of
+/// what is no XML.
 pub(super) fn beyond(text: &str) -> Option<(usize, String)> {
     let (mut tags, mut equals, mut spaces, mut at) = (0, 0, 0, 0);
     while let Some(begin) = text[at..].find('<').map(|next| at + next) {

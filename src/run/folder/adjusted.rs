@@ -1,8 +1,9 @@
 //! A block as a run left it: for whoever goes on with it elsewhere.
 //!
-//! A run folder has what is needed: adjusted cameras, poses and points, and the residual of every measurement that took part. The computed
-//! image point of a measurement, observed minus residual, has all effects of the model in it; the camera alone predicts it without them. What
-//! lies between is what the effects do to the measurement, whatever they are.
+//! A run folder has what is needed: adjusted cameras, poses and points, and the residual of every measurement that took
+//! part. The computed image point of a measurement, observed minus residual, has all effects of the model in it; the
+//! camera alone predicts it without them. What lies between is what the effects do to the measurement, whatever they
+//! are.
 
 use super::RunFolder;
 use super::read::{read_points, read_residuals};

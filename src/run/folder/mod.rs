@@ -1,7 +1,7 @@
 //! The folder of a run: what it holds, written and read. File names and columns stand in this room and nowhere else.
 //!
-//! Poses, points and their standard deviations are in the survey's system where a similarity took the block there, else in the
-//! adjustment's own.
+//! Poses, points and their standard deviations are in the survey's system where a similarity took the block there, else
+//! in the adjustment's own.
 
 mod adjusted;
 mod covariance;

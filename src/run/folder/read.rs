@@ -13,7 +13,8 @@ use serde::de::DeserializeOwned;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What the page of a run is made from. `D` is what stands in `diagnosis.json`: a run does not know what a diagnosis is.
+/// What the page of a run is made from. `D` is what stands in `diagnosis.json`: a run does not know what a diagnosis
+/// is.
 #[derive(Debug, Clone)]
 pub struct RunFolder<D> {
     /// `summary.json`.
@@ -48,7 +49,8 @@ impl<D: DeserializeOwned> RunFolder<D> {
     /// Reads the folder, without the residuals of its measurements: [`each_residual`] reads those one by one.
     ///
     /// # Errors
-    /// A file that is missing, cannot be read, is of another version, or lacks the rows that the summary speaks of; by name.
+    /// A file that is missing, cannot be read, is of another version, or lacks the rows that the summary speaks of; by
+    /// name.
     pub fn read(dir: &Path) -> Result<Self, Error> {
         let diagnosis = dir.join(DIAGNOSIS);
         let summary: Summary = json(&dir.join(SUMMARY))?;

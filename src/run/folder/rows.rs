@@ -258,7 +258,8 @@ surveyed_table! { "checks.csv",
         images: Option<usize>,
         /// RMS of the residuals of its marks per coordinate, px.
         rms_px: Option<f64>,
-        /// Surveyed easting in the system of the survey (`survey_crs` of the block), m; `None` where that is the block's.
+        /// Surveyed easting in the system of the survey (`survey_crs` of the block), m; `None` where that is the
+        /// block's.
         easting: Option<f64>,
         /// Northing, likewise.
         northing: Option<f64>,

@@ -13,7 +13,8 @@ use crate::run::{GnssResidual, ResidualRow, Run};
 use serde::Serialize;
 use std::path::Path;
 
-/// What the pictures of a diagnosis are drawn from; stage [`super::BASE`] before effects were added, [`super::FINAL`] after.
+/// What the pictures of a diagnosis are drawn from; stage [`super::BASE`] before effects were added, [`super::FINAL`]
+/// after.
 #[derive(Debug, Clone, Default)]
 pub struct Pictures {
     /// Mean residuals over the sensor.

@@ -119,8 +119,8 @@ pub fn law_of_length(law: &PowerLaw) -> String {
 fn flight_patterns(page: &mut Page, results: &Results) -> Result<()> {
     page.section("Left open: which flights limit the deformation");
     page.paragraph(&format!(
-        "S1 (f wrong by {FLIGHTS_FOCAL_ERROR_PX} px and held), S2 about PP, S3 and S4 for every choice of the four flights. The errors are put into the whole \
-         block first, so an image has the same error in every choice."
+        "S1 (f wrong by {FLIGHTS_FOCAL_ERROR_PX} px and held), S2 about PP, S3 and S4 for every choice of the four \
+         flights. The errors are put into the whole block first, so an image has the same error in every choice."
     ));
     let mut table = (Table::new("Every choice of flights: 3D RMS at the check points, change of camera height, bowl"))
         .text("flights", "")
@@ -225,7 +225,10 @@ fn repairs(page: &mut Page, results: &Results) -> Result<()> {
             }
         }
     }
-    table.note("Marks in the erroneous images: a model that has the error in it would take it out of exact marks a second time.");
+    table.note(
+        "Marks in the erroneous images: a model that has the error in it would take it out of exact marks a second \
+                time.",
+    );
     page.table(&table);
     let mut table = (Table::new("What was estimated"))
         .text("case", "")

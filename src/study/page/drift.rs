@@ -14,8 +14,8 @@ use anyhow::Result;
 pub fn section(page: &mut Page, results: &Results, simulation: &Simulation) -> Result<()> {
     page.section("S3: a focal length that varies gradually");
     page.paragraph(
-        "f(n) = f (1 + 1e-5)^n over the images in the order of the flights: oblique, nadir 50 m, nadir 30 m, nadir 70 m. One camera is \
-         estimated for all images, everything free.",
+        "f(n) = f (1 + 1e-5)^n over the images in the order of the flights: oblique, nadir 50 m, nadir 30 m, nadir 70 \
+         m. One camera is estimated for all images, everything free.",
     );
     let s3 = results.adjusted("s3")?;
     if let Some(pictures) = &s3.pictures {

@@ -31,8 +31,8 @@ fn finding(statement: &str, published: impl Into<String>, ours: String, agrees: 
     Finding { statement: statement.into(), published: published.into(), ours, agrees }
 }
 
-/// RMS at the check points (m) and change of the mean camera height (m) against the error of the focal length (px), for the cases of
-/// S1 with these flights (`all` or `nadir`).
+/// RMS at the check points (m) and change of the mean camera height (m) against the error of the focal length (px), for
+/// the cases of S1 with these flights (`all` or `nadir`).
 ///
 /// # Errors
 /// A case that is missing or could not be adjusted.

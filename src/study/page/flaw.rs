@@ -14,8 +14,8 @@ use anyhow::Result;
 pub fn section(page: &mut Page, results: &Results) -> Result<()> {
     page.section("S4: a local error on the sensor");
     page.paragraph(
-        "b = lambda exp(-|CQ|²/sigma²) CQ/|CQ| with C (1000, 1000), lambda 10 px, sigma 200 px; everything free. The printed exponent lacks \
-         its minus sign: as printed the error would grow without bound.",
+        "b = lambda exp(-|CQ|²/sigma²) CQ/|CQ| with C (1000, 1000), lambda 10 px, sigma 200 px; everything free. The \
+         printed exponent lacks its minus sign: as printed the error would grow without bound.",
     );
     let s4 = results.adjusted("s4")?;
     let mut table = change_table("Table 5: variation of the camera");

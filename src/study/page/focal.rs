@@ -12,8 +12,8 @@ use anyhow::Result;
 pub fn section(page: &mut Page, results: &Results) -> Result<()> {
     page.section("S1: an erroneous focal length");
     page.paragraph(
-        "The focal length of the start values is wrong by -50 to +50 px and held; everything else is free. Once with all flights, once \
-         without the oblique one. The image measurements have no error.",
+        "The focal length of the start values is wrong by -50 to +50 px and held; everything else is free. Once with \
+         all flights, once without the oblique one. The image measurements have no error.",
     );
     let (all, nadir) = (s1_curves(results, "all")?, s1_curves(results, "nadir")?);
     let scaled = |curve: &[[f64; 2]], factor: f64| curve.iter().map(|[x, y]| [*x, factor * y]).collect::<Vec<_>>();
@@ -68,7 +68,8 @@ pub fn section(page: &mut Page, results: &Results) -> Result<()> {
         let sizes: Vec<[f64; 2]> = curves[0].iter().map(|[x, y]| [x.abs(), *y]).collect();
         let ((rms, rms_law), (height, height_law)) = (proportionality(&sizes), proportionality(&curves[1]));
         table.note(format!(
-            "{name}: {} mm RMS per px of error, linear to {}, symmetric to {}; {} mm of camera height per px, linear to {}.",
+            "{name}: {} mm RMS per px of error, linear to {}, symmetric to {}; {} mm of camera height per px, linear \
+             to {}.",
             mm(rms),
             percent(rms_law),
             percent(asymmetry(&curves[0])),

@@ -35,7 +35,8 @@ pub fn section(page: &mut Page, results: &Results) -> Result<()> {
     }
     let ratio = pp.interior[F] / pp.true_interior[F] - 1.0;
     table.note(format!(
-        "Relative change of the focal length: {} (the text prints 0.0049). Precision that 0.5 px of noise would leave: F {}.",
+        "Relative change of the focal length: {} (the text prints 0.0049). Precision that 0.5 px of noise would leave: \
+         F {}.",
         fixed(ratio, 6),
         with_sigma(pp.interior[F], pp.interior_sigma[F])
     ));
@@ -65,7 +66,8 @@ pub fn section(page: &mut Page, results: &Results) -> Result<()> {
             "s2-error",
             vector_field(&error),
             &format!(
-                "Figure 5: the error as it stands in some of the measurements; largest shown {} px (published for the whole sensor: {} px).",
+                "Figure 5: the error as it stands in some of the measurements; largest shown {} px (published for the \
+                 whole sensor: {} px).",
                 px(largest),
                 published::S2_LARGEST_PX
             ),

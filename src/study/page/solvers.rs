@@ -42,8 +42,8 @@ pub fn section(page: &mut Page, results: &Results) {
         table.row(row);
     }
     page.paragraph(&format!(
-        "{agree} of {compared} cases that both solvers adjusted agree: residuals and Jacobian at the same point, then the solutions in units of their \
-         own sigma.{}{}",
+        "{agree} of {compared} cases that both solvers adjusted agree: residuals and Jacobian at the same point, then \
+         the solutions in units of their own sigma.{}{}",
         if alone > 0 { format!(" {alone} cases were adjusted by one solver alone.") } else { String::new() },
         if impossible > 0 { format!(" {impossible} cases cannot be adjusted.") } else { String::new() },
     ));

@@ -97,18 +97,18 @@ pub fn change_rows(table: &mut Table, name: &str, case: &Adjusted) {
 }
 
 /// What the three comparisons of cameras mean.
-pub const CHANGE_NOTE: &str = "Whole camera: image point of the same viewing ray, estimated minus true camera, on a grid of 64 x 48 places over \
-                               the sensor. Up to a rotation: after the one rotation of all rays that makes it least, which the orientation of \
-                               the images takes up. Distortion alone: change of the correction (distorted minus ideal point) at the same image \
-                               point.";
+pub const CHANGE_NOTE: &str = "Whole camera: image point of the same viewing ray, estimated minus true camera, on a \
+                               grid of 64 x 48 places over the sensor. Up to a rotation: after the one rotation of all \
+                               rays that makes it least, which the orientation of the images takes up. Distortion \
+                               alone: change of the correction (distorted minus ideal point) at the same image point.";
 
 /// Arrows of a field.
 pub fn arrows(field: &[FieldVector]) -> Vec<Arrow> {
     field.iter().map(|vector| (vector.at, vector.d)).collect()
 }
 
-/// Residuals at check points as in the published figure `number`, where there is one: plan, height, histogram. Plan and height share one
-/// scale.
+/// Residuals at check points as in the published figure `number`, where there is one: plan, height, histogram. Plan and
+/// height share one scale.
 pub fn residual_figures(page: &mut Page, id: &str, title: &str, rows: &[[f64; 5]], number: Option<u32>) {
     let millimetres = |value: f64| 1e3 * value;
     let arrows = rows.iter().map(|[x, y, dx, dy, _]| ([*x, *y], [millimetres(*dx), millimetres(*dy)])).collect();

@@ -1,4 +1,5 @@
-//! A small dense problem for the loop of the native Levenberg-Marquardt: damped by its scaled columns, solved by orthogonal triangularisation.
+//! A small dense problem for the loop of the native Levenberg-Marquardt: damped by its scaled columns, solved by
+//! orthogonal triangularisation.
 
 use super::models::{MOST, Value, observed, predict};
 use super::set::Set;

@@ -1,5 +1,5 @@
-//! The nonlinear regression sets of NIST (Statistical Reference Datasets), for the loop of the native Levenberg-Marquardt itself: the very
-//! same loop, with dense rows in the place of a reduced system.
+//! The nonlinear regression sets of NIST (Statistical Reference Datasets), for the loop of the native
+//! Levenberg-Marquardt itself: the very same loop, with dense rows in the place of a reduced system.
 //!
 //! NIST's files are not part of the program: `misclosure validate --nist DIR` names their folder.
 //! Source: <https://www.itl.nist.gov/div898/strd/nls/nls_main.shtml>.
@@ -43,14 +43,14 @@ pub struct NistOutcome {
     pub failure: Option<String>,
     /// The loop ended in another minimum: its sum of squares, and the certified one.
     pub other_minimum: Option<(f64, f64)>,
-    /// The file's own sum of squares is not that of its certified values: `(stated, at these values)`. One of its numbers is wrong, and
-    /// it can certify nothing.
+    /// The file's own sum of squares is not that of its certified values: `(stated, at these values)`. One of its
+    /// numbers is wrong, and it can certify nothing.
     pub contradiction: Option<(f64, f64)>,
 }
 
 impl NistOutcome {
-    /// Are so many digits asked for here? From the near start always, from the far one where NIST does not call the set hard; not where the file
-    /// contradicts itself.
+    /// Are so many digits asked for here? From the near start always, from the far one where NIST does not call the set
+    /// hard; not where the file contradicts itself.
     pub fn counts(&self) -> bool {
         self.contradiction.is_none() && (self.near || self.difficulty != Difficulty::Higher)
     }

@@ -154,7 +154,8 @@ fn adjust(block: &Block, model: &Model, options: &Options) -> Result<Run, RunErr
     run::adjust(block, model, &[&Native], options, &mut |_, _| ControlFlow::Continue(()))
 }
 
-/// As `adjust` does: least squares alone; where that fails, a robust adjustment names the worst measurement. What goes wrong, in words.
+/// As `adjust` does: least squares alone; where that fails, a robust adjustment names the worst measurement. What goes
+/// wrong, in words.
 fn plain(block: &Block, wrong: &HashSet<PointId>, model: &Model, options: &Options) -> Option<String> {
     let error = adjust(block, model, options).err()?;
     let named = || {

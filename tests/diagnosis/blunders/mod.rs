@@ -2,7 +2,8 @@
 //!
 //! `make test-blunders` runs the whole campaign, `make test` a handful of it.
 //!
-//! `MISCLOSURE_BLUNDERS=mapping cargo test --release --test diagnosis blunders:: -- --nocapture` runs the cases whose names have that part.
+//! `MISCLOSURE_BLUNDERS=mapping cargo test --release --test diagnosis blunders:: -- --nocapture` runs the cases whose
+//! names have that part.
 
 mod campaign;
 mod place;
@@ -18,9 +19,10 @@ const COUNTS: [Count; 4] = [Count::Of(1), Count::Of(2), Count::Of(10), Count::Sh
 const SIZES: [Size; 5] = [Size::Px(5.0), Size::Px(50.0), Size::Px(500.0), Size::Px(3000.0), Size::Sensor];
 const PLACES: [Place; 3] = [Place::Random, Place::Corners, Place::FewRays];
 
-/// What stands for the campaign in `make test`: the sizes that bend a block most, on the quickest blocks; one whose least-squares adjustment fails of a
-/// single blunder; one in which least squares bends the camera until a blunder fits; one in which a spot of the sensor fits a blunder in a point of two
-/// rays as well as it would a flaw; and one in which all that an image has measured is in points with a blunder.
+/// What stands for the campaign in `make test`: the sizes that bend a block most, on the quickest blocks; one whose
+/// least-squares adjustment fails of a single blunder; one in which least squares bends the camera until a blunder
+/// fits; one in which a spot of the sensor fits a blunder in a point of two rays as well as it would a flaw; and one in
+/// which all that an image has measured is in points with a blunder.
 const HANDFUL: [Case; 8] = [
     Case { preset: 4, count: Count::Of(10), size: Size::Px(5.0), place: Place::FewRays },
     Case { preset: 2, count: Count::Of(1), size: Size::Px(500.0), place: Place::Corners },

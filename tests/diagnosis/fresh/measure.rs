@@ -108,7 +108,8 @@ impl Measured {
     }
 
     /// 3D RMS at the check points with all true effects, on the measurements that are no gross errors and with their
-    /// true weights, mm. Which of an effect's coefficients are zero nobody can know: all are free where the block determines them.
+    /// true weights, mm. Which of an effect's coefficients are zero nobody can know: all are free where the block
+    /// determines them.
     pub fn check_mm(&self) -> f64 {
         let block = build(&with_true_start(self.recipe().with_known_noise()));
         let effects = || self.parts.iter().filter_map(|part| part.cause.effect.as_ref());

@@ -1,9 +1,11 @@
-//! The judge: `improve` on every recipe's block as it comes, with its noise, outliers and wrong start values, held against what the recipe states.
+//! The judge: `improve` on every recipe's block as it comes, with its noise, outliers and wrong start values, held
+//! against what the recipe states.
 //!
-//! The check-point error is held against that of the true model on the block with known noise (`Recipe::with_known_noise`): the same
-//! measurements, errors and check points, with a perfect search for outliers and perfect weights. Nothing of the program that is judged
-//! has a part in that reference: the true model on the block that its own search cleaned would forgive a search that cleans badly.
-//! [`recipes`](super::recipes) holds the number that a recipe states for it against the adjustment.
+//! The check-point error is held against that of the true model on the block with known noise
+//! (`Recipe::with_known_noise`): the same measurements, errors and check points, with a perfect search for outliers and
+//! perfect weights. Nothing of the program that is judged has a part in that reference: the true model on the block
+//! that its own search cleaned would forgive a search that cleans badly. [`recipes`](super::recipes) holds the number
+//! that a recipe states for it against the adjustment.
 
 use super::models::{Named, base_model, check_rms_mm, estimates, selected};
 use crate::common::disagreement;
@@ -29,7 +31,8 @@ const SIZE_SIGMAS: f64 = 4.0;
 /// Check points of the improved model against those of the true one.
 const CHECK_RATIO: f64 = 1.1;
 
-/// Digits to which the ledger's check-point error is that of a new adjustment (variance components are estimated to a thousandth).
+/// Digits to which the ledger's check-point error is that of a new adjustment (variance components are estimated to a
+/// thousandth).
 const LEDGER_DIGITS: f64 = 1e-3;
 
 #[test]
@@ -73,8 +76,8 @@ fn judge(named: &Named) -> Result<Vec<String>, String> {
     failures.extend(judge_pictures(&diagnosed));
     failures.extend(sizes.failures());
     let (reached, possible) = (check_rms_mm(&run), recipe.truth.check_mm.model);
-    // Where no part of the truth is in the catalogue there is nothing to reach. Beside a part that is, the pattern disturbs the
-    // check points under both models.
+    // Where no part of the truth is in the catalogue there is nothing to reach. Beside a part that is, the pattern
+    // disturbs the check points under both models.
     let reachable = recipe.truth.verdict != ExpectedVerdict::Unexplained || !recipe.truth.effects.is_empty();
     let missed = reached.is_nan() || reached > CHECK_RATIO * possible;
     if reachable && missed {
@@ -89,7 +92,8 @@ fn solve_both(block: &Block, model: &Model) -> Result<Run, String> {
         .map_err(|error| error.to_string())
 }
 
-/// The model that is handed on and the list of what was set aside, once written and read, are all that it takes to adjust the same again.
+/// The model that is handed on and the list of what was set aside, once written and read, are all that it takes to
+/// adjust the same again.
 fn judge_repetition(block: &Block, diagnosed: &Diagnosed) -> Option<String> {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let rows = diagnosed.outliers.rows(block);
@@ -142,7 +146,8 @@ fn judge_pictures(diagnosed: &Diagnosed) -> Vec<String> {
     diagnosed.diagnosis.recommended.iter().filter(is_effect).filter_map(failure).collect()
 }
 
-/// Is the verdict right, and are the effects those that are hidden, or such as the diagnosis says the block cannot tell from them?
+/// Is the verdict right, and are the effects those that are hidden, or such as the diagnosis says the block cannot tell
+/// from them?
 fn judge_names(truth: &Truth, diagnosed: &Diagnosed) -> Vec<String> {
     let mut failures = Vec::new();
     let mistakes = &diagnosed.diagnosis.mistakes;
@@ -238,7 +243,8 @@ fn print_line(name: &str, truth: &Truth, diagnosed: &Diagnosed, sizes: &Sizes, a
         .map(|size| format!("{} {:.4e} +- {:.1e} ({:.4e})", size.name, size.value, size.sigma, size.stated))
         .collect();
     println!(
-        "{name:34} {verdict:11} {found}  check {before_mm:.4} -> {after_mm:.4} mm (true model {:.4})  {seconds:.1} s  {}",
+        "{name:34} {verdict:11} {found}  check {before_mm:.4} -> {after_mm:.4} mm (true model {:.4})  {seconds:.1} s  \
+         {}",
         truth.check_mm.model,
         sizes.join(", ")
     );

@@ -126,9 +126,9 @@ pub struct Compared {
     pub check_mm: [f64; 2],
     /// The true model and the block with known noise.
     pub noisy: Run,
-    /// The true model and the block without random errors; `None` where the true model is not one of least squares alone
-    /// (values drawn by image, whose standard deviation such a block does not determine), or has no effect. An unexplained
-    /// cause stays in the block: sizes that it would bias are not stated.
+    /// The true model and the block without random errors; `None` where the true model is not one of least squares
+    /// alone (values drawn by image, whose standard deviation such a block does not determine), or has no effect. An
+    /// unexplained cause stays in the block: sizes that it would bias are not stated.
     pub exact: Option<Run>,
 }
 
@@ -174,8 +174,9 @@ pub struct Estimate {
     pub sigma: f64,
 }
 
-/// Estimated parameters of the effects of a run. Of values drawn for every image the standard deviation `s` stands for all of them;
-/// that of `s` itself is `s / sqrt(2 r)`, `r` the redundancy that they contribute (Förstner and Wrobel 2016, sec. 4.2.4).
+/// Estimated parameters of the effects of a run. Of values drawn for every image the standard deviation `s` stands for
+/// all of them; that of `s` itself is `s / sqrt(2 r)`, `r` the redundancy that they contribute (Förstner and Wrobel
+/// 2016, sec. 4.2.4).
 pub fn estimates(run: &Run) -> Vec<Estimate> {
     let solution = run.solution();
     let covariance = solution.covariance.as_ref().expect("a covariance");

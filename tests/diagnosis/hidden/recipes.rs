@@ -11,8 +11,8 @@ use std::path::Path;
 const STATED_DIGITS: f64 = 1e-3;
 /// A noncentrality that a test at the 0.1 % level sees with certainty, so that a miss is a fault and no bad luck.
 const VISIBLE: f64 = 60.0;
-/// The part of its standard deviation by which a stated size may miss what a block without random errors gives: it then takes
-/// no share worth mentioning of the four that an estimate is allowed.
+/// The part of its standard deviation by which a stated size may miss what a block without random errors gives: it then
+/// takes no share worth mentioning of the four that an estimate is allowed.
 const EXACT_SIGMA: f64 = 0.5;
 
 #[test]
@@ -106,7 +106,8 @@ fn print_numbers(name: &str, compared: &Compared) {
     }
 }
 
-/// `MISCLOSURE_HIDDEN=dike-none cargo test --release --test diagnosis stated_numbers -- --nocapture` prints those of one recipe.
+/// `MISCLOSURE_HIDDEN=dike-none cargo test --release --test diagnosis stated_numbers -- --nocapture` prints those of
+/// one recipe.
 #[test]
 fn stated_numbers_are_those_of_the_adjustments() {
     for Named { name, recipe } in selected() {

@@ -60,11 +60,11 @@ pub fn fitted(block: &Block, model: &Model) -> Fit {
     fit(block, model, None, &options()).unwrap_or_else(|error| panic!("{}: {error}", block.name))
 }
 
-/// The error-free block as it is measured under an effect whose free parameters take the values `size` times their typical sizes, in turn
-/// up and down.
+/// The error-free block as it is measured under an effect whose free parameters take the values `size` times their
+/// typical sizes, in turn up and down.
 ///
-/// The effect's own formula makes these measurements: what is tested with them is whether a prediction to first order meets the
-/// refit, and both see the same block.
+/// The effect's own formula makes these measurements: what is tested with them is whether a prediction to first order
+/// meets the refit, and both see the same block.
 pub fn measured_under(block: &Block, term: &EffectTerm, size: f64) -> Block {
     let model = Model { effects: vec![term.clone()], ..everything_free() };
     let problem = Problem::new(block, &model).unwrap_or_else(|error| panic!("{term:?}: {error}"));

@@ -1,5 +1,6 @@
-//! The predicted drop of `v'Pv` against that of the refit, for every candidate that is linear in its parameters: within five per cent up to ten
-//! standard deviations. Random and scanned effects are not: their refits estimate a variance, or a place.
+//! The predicted drop of `v'Pv` against that of the refit, for every candidate that is linear in its parameters: within
+//! five per cent up to ten standard deviations. Random and scanned effects are not: their refits estimate a variance,
+//! or a place.
 
 use super::blocks::{UNTESTABLE, everything_free, fitted, measured_under, preset, settings, small, with_noise};
 use super::in_turn::in_turn;
@@ -40,13 +41,15 @@ const EXCEPTIONS: [Exception; 2] = [
         block: None,
         id: "decentring-high",
         miss: -0.9..0.0,
-        reason: "without it the centre of distortion runs hundreds of pixels away, and the score is taken there: it under-predicts",
+        reason: "without it the centre of distortion runs hundreds of pixels away, and the score is taken there: it \
+                 under-predicts",
     },
     Exception {
         block: Some("small"),
         id: "unflatness",
         miss: -0.1..0.1,
-        reason: "few points: noise drives directions of which the base leaves little out of the linear range (without noise: 25.0776, 25.0784)",
+        reason: "few points: noise drives directions of which the base leaves little out of the linear range (without \
+                 noise: 25.0776, 25.0784)",
     },
 ];
 

@@ -1,8 +1,9 @@
-//! p-values where nothing is missing: uniform for every linear candidate, not too small for those whose p-value is a bound (a scanned place
-//! or lag, a variance component).
+//! p-values where nothing is missing: uniform for every linear candidate, not too small for those whose p-value is a
+//! bound (a scanned place or lag, a variance component).
 //!
-//! The p-value of a linear candidate is that of F with the estimated variance factor, as the program computes it: exactly uniform, for any
-//! redundancy, while the base is linear over the size of the noise. Family-wise over all candidates: Bonferroni.
+//! The p-value of a linear candidate is that of F with the estimated variance factor, as the program computes it:
+//! exactly uniform, for any redundancy, while the base is linear over the size of the noise. Family-wise over all
+//! candidates: Bonferroni.
 
 use super::blocks::{UNTESTABLE, everything_free, fitted, settings, small, with_noise};
 use super::in_turn::in_turn;

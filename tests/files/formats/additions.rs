@@ -186,7 +186,8 @@ fn ground_control_from_four_kinds_of_files() {
     let points = write(
         dir,
         "points.csv",
-        "#CoordinateSystem: GEOGCS[\"WGS 84\",AUTHORITY[\"EPSG\",\"4326\"]]\n#Label,X,Y,Z\nG1,2.001,48.0,5,0.01,0.02\nfar,2,48,1\n",
+        "#CoordinateSystem: GEOGCS[\"WGS \
+         84\",AUTHORITY[\"EPSG\",\"4326\"]]\n#Label,X,Y,Z\nG1,2.001,48.0,5,0.01,0.02\nfar,2,48,1\n",
     );
     let marks = write(dir, "marks.csv", "a.jpg,G1,100,200\nb.jpg,G1,10,20\n");
     let mut of_list = block(["a.jpg", "b.jpg"], LOCAL);

@@ -15,7 +15,8 @@ fn sigma0_of_marks(mut block: Block) -> f64 {
     solve_both(&block, &held).sigma0()
 }
 
-/// Of the marks, as the tie points of the two come from different matchings. A camera of half a pixel beside the other's is all that differs.
+/// Of the marks, as the tie points of the two come from different matchings. A camera of half a pixel beside the
+/// other's is all that differs.
 #[test]
 fn metashape_project_and_its_conversion_by_others() {
     let Some(project) = sample("metashape-sxb/sxb.psz") else { return };

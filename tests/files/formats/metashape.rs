@@ -7,7 +7,8 @@ use nalgebra::Vector3;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Marks and control are those of the block that was converted by other means; the tie points are not: another matching made them.
+/// Marks and control are those of the block that was converted by other means; the tie points are not: another matching
+/// made them.
 #[test]
 fn the_real_project_is_the_block_that_others_made_of_it() {
     let Some(project) = sample("metashape-sxb/sxb.psz") else { return };
@@ -104,7 +105,8 @@ fn slaves_of_a_rig_have_the_pose_of_their_master_and_the_offset_of_their_sensor(
 
 #[test]
 fn geographic_chunks_are_laid_into_a_local_system() {
-    let wgs84 = "<reference>GEOGCS[\"WGS 84\",DATUM[\"W\",AUTHORITY[\"EPSG\",\"6326\"]],AUTHORITY[\"EPSG\",\"4326\"]]</reference>";
+    let wgs84 = "<reference>GEOGCS[\"WGS \
+                 84\",DATUM[\"W\",AUTHORITY[\"EPSG\",\"6326\"]],AUTHORITY[\"EPSG\",\"4326\"]]</reference>";
     // On the equator at Greenwich the Earth-centred x is up, y east, z north.
     let text = document(RELATIVE, &format!("{MARKERS}{wgs84}"))
         .replace("10 20 30", "6378137 0 0")
@@ -185,8 +187,10 @@ fn zip(path: &Path, members: &[(&str, &[u8])]) {
 fn files_that_do_not_belong_together_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let cameras = write(folder.path(), "cameras.xml", document(RELATIVE, ""));
-    let elsewhere = "<document version=\"1.2.0\"><chunk><cameras><camera id=\"0\" label=\"z.jpg\"/></cameras><markers><marker id=\"0\" label=\"G\"/></markers>\
-                     <frames><frame><markers><marker marker_id=\"0\"><location camera_id=\"0\" x=\"1\" y=\"1\"/></marker></markers></frame></frames></chunk></document>";
+    let elsewhere = "<document version=\"1.2.0\"><chunk><cameras><camera id=\"0\" \
+                     label=\"z.jpg\"/></cameras><markers><marker id=\"0\" label=\"G\"/></markers>\
+                     <frames><frame><markers><marker marker_id=\"0\"><location camera_id=\"0\" x=\"1\" \
+                     y=\"1\"/></marker></markers></frame></frames></chunk></document>";
     let markers = write(folder.path(), "markers.xml", elsewhere);
     let message =
         |paths: &[PathBuf]| try_import("metashape", paths, &ImportOptions::default()).unwrap_err().to_string();

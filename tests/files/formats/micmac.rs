@@ -12,7 +12,8 @@ fn approximately(path: &Path) -> (Block, Vec<Note>) {
     (imported.block, imported.notes)
 }
 
-/// The calibration of the first version has a term in r^9, which no Fraser camera has: it is fitted, and MMVII fitted it too.
+/// The calibration of the first version has a term in r^9, which no Fraser camera has: it is fitted, and MMVII fitted
+/// it too.
 #[test]
 fn the_same_project_in_both_versions() {
     let Some(folder) = sample("micmac-saisies") else { return };
@@ -44,7 +45,8 @@ fn the_same_project_in_both_versions() {
         assert_eq!((&a.name, a.role, a.sigma_xy, a.sigma_z), (&b.name, Role::Control, b.sigma_xy, b.sigma_z));
         assert!((a.position - b.position).norm() < 1e-13);
     }
-    // Two fits of one camera: each is off by less than a tenth of a pixel where points are (ours by 0.082 px at the corner).
+    // Two fits of one camera: each is off by less than a tenth of a pixel where points are (ours by 0.082 px at the
+    // corner).
     let [a, b] = [&first.cameras[0].interior, &second.cameras[0].interior];
     for [x, y] in [[0.0, 0.0], [0.2, 0.1], [-0.3, 0.2], [-0.15, -0.2]] {
         let [[ax, ay], [bx, by]] = [project(a, [x, y, 1.0]).unwrap(), project(b, [x, y, 1.0]).unwrap()];
@@ -106,7 +108,8 @@ fn distortion_from_image_to_ideal_point_is_turned_round() {
     write(&folder.path().join("Ori-A"), "AutoCal.xml", calibration);
     let (block, _) = import("micmac", &[folder.path().to_owned()]);
     let [f, ppx, ppy, dcx, ..] = block.cameras[0].interior;
-    // Of a measured point at (du, dv) = (1000, 500) from the centre of distortion, by the formula in the other direction.
+    // Of a measured point at (du, dv) = (1000, 500) from the centre of distortion, by the formula in the other
+    // direction.
     let (du, dv) = (1000.0, 500.0);
     let r2 = du * du + dv * dv;
     let radial = -3e-9 * r2 + 1e-17 * r2 * r2;

@@ -4,8 +4,9 @@ use misclosure::block::Role;
 use misclosure::io::foreign::{ImportOptions, Kind};
 use std::path::Path;
 
-/// The files have no figure of their own; these are what their coordinates give by the documented formula. They were computed once more in
-/// another program to the digits shown; a shift of half a pixel, or p1 for p2, changes the third digit.
+/// The files have no figure of their own; these are what their coordinates give by the documented formula. They were
+/// computed once more in another program to the digits shown; a shift of half a pixel, or p1 for p2, changes the third
+/// digit.
 #[test]
 fn berlin_in_two_versions() {
     for (name, points, ties, rms_px) in
@@ -36,7 +37,8 @@ fn ground_control_is_where_it_was_seen() {
     for mark in &block.marks {
         let [x, y] = seen(&block, mark.image.index(), &block.surveyed[mark.point.index()].position);
         let miss = (x - mark.x).hypot(y - mark.y);
-        // 2.2, 0.5 and 0.2 px; a height that stands on something else, or degrees that are swapped, would miss by hundreds.
+        // 2.2, 0.5 and 0.2 px; a height that stands on something else, or degrees that are swapped, would miss
+        // by hundreds.
         assert!(miss < 2.5, "{miss} px");
     }
 }

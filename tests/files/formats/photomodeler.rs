@@ -3,13 +3,15 @@ use super::{beside, has, sample, try_import, write};
 use misclosure::io::block::read_block;
 use misclosure::io::foreign::{ImportOptions, Kind};
 
-/// The block that others converted from this file: the same measurements and poses, and the four control points that were tie points.
+/// The block that others converted from this file: the same measurements and poses, and the four control points that
+/// were tie points.
 #[test]
 fn the_real_export_is_the_block_that_others_made_of_it() {
     let Some(folder) = sample("photomodeler") else { return };
     let path = folder.join("camcal-pmexport.txt");
     assert!(super::format("photomodeler").recognises(&path));
-    // Its lens takes measured points to ideal ones by up to 50 px: the nearest camera of the other direction is 0.375 px off at a corner.
+    // Its lens takes measured points to ideal ones by up to 50 px: the nearest camera of the other direction is 0.375
+    // px off at a corner.
     let refused = try_import("photomodeler", std::slice::from_ref(&path), &ImportOptions::default()).unwrap_err();
     assert!(refused.to_string().contains("3.75e-1 px at most"), "{refused}");
     let options = ImportOptions { approximate: true, ..ImportOptions::default() };

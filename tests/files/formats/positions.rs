@@ -1,4 +1,5 @@
-//! Positions and standard deviations that are none: left out and counted, or refused with their place. Tables of control as people write them.
+//! Positions and standard deviations that are none: left out and counted, or refused with their place. Tables of
+//! control as people write them.
 
 use super::additions::{LOCAL, block, try_add};
 use super::small::additions::{MRK, XMP, image};

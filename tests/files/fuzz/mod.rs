@@ -1,5 +1,5 @@
-//! The fuzz targets for some seconds: over the repository's own data, and over what seeded chance makes of it. `make fuzz` lets libFuzzer
-//! search for as long as one likes.
+//! The fuzz targets for some seconds: over the repository's own data, and over what seeded chance makes of it. `make
+//! fuzz` lets libFuzzer search for as long as one likes.
 
 use crate::small;
 mod mutation;

@@ -142,7 +142,8 @@ fn maupertuis_is_what_colmap_says() {
     assert!(compared > 1000, "{compared}");
 }
 
-/// The client itself opens what is written, finds our reprojection errors in it, and what it writes then is read as the same.
+/// The client itself opens what is written, finds our reprojection errors in it, and what it writes then is read as the
+/// same.
 #[test]
 fn pycolmap_reads_and_writes_the_same() {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/check_colmap.py");

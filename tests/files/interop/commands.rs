@@ -93,7 +93,8 @@ fn bad_usage_is_named() {
     assert!(!Path::new(&out).exists());
 }
 
-/// What a run found goes back: a plain adjustment of the corrected measurements gives the run's own camera and residuals.
+/// What a run found goes back: a plain adjustment of the corrected measurements gives the run's own camera and
+/// residuals.
 #[test]
 fn an_effect_is_taken_out_of_the_measurements_or_refused() {
     let folder = tempfile::tempdir().expect("a folder");

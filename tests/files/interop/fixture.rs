@@ -67,7 +67,8 @@ pub fn measurements(block: &Block) -> Vec<(String, String, [f64; 2])> {
     rows
 }
 
-/// The largest distance of two blocks' projection centres and tie points (m), and angle between their rotations (rad); images by name.
+/// The largest distance of two blocks' projection centres and tie points (m), and angle between their rotations (rad);
+/// images by name.
 pub fn apart(a: &Block, b: &Block) -> [f64; 2] {
     let (mut metres, mut radians) = (0.0, 0.0);
     for image in &a.images {

@@ -1,4 +1,5 @@
-//! Blocks to other programs' formats and back: nothing changes, files of other programs give what they say, and no file makes a reader panic.
+//! Blocks to other programs' formats and back: nothing changes, files of other programs give what they say, and no file
+//! makes a reader panic.
 
 use crate::beside;
 mod blocks_exchange;

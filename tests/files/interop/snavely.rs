@@ -56,7 +56,8 @@ fn what_the_format_has_not_is_refused() {
 #[test]
 fn samples_fit_together() {
     let Some(folder) = beside::shared("data/interop/bal-bundler") else { return };
-    // The second is a problem that nobody has adjusted yet; computed from its file by BAL's own formula, its measurements miss by so much.
+    // The second is a problem that nobody has adjusted yet; computed from its file by BAL's own formula, its
+    // measurements miss by so much.
     for (name, file, images, points, measured, least_px, most_px) in [
         ("bundler", "Balbianello.out", 5, 544, 1417, 0.1, 1.0),
         ("bal", "dubrovnik-3-7-pre.txt", 3, 7, 19, 17.057858, 17.057859),

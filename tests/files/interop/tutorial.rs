@@ -4,7 +4,8 @@ use super::beside;
 use std::path::Path;
 use std::process::Command;
 
-/// Commands of a tutorial (without the `$`), and the lines that it shows after each; `...` stands for lines that are left out.
+/// Commands of a tutorial (without the `$`), and the lines that it shows after each; `...` stands for lines that are
+/// left out.
 fn transcript(text: &str) -> Vec<(String, Vec<String>)> {
     let mut commands: Vec<(String, Vec<String>)> = Vec::new();
     let mut inside = false;

@@ -49,7 +49,8 @@ pub const CASES: &[Case] = &[
     (
         "unknown key far from any",
         |b| b.replace("block.toml", "crs =", "projection ="),
-        "block.toml:3:1: unknown key \"projection\" in block.toml; known: \"format\", \"name\", \"crs\", \"survey_crs\", \"sigma\", \"camera\"",
+        "block.toml:3:1: unknown key \"projection\" in block.toml; known: \"format\", \"name\", \"crs\", \
+         \"survey_crs\", \"sigma\", \"camera\"",
     ),
     (
         "unknown sigma",

@@ -6,7 +6,8 @@ pub const CASES: &[Case] = &[
     (
         "control without role",
         |b| b.replace("control.csv", "role", "rule"),
-        "control.csv:1: column role is missing; the header has \"point\", \"x\", \"y\", \"z\", \"rule\", \"sigma_xy\", \"sigma_z\"",
+        "control.csv:1: column role is missing; the header has \"point\", \"x\", \"y\", \"z\", \"rule\", \"sigma_xy\", \
+         \"sigma_z\"",
     ),
     (
         "unknown role",

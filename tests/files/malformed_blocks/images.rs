@@ -13,7 +13,8 @@ pub const CASES: &[Case] = &[
     (
         "column missing",
         |b| b.replace("images.csv", "qw", "q0"),
-        "images.csv:1: column qw is missing; the header has \"image\", \"camera\", \"flight\", \"time_s\", \"x\", \"y\", \"z\", \"q0\", \"qx\", \"qy\", \"qz\", \"gnss_x\", \"gnss_y\", \"gnss_z\", \"gnss_sigma_xy\", \"vx\", \"vy\", \"vz\", \"exposure_s\", \"focus_m\", \"remark\"",
+        "images.csv:1: column qw is missing; the header has \"image\", \"camera\", \"flight\", \"time_s\", \"x\", \
+         \"y\", \"z\", \"q0\", \"qx\", \"qy\", \"qz\", \"gnss_x\", \"gnss_y\", \"gnss_z\", \"gnss_sigma_xy\", \"vx\", \"vy\", \"vz\", \"exposure_s\", \"focus_m\", \"remark\"",
     ),
     ("column twice", |b| b.replace("images.csv", "remark", "x"), "images.csv:1: column \"x\" stands twice; keep one"),
     (
@@ -139,7 +140,8 @@ pub const CASES: &[Case] = &[
     (
         "gnss without precision",
         |b| b.replace("block.toml", "gnss_z_m = 0.05\n", ""),
-        "images.csv:2: a GNSS position without standard deviation; give gnss_sigma_z here or gnss_z_m in block.toml, [sigma]",
+        "images.csv:2: a GNSS position without standard deviation; give gnss_sigma_z here or gnss_z_m in block.toml, \
+         [sigma]",
     ),
     (
         "exposure negative",

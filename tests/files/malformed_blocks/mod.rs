@@ -1,4 +1,5 @@
-//! Blocks with one fault each, and the whole message that names it; and that no file, whatever is in it, makes the reader panic.
+//! Blocks with one fault each, and the whole message that names it; and that no file, whatever is in it, makes the
+//! reader panic.
 
 mod accepted;
 mod block;

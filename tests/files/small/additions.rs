@@ -3,7 +3,8 @@
 use exif::experimental::Writer;
 use exif::{Field, In, Rational, Tag, Value};
 
-pub const MRK: &str = "1\t302400.5\t[2300]\t   12,N\t  -34,E\t  150,V\t48.001,Lat\t2.0,Lon\t100.25,Ellh\t0.01, 0.02, 0.03\t50,Q\n\
+pub const MRK: &str = "1\t302400.5\t[2300]\t   12,N\t  -34,E\t  150,V\t48.001,Lat\t2.0,Lon\t100.25,Ellh\t0.01, 0.02, \
+                       0.03\t50,Q\n\
     2\t302403.057\t[2300]\t   12,N\t  -34,E\t  150,V\t48.0,Lat\t2.001,Lon\t101.25,Ellh\t0.01, 0.02, 0.03\t16,Q\n\
     3\t302405.0\t[2300]\t   12,N\t  -34,E\t  150,V\t48.0,Lat\t2.0,Lon\t101.25,Ellh\t0.01, 0.02, 0.03\t50,Q\n";
 
@@ -45,7 +46,8 @@ pub fn with_stamp(time: &str, sub_second: &str, below: bool, xmp: &str, stamp: O
     let segment = |content: &[u8]| [&[0xff, 0xe1][..], &(content.len() as u16 + 2).to_be_bytes(), content].concat();
     let exif = segment(&[b"Exif\0\0", &tiff.into_inner()[..]].concat());
     let packet = format!(
-        "http://ns.adobe.com/xap/1.0/\0<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:RDF xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\">\
+        "http://ns.adobe.com/xap/1.0/\0<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:RDF \
+         xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\">\
          <rdf:Description xmlns:drone-dji=\"http://www.dji.com/drone-dji/1.0/\" {xmp}/></rdf:RDF></x:xmpmeta>"
     );
     let xmp = if xmp.is_empty() { Vec::new() } else { segment(packet.as_bytes()) };
@@ -53,8 +55,9 @@ pub fn with_stamp(time: &str, sub_second: &str, below: bool, xmp: &str, stamp: O
 }
 
 /// Of DJI.
-pub const XMP: &str = "drone-dji:GpsLatitude=\"+48.0\" drone-dji:GpsLongitude=\"+2.001\" drone-dji:AbsoluteAltitude=\"+99.5\" drone-dji:RtkStdLon=\"0.03\" \
-    drone-dji:RtkStdLat=\"0.01\" drone-dji:RtkStdHgt=\"0.05\" drone-dji:FlightXSpeed=\"+1.0\" drone-dji:FlightYSpeed=\"+2.0\" \
+pub const XMP: &str = "drone-dji:GpsLatitude=\"+48.0\" drone-dji:GpsLongitude=\"+2.001\" \
+                       drone-dji:AbsoluteAltitude=\"+99.5\" drone-dji:RtkStdLon=\"0.03\" drone-dji:RtkStdLat=\"0.01\" \
+    drone-dji:RtkStdHgt=\"0.05\" drone-dji:FlightXSpeed=\"+1.0\" drone-dji:FlightYSpeed=\"+2.0\" \
     drone-dji:FlightZSpeed=\"-0.5\" drone-dji:SensorTemperature=\"31.5\" drone-dji:AltitudeType=\"RtkAlt\"";
 /// `gcp_list.txt`.
 pub const LIST: &str = "EPSG:4326\n2.001 48.0 5 99.5 199.5 a.jpg G1\n2.0 48.0 6 1 2 a.jpg CHK-1\n";

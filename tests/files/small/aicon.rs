@@ -3,7 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 /// Every term of the camera is there: at the corner they move an image point by 30 px and more.
-pub const INTERIOR: &str = "# camera\n 1 -999 -28.5 0.02 0.05 -1.1e-004 1.5e-007 13.5\n -2e-11\n 6e-6 -9e-6\n -7e-5 -3e-5\n 36.0 24.0 6000 4000\n";
+pub const INTERIOR: &str = "# camera\n 1 -999 -28.5 0.02 0.05 -1.1e-004 1.5e-007 13.5\n -2e-11\n 6e-6 -9e-6\n -7e-5 \
+                            -3e-5\n 36.0 24.0 6000 4000\n";
 pub const C: f64 = -28.5;
 pub const X0: f64 = 0.02;
 pub const Y0: f64 = 0.05;
@@ -45,7 +46,8 @@ pub fn seen(centre: [f64; 3], [omega, phi, kappa]: [f64; 3], point: [f64; 3]) ->
     ]
 }
 
-/// The files of a small project: B is no new point, image 8 is not oriented, point 99 is not used and 50 has no coordinates.
+/// The files of a small project: B is no new point, image 8 is not oriented, point 99 is not used and 50 has no
+/// coordinates.
 pub fn files() -> [(&'static str, String); 4] {
     let mut exterior = String::new();
     let mut measured = String::new();

@@ -1,27 +1,35 @@
-//! Metashape: one camera, three images of which one is not aligned, three markers; a project in one and in several zip files.
+//! Metashape: one camera, three images of which one is not aligned, three markers; a project in one and in several zip
+//! files.
 
 /// One camera with everything, two images, two markers with one location each that nobody pinned.
 pub fn document(calibration: &str, markers: &str) -> String {
     format!(
         "<?xml version=\"1.0\"?>\n<document version=\"1.5.0\"><chunk label=\"c\" enabled=\"true\">\n\
          <sensors><sensor id=\"7\" label=\"cam\" type=\"frame\"><resolution width=\"4000\" height=\"3000\"/>\n\
-         <calibration type=\"frame\" class=\"adjusted\"><resolution width=\"4000\" height=\"3000\"/>{calibration}</calibration></sensor></sensors>\n\
+         <calibration type=\"frame\" class=\"adjusted\"><resolution width=\"4000\" \
+         height=\"3000\"/>{calibration}</calibration></sensor></sensors>\n\
          <cameras><group id=\"0\" label=\"morning\" type=\"folder\">\n\
-         <camera id=\"3\" sensor_id=\"7\" label=\"a.jpg\"><transform>1 0 0 0  0 1 0 0  0 0 1 0  0 0 0 1</transform></camera></group>\n\
-         <camera id=\"4\" sensor_id=\"7\" label=\"b.jpg\"><transform>0 -1 0 2  1 0 0 0  0 0 1 0  0 0 0 1</transform></camera>\n\
+         <camera id=\"3\" sensor_id=\"7\" label=\"a.jpg\"><transform>1 0 0 0  0 1 0 0  0 0 1 0  0 0 0 \
+         1</transform></camera></group>\n\
+         <camera id=\"4\" sensor_id=\"7\" label=\"b.jpg\"><transform>0 -1 0 2  1 0 0 0  0 0 1 0  0 0 0 \
+         1</transform></camera>\n\
          <camera id=\"5\" sensor_id=\"7\" label=\"lost.jpg\"/></cameras>\n\
-         <transform><rotation>1 0 0 0 0 1 0 -1 0</rotation><translation>10 20 30</translation><scale>2</scale></transform>\n\
+         <transform><rotation>1 0 0 0 0 1 0 -1 0</rotation><translation>10 20 \
+         30</translation><scale>2</scale></transform>\n\
          {markers}</chunk></document>"
     )
 }
 
-pub const MARKERS: &str = "<markers><marker id=\"0\" label=\"G1\"><reference x=\"10\" y=\"30\" z=\"30\" sx=\"0.3\" sy=\"0.4\" sz=\"0.1\" enabled=\"true\"/></marker>\
+pub const MARKERS: &str = "<markers><marker id=\"0\" label=\"G1\"><reference x=\"10\" y=\"30\" z=\"30\" sx=\"0.3\" \
+                           sy=\"0.4\" sz=\"0.1\" enabled=\"true\"/></marker>\
     <marker id=\"1\" label=\"K1\"><reference x=\"11\" y=\"31\" z=\"30\" enabled=\"0\"/></marker>\
     <marker id=\"2\" label=\"T1\"/></markers>\
     <frames><frame id=\"0\"><markers>\
-    <marker marker_id=\"0\"><location camera_id=\"3\" pinned=\"true\" x=\"2000.5\" y=\"1500\"/><location camera_id=\"4\" pinned=\"0\" x=\"9\" y=\"9\"/></marker>\
+    <marker marker_id=\"0\"><location camera_id=\"3\" pinned=\"true\" x=\"2000.5\" y=\"1500\"/><location \
+    camera_id=\"4\" pinned=\"0\" x=\"9\" y=\"9\"/></marker>\
     <marker marker_id=\"1\"><location camera_id=\"4\" pinned=\"1\" x=\"5\" y=\"6\"/></marker>\
-    <marker marker_id=\"2\"><location camera_id=\"3\" x=\"7\" y=\"8\"/><location camera_id=\"4\" x=\"17\" y=\"18\"/></marker>\
+    <marker marker_id=\"2\"><location camera_id=\"3\" x=\"7\" y=\"8\"/><location camera_id=\"4\" x=\"17\" \
+    y=\"18\"/></marker>\
     </markers></frame></frames>";
 pub const RELATIVE: &str = "<f>2500</f><cx>3</cx><cy>-4</cy><k1>-0.1</k1><k2>0.05</k2><p1>0.001</p1><p2>-0.002</p2>";
 
@@ -69,9 +77,11 @@ pub fn project() -> Project {
         "<markers><marker id=\"0\" label=\"G1\"><reference x=\"10\" y=\"30\" z=\"30\"/></marker></markers>",
     );
     let chunk = chunk.split_once("<chunk").unwrap().1.replace("</chunk></document>", "");
-    let frame = "<frame><markers><marker marker_id=\"0\"><location camera_id=\"3\" pinned=\"1\" x=\"2003\" y=\"1496\"/></marker></markers>\
+    let frame = "<frame><markers><marker marker_id=\"0\"><location camera_id=\"3\" pinned=\"1\" x=\"2003\" \
+                 y=\"1496\"/></marker></markers>\
                  <point_cloud path=\"point_cloud/point_cloud.zip\"/></frame>";
-    let cloud = "<point_cloud><points path=\"points0.ply\"/><projections camera_id=\"3\" path=\"p3.ply\"/><projections camera_id=\"4\" path=\"p4.ply\"/></point_cloud>";
+    let cloud = "<point_cloud><points path=\"points0.ply\"/><projections camera_id=\"3\" path=\"p3.ply\"/><projections \
+                 camera_id=\"4\" path=\"p4.ply\"/></point_cloud>";
     let projections = [[100.0, 200.0, 2.0, 8.0], [300.0, 400.0, 2.0, 8.0]].map(|seen| {
         ply("float x\nproperty float y\nproperty float size\nproperty int id", &[seen, [1.0, 1.0, 1.0, 9.0]])
     });

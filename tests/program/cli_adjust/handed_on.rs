@@ -131,7 +131,8 @@ fn coordinates_are_those_of_the_survey(run: &Path) {
         let [first, last] = [&rows[0], &rows[rows.len() - 1]];
         let [[a, b], [c, d]] = places.map(|columns| [at(first, columns), at(last, columns)]);
         let length = |a: [f64; 3], b: [f64; 3]| (a[0] - b[0]).hypot(a[1] - b[1]);
-        // 1.5 degrees from the central meridian: 111 km east of it, where the scale is 0.9996 + (111 / 9020)^2 ... 0.99976.
+        // 1.5 degrees from the central meridian: 111 km east of it, where the scale is
+        // 0.9996 + (111 / 9020)^2 ... 0.99976.
         assert!((c[0] - 611_400.0).abs() < 1000.0 && (c[1] - 5_345_000.0).abs() < 3000.0, "{file}: {c:?}");
         assert!((length(c, d) / length(a, b) - 0.99973).abs() < 1e-4, "{file}: {a:?} {b:?} {c:?} {d:?}");
         assert!((c[2] - a[2] - 180.0).abs() < 0.05, "{file}: {a:?} {c:?}");

@@ -44,7 +44,8 @@ fn blunders_are_named_and_set_aside_and_cause_nothing() {
         let names = rows.headers().expect("names").clone();
         let mut lines: Vec<csv::StringRecord> = rows.records().map(|row| row.expect("a row")).collect();
         let rays = |point: &str| lines.iter().filter(|cells| &cells[1] == point).count();
-        // Spread over the file, and so over points and images; in points of four rays it can be told which one is wrong.
+        // Spread over the file, and so over points and images; in points of four rays it can be told which one is
+        // wrong.
         let chosen: Vec<usize> =
             (50..lines.len()).step_by(97).filter(|k| rays(&lines[*k][1]) >= 4).take(blunders).collect();
         let mut wrong = Vec::new();
@@ -82,7 +83,8 @@ fn blunders_are_named_and_set_aside_and_cause_nothing() {
             let outliers = fs::read_to_string(run.join("outliers.csv")).expect("outliers");
             let found = wrong.iter().filter(|one| outliers.lines().any(|line| line.starts_with(one.as_str()))).count();
             assert_eq!(found, wrong.len(), "{preset}: {outliers}");
-            // A good one in a hundred blocks, says the level of the search; a few that a blunder bent with a point of two rays.
+            // A good one in a hundred blocks, says the level of the search; a few that a blunder bent with a point of
+            // two rays.
             assert!(outliers.lines().count() - 1 <= 2 * wrong.len(), "{preset}: {outliers}");
             assert!((summary(&run)["sigma0"].as_f64().expect("sigma0") - 1.0).abs() < 0.05, "{preset}");
         }

@@ -57,8 +57,8 @@ fn summary(run: &Path) -> Value {
     serde_json::from_str(&text).expect("JSON")
 }
 
-/// `summary.json` without what differs from run to run: times, and the last digits of what Ceres says of itself, whose threads
-/// add up in no fixed order. Every result is the native solver's.
+/// `summary.json` without what differs from run to run: times, and the last digits of what Ceres says of itself, whose
+/// threads add up in no fixed order. Every result is the native solver's.
 fn reproducible(run: &Path) -> Value {
     let mut summary = summary(run);
     let take =
@@ -208,8 +208,8 @@ fn the_page_has_its_sections_and_is_the_same_from_the_folder() {
     let pictures = fs::read_dir(run.join("figures")).expect("pictures").count();
     assert_eq!(
         pictures, 18,
-        "sensor, images, histogram, flights, three of check points, two of control points, which are few, four of GNSS, \
-         three of coverage and precision, uncertainty and correlations of the camera"
+        "sensor, images, histogram, flights, three of check points, two of control points, which are few, four of \
+         GNSS, three of coverage and precision, uncertainty and correlations of the camera"
     );
     assert_eq!((first.matches("<svg").count(), first.matches("</svg>").count()), (pictures, pictures));
     assert!(!first.contains("no data"));
@@ -332,8 +332,8 @@ fn the_model_of_an_improvement_repeats_it_without_its_outliers() {
 
     let model = improved.join("model.toml");
     let again = scene.adjust("again", &["--model", model.to_str().expect("UTF-8")]);
-    // The improvement ended where its diagnosis did, the adjustment begins at the block's approximations: the same to what a fit leaves open, a
-    // ten-thousandth of a standard deviation.
+    // The improvement ended where its diagnosis did, the adjustment begins at the block's approximations: the same to
+    // what a fit leaves open, a ten-thousandth of a standard deviation.
     let [one, other] = [&improved, &again].map(|run| summary(run));
     for key in ["observations", "unknowns", "redundancy", "datum", "effects"] {
         assert_eq!(one[key], other[key], "{key}");

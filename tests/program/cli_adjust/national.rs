@@ -1,4 +1,5 @@
-//! The same block in national coordinates, with times since 1970, blunders and names in another alphabet: the same verdict.
+//! The same block in national coordinates, with times since 1970, blunders and names in another alphabet: the same
+//! verdict.
 
 use super::{Scene, table};
 use serde_json::Value;
@@ -91,7 +92,8 @@ fn blunders_in_national_coordinates_with_names_in_another_alphabet_change_no_ver
     /// One measurement in as many is wrong, and by how much, px.
     const EVERY: usize = 100;
     const BLUNDER_PX: f64 = 500.0;
-    /// A hundredth of the measurements is gone: less than the standard deviation of the figures themselves, which at the 60 check points is 5 %.
+    /// A hundredth of the measurements is gone: less than the standard deviation of the figures themselves, which at
+    /// the 60 check points is 5 %.
     const FIGURES: f64 = 0.02;
     /// Half of the sensor, px: towards its middle a blunder stays on it.
     const MIDDLE: [f64; 2] = [2560.0, 1920.0];

@@ -4,7 +4,8 @@ use super::place::Place;
 use std::path::Path;
 use std::process::Command;
 
-/// A plug-in of tests/program/plugins/effect.c, whose focal length is the C expression `length`; `calls` counts its calls.
+/// A plug-in of tests/program/plugins/effect.c, whose focal length is the C expression `length`; `calls` counts its
+/// calls.
 fn compile(place: &Place, name: &str, length: &str, before: &str) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let source = std::fs::read_to_string(root.join("tests/program/plugins/effect.c")).unwrap();

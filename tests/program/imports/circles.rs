@@ -4,7 +4,8 @@ use crate::imports::source::{files, imports, module_of, root};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
-/// Files, by module, and the files that each imports. What a module imports from those that it is part of is no arrow: they only hold it.
+/// Files, by module, and the files that each imports. What a module imports from those that it is part of is no arrow:
+/// they only hold it.
 type Arrows = BTreeMap<Vec<String>, BTreeSet<Vec<String>>>;
 
 fn arrows<'a>(sources: impl IntoIterator<Item = (Vec<String>, &'a str)>) -> Arrows {

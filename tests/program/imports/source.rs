@@ -33,7 +33,8 @@ pub enum Piece {
     Doc(String),
 }
 
-/// Identifiers, `::` and single punctuation characters of Rust source, each with its line; comments and literals are left out.
+/// Identifiers, `::` and single punctuation characters of Rust source, each with its line; comments and literals are
+/// left out.
 pub fn tokens(source: &str) -> Vec<(String, usize)> {
     let code = |(piece, line)| match piece {
         Piece::Code(text) => Some((text, line)),

@@ -19,7 +19,8 @@ fn estimated(place: &Place, run: &str, effect: &str, parameter: &str) -> (f64, f
     (found["value"].as_f64().expect("a value"), found["sigma"].as_f64().expect("a sigma"))
 }
 
-/// A block that no effect of the catalogue explains is explained by one of one's own: the sizes of the recipe are found.
+/// A block that no effect of the catalogue explains is explained by one of one's own: the sizes of the recipe are
+/// found.
 #[test]
 fn a_sensor_pattern_explains_what_was_unexplained() {
     let place = Place::new();

@@ -1,4 +1,5 @@
-//! What goes wrong with an effect of one's own has an error that says what and where; a library's faults: tests/program/plugins.
+//! What goes wrong with an effect of one's own has an error that says what and where; a library's faults:
+//! tests/program/plugins.
 
 use super::place::{Place, example, prefix};
 use crate::common::CHOICES;
@@ -45,7 +46,8 @@ fn a_machine_without_a_compiler_is_told_what_to_install() {
         super::place::Run::of(command.output().expect("the program runs"))
     };
     let run = build("mine.h", "CXX");
-    let expected = "`no-such-compiler` cannot be run: No such file or directory (os error 2); a C++ compiler is needed: install g++";
+    let expected = "`no-such-compiler` cannot be run: No such file or directory (os error 2); a C++ compiler is \
+                    needed: install g++";
     assert!(run.code == Some(1) && run.errors.contains(expected), "{}", run.errors);
     fs::create_dir(place.path("package")).expect("a folder");
     place.write("package/Cargo.toml", "");
@@ -67,7 +69,8 @@ fn names_that_no_effect_can_have_are_refused() {
     assert_eq!(fs::read_dir(place.path("")).expect("a folder").count(), 0);
 }
 
-/// A derivative that is not that of the values: the value depends on the parameter, the number that carries derivatives does not know.
+/// A derivative that is not that of the values: the value depends on the parameter, the number that carries derivatives
+/// does not know.
 #[test]
 fn a_wrong_derivative_is_told_by_the_check_and_by_an_adjustment() {
     let place = Place::new();

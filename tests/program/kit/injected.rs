@@ -1,4 +1,5 @@
-//! An effect of one's own as an error: what is injected is what is found, and everything made of it says whose formula it is.
+//! An effect of one's own as an error: what is injected is what is found, and everything made of it says whose formula
+//! it is.
 
 use super::place::{Place, example};
 use serde_json::Value;

@@ -35,7 +35,8 @@ fn pkg_config_names_the_header() {
     assert_eq!((run.code, run.errors.as_str()), (Some(0), ""));
 }
 
-/// What is installed is what the program itself compiles against, and the template's copy of the Rust contract is of the same version.
+/// What is installed is what the program itself compiles against, and the template's copy of the Rust contract is of
+/// the same version.
 #[test]
 fn headers_are_those_of_the_program() {
     for (name, text) in headers::HEADERS {

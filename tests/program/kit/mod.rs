@@ -1,4 +1,5 @@
-//! The researcher's kit: from an empty folder with the installed package alone to an effect that is found, and every way in which that can fail.
+//! The researcher's kit: from an empty folder with the installed package alone to an effect that is found, and every
+//! way in which that can fail.
 
 mod examples;
 mod failures;

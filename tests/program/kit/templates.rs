@@ -20,7 +20,8 @@ fn headers_keep_the_laws_at_every_stage() {
         writeln!(checks, "  test::CheckLaws(EffectOf<Of{name}Effect>());").expect("text");
     }
     let program = format!(
-        "{includes}#include \"effect_test.h\"\nint main() {{\n  using namespace misclosure;\n{checks}  return test::Finish();\n}}\n"
+        "{includes}#include \"effect_test.h\"\nint main() {{\n  using namespace misclosure;\n{checks}  return \
+         test::Finish();\n}}\n"
     );
     place.write("laws.cc", &program);
     let options = "-std=c++17 -O1 -Wall -Wextra -Werror -isystem /usr/include/eigen3 laws.cc -lglog -o laws";

@@ -1,4 +1,5 @@
-//! Steps: the error falls when the right effect is added, comes back when it is removed, and what is shown is what the report shows.
+//! Steps: the error falls when the right effect is added, comes back when it is removed, and what is shown is what the
+//! report shows.
 
 use super::program::{Lab, block};
 use serde_json::{Value, json};

@@ -1,5 +1,5 @@
-//! Headers of ours with only the id changed: the solvers agree on the plug-in as they do on the effect that is built in, at the same cost.
-//! (Some seconds: a compiler has to read Eigen and Ceres' Jets for each.)
+//! Headers of ours with only the id changed: the solvers agree on the plug-in as they do on the effect that is built
+//! in, at the same cost. (Some seconds: a compiler has to read Eigen and Ceres' Jets for each.)
 
 use crate::common;
 use crate::plugins::compiled::{CPP, compile};
@@ -17,7 +17,8 @@ const HEADERS: [&str; 6] =
 const SMALL: &str = include_str!("../../diagnosis/score/small.toml");
 /// px.
 const NOISE: f64 = 0.3;
-/// Relative difference of two costs, both converged by the rule of the solvers (1e-8 of a chi-square of about a thousand).
+/// Relative difference of two costs, both converged by the rule of the solvers (1e-8 of a chi-square of about a
+/// thousand).
 const COST: f64 = 1e-9;
 
 /// The header `id` as a plug-in `my-id`.
@@ -43,7 +44,8 @@ fn solvers_agree_on_plug_ins_as_on_what_is_built_in() {
     let block = block();
     let cost = |effect: EffectRef| {
         let term = EffectTerm { effect, values: Default::default(), held: Vec::new() };
-        // A centre of distortion of its own beside an unflat sensor is found in some hundred iterations: not what is tested here.
+        // A centre of distortion of its own beside an unflat sensor is found in some hundred iterations: not what is
+        // tested here.
         let model = Model { datum: Datum::All, effects: vec![term], tie_dc_to_pp: true, ..Model::default() };
         common::try_both(&block, &model, &Options::default()).map(|run| run.solution().cost)
     };

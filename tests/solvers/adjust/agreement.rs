@@ -70,7 +70,8 @@ fn at_the_solution_no_further_step_is_tried() {
 #[test]
 fn with_every_robust_loss_and_outliers() {
     let mut block = dike();
-    // Gross errors in points of four rays or more: of two or three it is not known which one errs, and Cauchy's cost has a minimum for each.
+    // Gross errors in points of four rays or more: of two or three it is not known which one errs, and Cauchy's cost
+    // has a minimum for each.
     let mut rays = vec![0; block.tie_points.len()];
     block.ties.iter().for_each(|row| rays[row.point.index()] += 1);
     let mut outliers = 0;
@@ -82,7 +83,8 @@ fn with_every_robust_loss_and_outliers() {
     let mut sigma0 = Vec::new();
     for loss in [Loss::None, Loss::Huber, Loss::Cauchy] {
         for datum in [Datum::Free, Datum::All] {
-            // Ceres has the weights of a loss without its second derivative where that is negative: Cauchy takes it some hundred iterations.
+            // Ceres has the weights of a loss without its second derivative where that is negative: Cauchy takes it
+            // some hundred iterations.
             let options = Options { max_iterations: 1000, ..Options::default() };
             let run = solve_both_with(&block, &Model { loss, datum, ..Model::default() }, &options);
             let (name, native) = &run.solutions[1];
@@ -112,8 +114,8 @@ fn with_weights_by_multiplicity_and_priors() {
     assert!(sigma(&with) < sigma(&without), "a prior is information");
 }
 
-/// Every effect of the catalogue on a block that has what it needs, one at a time, from its nominal values. Many-parameter effects that
-/// this block cannot determine are refused by every solver, and named.
+/// Every effect of the catalogue on a block that has what it needs, one at a time, from its nominal values.
+/// Many-parameter effects that this block cannot determine are refused by every solver, and named.
 #[test]
 fn with_every_effect_of_the_catalogue() {
     use misclosure::effects::{Kind, Role, catalogue};
@@ -152,8 +154,8 @@ fn with_every_effect_of_the_catalogue() {
     assert!(solved + 3 >= catalogue().len(), "only {solved} effects were determined");
 }
 
-/// Effects of every stage at once, each away from its nominal values and with a row that turns the camera: both solvers hand the same
-/// pose and interior orientation from stage to stage.
+/// Effects of every stage at once, each away from its nominal values and with a row that turns the camera: both solvers
+/// hand the same pose and interior orientation from stage to stage.
 #[test]
 fn with_one_effect_of_every_stage_in_one_chain() {
     let mut block = noisy("dike", &[("points", 1000.0), ("check", 20.0)], 0.3).block;

@@ -1,4 +1,5 @@
-//! What both solvers share and therefore cannot prove by agreeing: reading the block into the problem, weights, order, datum.
+//! What both solvers share and therefore cannot prove by agreeing: reading the block into the problem, weights, order,
+//! datum.
 
 use crate::common::{preset, solve_both_with};
 use misclosure::adjust::Options;
@@ -183,7 +184,8 @@ fn a_free_adjustment_knows_no_survey_and_no_gnss() {
     assert!(bits(&a) == bits(&b));
 }
 
-/// Minimal constraints decide where the block is, not what it is like: with other ones (images in reverse order) camera and cost stay.
+/// Minimal constraints decide where the block is, not what it is like: with other ones (images in reverse order) camera
+/// and cost stay.
 #[test]
 fn the_free_datum_does_not_shape_the_block() {
     let block = dike();

@@ -10,7 +10,8 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 const NOISE_PX: f64 = 0.3;
 const SEEDS: u64 = 60;
-/// Of every statistical test here: a false alarm in a thousand such tests. Seeds are fixed, so one that passes keeps passing.
+/// Of every statistical test here: a false alarm in a thousand such tests. Seeds are fixed, so one that passes keeps
+/// passing.
 const SIGNIFICANCE: f64 = 1e-3;
 /// Seeds that both solvers adjust.
 const BOTH: u64 = 3;
@@ -151,8 +152,8 @@ fn errors_of_everything_follow_their_covariance_with_control_and_gnss() {
     assert_chi_square(chi_square, redundancy as f64, "v'Pv of all seeds");
     assert_chi_square(cameras.iter().sum(), 12.0 * SEEDS as f64, "camera, datum all");
     assert_uniform(&cameras.iter().map(|s| chi_square_sf(*s, 12.0)).collect::<Vec<_>>(), "camera, datum all");
-    // Errors within a block are correlated, blocks are not: the mean over the blocks against its own standard deviation. 3.46 is the
-    // quantile of Student's t with 59 degrees of freedom at the significance, two-sided.
+    // Errors within a block are correlated, blocks are not: the mean over the blocks against its own standard
+    // deviation. 3.46 is the quantile of Student's t with 59 degrees of freedom at the significance, two-sided.
     for (what, means) in [("points", &points), ("poses", &poses)] {
         let t = (mean(means) - 1.0) / (std(means) / (SEEDS as f64).sqrt());
         println!(

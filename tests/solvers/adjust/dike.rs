@@ -65,8 +65,8 @@ fn a_problem_that_starts_where_another_ended_has_the_same_solution() {
     }
 }
 
-/// An unflat sensor and a high radial term beside a free centre of distortion: products of these count, so the valley of the cost bends. With
-/// straight steps alone the native solver takes as many as Ceres, 96.
+/// An unflat sensor and a high radial term beside a free centre of distortion: products of these count, so the valley
+/// of the cost bends. With straight steps alone the native solver takes as many as Ceres, 96.
 #[test]
 fn a_valley_that_bends_is_followed() {
     let mut simulation = preset("dike", &[("points", 1500.0), ("check", 0.0)], 1);

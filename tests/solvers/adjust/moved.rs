@@ -13,7 +13,8 @@ use nalgebra::Vector3;
 const NATIONAL: [f64; 3] = [500_000.0, 5_000_000.0, 100.0];
 /// Seconds from 1970 to the autumn of 2023.
 const SINCE_1970: f64 = 1_700_000_000.0;
-/// A northing is known to half a nanometre, a time since 1970 to a tenth of a microsecond; neither is a thousandth of any sigma.
+/// A northing is known to half a nanometre, a time since 1970 to a tenth of a microsecond; neither is a thousandth of
+/// any sigma.
 const ALLOWED_SIGMA: f64 = 1e-3;
 
 /// The block as a surveyor has it, and as a command adjusts it.

@@ -8,7 +8,8 @@ use misclosure::null_model::{NoColumns, NullModel, Parts, SharedBase};
 use misclosure::problem::{CameraPrior, Problem};
 use misclosure::scenario::add_noise;
 
-/// The two passes of a null model round apart: the first takes of a column what the base absorbs, up to all but a thousandth, as a difference of sums.
+/// The two passes of a null model round apart: the first takes of a column what the base absorbs, up to all but a
+/// thousandth, as a difference of sums.
 const PASSES: f64 = 1e-6;
 
 fn block() -> Block {

@@ -7,8 +7,8 @@ use misclosure::model::{Datum, Loss, Model};
 use misclosure::problem::Problem;
 use nalgebra::{DMatrix, DVector, Matrix3};
 
-/// Of entries of the reduced system, by the diagonal of the system before elimination (where rounding happens): a sum of some
-/// thousand products of size 1 in double precision keeps twelve digits.
+/// Of entries of the reduced system, by the diagonal of the system before elimination (where rounding happens): a sum
+/// of some thousand products of size 1 in double precision keeps twelve digits.
 const REDUCED_REL: f64 = 1e-12;
 
 /// `J'J` and `J'r` of an evaluation, and the same with the points taken out, by dense algebra that no solver uses.
@@ -55,7 +55,8 @@ fn eliminated(problem: &Problem, evaluation: &Evaluation) -> (DVector<f64>, Redu
     (diagonal, ReducedSystem { unknowns, matrix, gradient: gradient.iter().copied().collect() })
 }
 
-/// Largest difference of two reduced systems: of the matrix by the diagonal before elimination, of the gradient also by the residuals' length.
+/// Largest difference of two reduced systems: of the matrix by the diagonal before elimination, of the gradient also by
+/// the residuals' length.
 fn difference(diagonal: &DVector<f64>, length: f64, a: &ReducedSystem, b: &ReducedSystem) -> (f64, f64) {
     assert_eq!(a.unknowns, b.unknowns);
     let n = a.unknowns.len();

@@ -74,7 +74,8 @@ fn the_centre_of_distortion_and_decentring_are_the_same_with_k1_alone() {
     let block = dike(&[("k1", 1.5e-9)], 0.0);
     for space in null_spaces(&block, &holding(&["k2", "k3"])) {
         assert_eq!(space.len(), 2, "two directions: {space:?}");
-        // By their plausible ranges: the centre may be anywhere on the sensor, which p1 and p2 follow by a small part of theirs.
+        // By their plausible ranges: the centre may be anywhere on the sensor, which p1 and p2 follow by a small part
+        // of theirs.
         let names: std::collections::BTreeSet<&str> = space.iter().flatten().map(String::as_str).collect();
         assert_eq!(names, ["dcx", "dcy"].into(), "{space:?}");
     }
@@ -92,7 +93,8 @@ fn zero_distortion_is_adjusted_where_the_centre_is_held_or_tied() {
     }
 }
 
-/// With noise the distortion that is estimated is not quite zero, and its centre is made of noise: a run refuses it by name.
+/// With noise the distortion that is estimated is not quite zero, and its centre is made of noise: a run refuses it by
+/// name.
 #[test]
 fn zero_distortion_with_noise_names_the_centre_of_distortion() {
     for seed in 0..3 {

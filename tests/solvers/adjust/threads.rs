@@ -70,7 +70,8 @@ fn native_gives_the_same_bits_in_registers_of_any_width() {
     }
     let models = [
         plain.clone(),
-        // Values per image in the images' blocks; a border too wide for whole rows; a loss that weighs each measurement.
+        // Values per image in the images' blocks; a border too wide for whole rows; a loss that weighs each
+        // measurement.
         Model { effects: vec![effect("focal-image")], ..plain.clone() },
         Model { effects: vec![field], ..plain.clone() },
         Model { loss: Loss::Huber, tie_dc_to_pp: true, ..plain },
@@ -128,7 +129,8 @@ fn null_model_has_the_same_bits_on_any_number_of_threads_and_in_registers_of_any
     assert!(use_vectors(None));
 }
 
-/// Ceres sums in the order in which its threads finish; on one thread the order is fixed, on several the rounding is not.
+/// Ceres sums in the order in which its threads finish; on one thread the order is fixed, on several the rounding is
+/// not.
 #[cfg(feature = "ceres")]
 #[test]
 fn ceres_repeats_itself_on_one_thread_and_agrees_on_several() {

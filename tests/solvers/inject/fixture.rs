@@ -20,7 +20,8 @@ fn rotation(heading: f64, tilt: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_rotation_matrix(&(pitch * Rotation3::from_matrix_unchecked(down) * turn.inverse()))
 }
 
-/// Two flights over a hundred metres: `north` (nadir, 60 m, two strips back and forth) and `east` (tilted forward by 23 degrees, 80 m).
+/// Two flights over a hundred metres: `north` (nadir, 60 m, two strips back and forth) and `east` (tilted forward by 23
+/// degrees, 80 m).
 pub fn truth() -> Block {
     truth_with(INTERIOR)
 }

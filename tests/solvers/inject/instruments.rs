@@ -93,8 +93,8 @@ fn map_scale_about_the_centre_of_the_survey() {
     assert!(receiver.surveyed == truth.surveyed && antennas(&receiver) == drawn);
 }
 
-/// The map the other way round: on a sphere of the radius `RADIUS` about a point below the survey, the drawn arc and height lead back
-/// to the place.
+/// The map the other way round: on a sphere of the radius `RADIUS` about a point below the survey, the drawn arc and
+/// height lead back to the place.
 #[test]
 fn a_map_of_a_sphere_leads_back_to_the_world() {
     // A small Earth, so that it is seen.

@@ -84,8 +84,8 @@ fn focus_hunting_has_its_size() {
 
 #[test]
 fn lens_follows_a_rising_temperature_with_its_lag() {
-    // Temperature rises evenly by 0.1 K/s within a flight and in between: T = 20 + 0.1 t. A lens that starts in balance and lags
-    // by L is behind by 0.1 L (1 - exp(-t / L)).
+    // Temperature rises evenly by 0.1 K/s within a flight and in between: T = 20 + 0.1 t. A lens that starts in balance
+    // and lags by L is behind by 0.1 L (1 - exp(-t / L)).
     let truth = truth();
     let times: Vec<f64> = truth.images.iter().map(|image| image.time_s.unwrap()).collect();
     let scales = scales("temperature-focal:alpha=0.8,lag=25,reference=20");

@@ -19,7 +19,8 @@ fn vectors(id: &str) -> Option<Block> {
     Some(read_block(&dir).expect(id).block)
 }
 
-/// Largest difference to the vectors: image points px, antennas m, surveyed coordinates m; and the largest image change.
+/// Largest difference to the vectors: image points px, antennas m, surveyed coordinates m; and the largest image
+/// change.
 fn differences(id: &str, truth: &Block, error: &str) -> [f64; 4] {
     let measured = vectors(id).unwrap();
     let injected = apply(&measured, truth, &[parse(error).unwrap()], 0).unwrap();
@@ -39,8 +40,8 @@ fn causes_give_what_another_program_computed() {
     // Farthest corner of the vectors' camera from its centre of distortion.
     let corner = (5120.0_f64 - 2537.97).hypot(1955.92);
     let q = 3e-15_f64.hypot(-2e-15);
-    // Definitions, and causes that are linear: the same to rounding. The others: the catalogue's formula is the first order of
-    // the cause; the part of the change that may be left is stated.
+    // Definitions, and causes that are linear: the same to rounding. The others: the catalogue's formula is the first
+    // order of the cause; the part of the change that may be left is stated.
     let exact = [
         ("none", "calibration".to_owned()),
         ("focal-flight", "focal-steps:steps=0/5/-5/4".into()),

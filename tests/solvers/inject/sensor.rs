@@ -77,7 +77,8 @@ fn unflat_sensor_is_met_where_ray_and_surface_cross() {
     };
     let injected = inject(&truth, &["unflatness:saddle=5,bend=4,bump=6"]);
     for (_, _, [x, y], [sx, sy]) in pairs(&truth, &injected.block) {
-        // The light goes from the projection centre, f in front of the focal plane, through (x, y) to depth z behind it.
+        // The light goes from the projection centre, f in front of the focal plane, through (x, y) to depth z behind
+        // it.
         let z = height(sx, sy);
         let part = (5500.0 + z) / 5500.0;
         let on_ray = [2560.0 + (x - 2560.0) * part, 1920.0 + (y - 1920.0) * part];

@@ -20,7 +20,8 @@ fn each_row_is_exposed_from_where_the_camera_is_then() {
         let mut pose = truth.images[image].pose;
         pose.centre += truth.images[image].velocity.unwrap() * (readout * (after[1] / HEIGHT - 0.5));
         assert!(distance(after, seen(&truth, &pose, &point)) < 1e-8);
-        // First order, with the row of the undisturbed point: the rest is (image motion over readout / height) of the shift.
+        // First order, with the row of the undisturbed point: the rest is (image motion over readout / height) of the
+        // shift.
         let mut first_order = truth.images[image].pose;
         first_order.centre += truth.images[image].velocity.unwrap() * (readout * (before[1] / HEIGHT - 0.5));
         let shift = distance(after, before);
@@ -41,7 +42,8 @@ fn each_row_is_exposed_from_where_the_camera_is_then() {
 
 #[test]
 fn rows_of_a_turning_camera_are_sheared() {
-    // A camera at rest that yaws clockwise as seen from above (its z axis points down): features move the other way across the image.
+    // A camera at rest that yaws clockwise as seen from above (its z axis points down): features move the other way
+    // across the image.
     let mut truth = truth();
     for image in &mut truth.images {
         image.velocity = Some(Vector3::zeros());
@@ -154,8 +156,8 @@ fn vibration_shakes_the_rows() {
     let mean = first.iter().map(|(_, dy)| dy).sum::<f64>() / first.len() as f64;
     let spread = (first.iter().map(|(_, dy)| (dy - mean).powi(2)).sum::<f64>() / first.len() as f64).sqrt();
     assert!(spread > 0.3 * 5510.0 * angle, "{spread}");
-    // 80 Hz over a readout of 0.02 s: the wave repeats after 1/1.6 of the height. What one turn does differs over the image by
-    // y^2/f^2 = 0.12 and xy/f^2 = 0.16 of it, twice, and 30 rows are 0.08 of its phase.
+    // 80 Hz over a readout of 0.02 s: the wave repeats after 1/1.6 of the height. What one turn does differs over the
+    // image by y^2/f^2 = 0.12 and xy/f^2 = 0.16 of it, twice, and 30 rows are 0.08 of its phase.
     for (row, dy) in &first {
         for (other, dy_other) in &first {
             if (other - row - HEIGHT / 1.6).abs() < 30.0 {

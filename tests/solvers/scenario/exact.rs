@@ -35,8 +35,8 @@ fn project(interior: &[f64; 12], image: &Image, point: &Vector3<f64>) -> ([f64; 
     ([x, y], z)
 }
 
-/// Every measurement equals the projection of the truth, in front, on the sensor by `margin`; every point is measured in
-/// two images or more, once in each.
+/// Every measurement equals the projection of the truth, in front, on the sensor by `margin`; every point is measured
+/// in two images or more, once in each.
 pub fn assert_exact(simulation: &Simulation, margin: f64) {
     let Simulation { block, truth, .. } = simulation;
     let positions: [Vec<Vector3<f64>>; 2] = [

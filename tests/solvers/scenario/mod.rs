@@ -1,4 +1,5 @@
-//! Simulated blocks, judged from outside: counts, exactness against a projection of the test's own, determinism, messages.
+//! Simulated blocks, judged from outside: counts, exactness against a projection of the test's own, determinism,
+//! messages.
 
 use crate::common;
 mod dike;

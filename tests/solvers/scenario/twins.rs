@@ -69,7 +69,8 @@ fn twins_of_real_blocks_are_exact_and_complete() {
         assert_exact(&twin, 0.0);
         let points = block.tie_points.len() + block.surveyed.len();
         assert_eq!(twin.block.tie_points.len() + twin.block.surveyed.len() + twin.report.dropped.total(), points);
-        // Nearly all of a measured block meets in front of its cameras; what is left out lies at the sensor's edges or is far away.
+        // Nearly all of a measured block meets in front of its cameras; what is left out lies at the sensor's edges or
+        // is far away.
         assert!(twin.report.dropped.total() * 20 <= points, "{:?} of {points}", twin.report.dropped);
         // The twin is the block without its errors, not another block.
         let mut distances: Vec<f64> = Vec::new();

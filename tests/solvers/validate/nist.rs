@@ -12,7 +12,8 @@ fn eight_digits_on_every_set_that_counts() -> anyhow::Result<()> {
     let outcomes = run_all(&folder)?;
     assert_eq!(outcomes.len(), 54);
     let missed: Vec<_> = outcomes.iter().filter(|outcome| outcome.counts() && !outcome.passes()).collect();
-    // From the far start of MGH17 one of its two rates runs off to infinity, where there is a minimum of another sum of squares.
+    // From the far start of MGH17 one of its two rates runs off to infinity, where there is a minimum of another sum of
+    // squares.
     let (elsewhere, missed): (Vec<&NistOutcome>, Vec<&NistOutcome>) =
         missed.into_iter().partition(|outcome| outcome.other_minimum.is_some());
     assert!(missed.is_empty(), "{missed:#?}");

@@ -1,4 +1,5 @@
-//! The Ceres side alone: a small convergent block whose measurements follow the formula of the block format, written here once more.
+//! The Ceres side alone: a small convergent block whose measurements follow the formula of the block format, written
+//! here once more.
 
 mod block;
 mod covariance;

@@ -46,7 +46,8 @@ fn noise_free_everything_free() {
     for linear_solver in [LinearSolver::Auto, LinearSolver::Dense, LinearSolver::Sparse, LinearSolver::Iterative] {
         let options = Options { linear_solver, ..options() };
         let solution = solve_with(&problem, &options).unwrap();
-        // Nothing is left but what the stopping rule allows; the inexact steps of the iterative solver use some of that.
+        // Nothing is left but what the stopping rule allows; the inexact steps of the iterative solver use some of
+        // that.
         assert!(
             solution.converged && solution.cost < 0.5 * options.chi_square_change,
             "{linear_solver:?}: {}",
@@ -96,7 +97,8 @@ fn poses_held_leave_an_intersection() {
 fn one_angle_held() {
     let (truth, mut problem) = problem();
     problem.pose_free[3][1] = false;
-    // From a start that differs by turns about the other two axes, that angle is not quite held at the truth's: start at the truth.
+    // From a start that differs by turns about the other two axes, that angle is not quite held at the truth's: start
+    // at the truth.
     add_noise(&mut problem, 0.5, 9);
     let solution = solve(&problem).unwrap();
     let turn = (solution.state.poses[3].rotation * truth.poses[3].rotation.inverse()).scaled_axis();

@@ -1,8 +1,8 @@
 //! Sums over the rows of a batch with each point taken out, in whole vectors: `S += J'J - Z'Z`, `b += J'v - Z'z`, where
 //! a point has `V = J_point' J_point = L L'`, `Z = L^-1 J_point' J` and `z = L^-1 J_point' v`.
 //!
-//! What an image shares with itself and with the border is summed as `J'(J - Q Z)`, `Q = J_point L^-T` of its two rows: two products
-//! for each number instead of five.
+//! What an image shares with itself and with the border is summed as `J'(J - Q Z)`, `Q = J_point L^-T` of its two rows:
+//! two products for each number instead of five.
 
 mod image_rows;
 mod products;

@@ -1,4 +1,5 @@
-//! Products of rows in whole vectors, the same numbers at every width: each number is a sum of its own, in the order of the rows.
+//! Products of rows in whole vectors, the same numbers at every width: each number is a sum of its own, in the order of
+//! the rows.
 
 use super::super::aligned::LINE;
 use super::super::rows::{OfPoint, Rows, SECOND};
@@ -8,7 +9,8 @@ use pulp::Simd;
 /// Rows of a sum that grow at the same time.
 pub(super) const COLUMNS: usize = 4;
 
-/// Upper triangle of `target += X'X`, `target` of `columns` rows (filled up to a multiple of [`COLUMNS`]) and X of rows of `width`.
+/// Upper triangle of `target += X'X`, `target` of `columns` rows (filled up to a multiple of [`COLUMNS`]) and X of rows
+/// of `width`.
 #[inline(always)]
 pub(super) fn add_outer<S: Simd>(simd: S, target: &mut [f64], columns: usize, width: usize, rows: &[f64]) {
     let pieces = width / S::F64_LANES;
@@ -32,7 +34,8 @@ pub(super) fn add_outer<S: Simd>(simd: S, target: &mut [f64], columns: usize, wi
     }
 }
 
-/// `C` rows and `N` vectors of [`add_outer`]: they stay in registers over all rows of X, and none waits for another. Gives `N`.
+/// `C` rows and `N` vectors of [`add_outer`]: they stay in registers over all rows of X, and none waits for another.
+/// Gives `N`.
 #[inline(always)]
 fn add_outer_pieces<S: Simd, const C: usize, const N: usize>(
     simd: S,

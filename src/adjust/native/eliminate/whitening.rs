@@ -12,7 +12,8 @@ pub struct Whitening {
 }
 
 impl Whitening {
-    /// Of `V`, of which the lower triangle counts, with its diagonal raised by the factor `1 + damping`; `None` where rays do not meet.
+    /// Of `V`, of which the lower triangle counts, with its diagonal raised by the factor `1 + damping`; `None` where
+    /// rays do not meet.
     pub fn of_damped(v: &Matrix3<f64>, damping: f64) -> Option<Self> {
         let d = |i: usize| v[(i, i)] * (1.0 + damping);
         let known = |i: usize, pivot: f64| {

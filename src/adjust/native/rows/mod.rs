@@ -1,5 +1,5 @@
-//! Rows of the design matrix for the measurements of some points, weighted and scaled, as the sums over them need it: whole vectors, one row
-//! of the border and one of the image's unknowns for each coordinate.
+//! Rows of the design matrix for the measurements of some points, weighted and scaled, as the sums over them need it:
+//! whole vectors, one row of the border and one of the image's unknowns for each coordinate.
 
 mod fill;
 mod spread;
@@ -21,10 +21,12 @@ use std::slice::{ChunksExact, Iter};
 
 /// Measurements of a batch: their rows stay in the nearest cache.
 const BATCH_MEASUREMENTS: usize = 64;
-/// Where the derivatives of a pair's second coordinate by the point begin in [`Rows::by_point`]; those of the first begin at zero.
+/// Where the derivatives of a pair's second coordinate by the point begin in [`Rows::by_point`]; those of the first
+/// begin at zero.
 pub const SECOND: usize = LANES / 2;
 
-/// Rows of the measurements of some points, in pairs: x and y of an image measurement; of a surveyed point x and y, then z and nothing.
+/// Rows of the measurements of some points, in pairs: x and y of an image measurement; of a surveyed point x and y,
+/// then z and nothing.
 pub struct Rows {
     /// Numbers of a row of the border: its columns, zeros and the misclosure.
     pub width: usize,

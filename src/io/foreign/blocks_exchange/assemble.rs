@@ -155,7 +155,8 @@ fn told(block: &mut Block, camera: usize, of_file: &super::distortion::FileCamer
     best
 }
 
-/// Root mean square of the residuals (px per coordinate) of a camera's measurements of points with coordinates; `None` of none.
+/// Root mean square of the residuals (px per coordinate) of a camera's measurements of points with coordinates; `None`
+/// of none.
 fn rms_px(block: &Block, camera: usize, interior: &Interior) -> Option<f64> {
     let tie = |tie: &Measurement| block.tie_points[tie.point.index()].position.map(|point| (*tie, point));
     let mark = |mark: &Measurement| (*mark, block.surveyed[mark.point.index()].position);

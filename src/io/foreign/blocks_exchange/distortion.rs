@@ -1,7 +1,8 @@
-//! Which distortion a file means: its text says "classical Brown" and leaves open the direction, and which of P1 and P2 is which.
+//! Which distortion a file means: its text says "classical Brown" and leaves open the direction, and which of P1 and P2
+//! is which.
 //!
-//! Coefficients act on coordinates normalised by the focal length. All readings are tried on the measurements, where any has coordinates in
-//! space, and the one with the least residuals is taken.
+//! Coefficients act on coordinates normalised by the focal length. All readings are tried on the measurements, where
+//! any has coordinates in space, and the one with the least residuals is taken.
 
 use super::super::fit::{Fit, Formula, fit_fraser};
 use crate::camera::Interior;

@@ -1,5 +1,5 @@
-//! An XML file as a stream of records: elements of chosen names, each with the texts of what it holds. However long the file is, no more than
-//! one record of each kind is held.
+//! An XML file as a stream of records: elements of chosen names, each with the texts of what it holds. However long the
+//! file is, no more than one record of each kind is held.
 
 use super::super::super::error::{Error, Place, shown};
 use quick_xml::Reader;
@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 /// Depth beyond which no file of this format nests.
 const DEEPEST: usize = 100;
 
-/// An element and the texts in it, by the way that leads there: `Pose/Center/x`. What belongs to a record inside is not in it.
+/// An element and the texts in it, by the way that leads there: `Pose/Center/x`. What belongs to a record inside is not
+/// in it.
 pub(super) struct Record {
     /// Name of the element.
     pub name: String,

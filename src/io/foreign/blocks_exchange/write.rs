@@ -51,7 +51,8 @@ fn contents(block: &Block, file: &mut dyn Write) -> io::Result<()> {
     let crs = escape(block.crs.as_str());
     writeln!(
         file,
-        "<SpatialReferenceSystems><SRS><Id>{SYSTEM}</Id><Name>{crs}</Name><Definition>{crs}</Definition></SRS></SpatialReferenceSystems>"
+        "<SpatialReferenceSystems><SRS><Id>{SYSTEM}</Id><Name>{crs}</Name><Definition>{crs}</Definition></SRS>\
+         </SpatialReferenceSystems>"
     )?;
     let name = escape(block.name.as_str());
     writeln!(file, "<Block><Name>{name}</Name><Type>Aerial</Type><SRSId>{SYSTEM}</SRSId>\n<Photogroups>")?;

@@ -1,7 +1,8 @@
 //! COLMAP's camera models: which are a Fraser camera in other units, and the formulas of those that are not.
 //!
-//! A ray is `(u, v) = (X / Z, Y / Z)`; what COLMAP's coefficients multiply is normalised by the focal length, where ours are in pixels. Its
-//! `p1` and `p2` are OpenCV's, ours the other way round. Source: COLMAP, `src/colmap/sensor/models.h`.
+//! A ray is `(u, v) = (X / Z, Y / Z)`; what COLMAP's coefficients multiply is normalised by the focal length, where
+//! ours are in pixels. Its `p1` and `p2` are OpenCV's, ours the other way round. Source: COLMAP,
+//! `src/colmap/sensor/models.h`.
 
 use super::super::fit::{Fit, Formula, fit_fraser, fit_to_fraser};
 use crate::camera::{Camera, Interior};
@@ -92,8 +93,9 @@ impl ModelCamera {
         [fy, cx, cy, cx, cy, 0.0, 0.0, 0.0, 0.0, 0.0, fx / fy - 1.0, 0.0]
     }
 
-    /// The Fraser camera that is this one in other units, where there is one. Of two focal lengths ours is that of y, and `b1 = fx / fy - 1`;
-    /// it stretches the ideal point, and theirs the distorted one, so that with a distortion the two are different.
+    /// The Fraser camera that is this one in other units, where there is one. Of two focal lengths ours is that of y,
+    /// and `b1 = fx / fy - 1`; it stretches the ideal point, and theirs the distorted one, so that with a distortion
+    /// the two are different.
     pub fn exact(&self) -> Option<Interior> {
         let ([fx, fy, cx, cy], rest) = self.split();
         let [k1, k2, p1, p2, k3] = match (self.model.name, rest) {
@@ -148,7 +150,8 @@ pub fn of_fraser(interior: &Interior) -> Option<ModelCamera> {
     }
 }
 
-/// The camera of the model FULL_OPENCV, its denominator left out, that comes nearest to a Fraser camera; `None` where none comes near.
+/// The camera of the model FULL_OPENCV, its denominator left out, that comes nearest to a Fraser camera; `None` where
+/// none comes near.
 pub fn nearest_to_fraser(camera: &Camera) -> Option<Fit<ModelCamera>> {
     let model = &MODELS[6];
     let full = |values: &[f64]| ModelCamera { model, parameters: [values, &[0.0; 3]].concat() };
@@ -295,8 +298,8 @@ mod tests {
         assert!(of_fraser(&interior).is_none());
         let camera = Camera { id: "c".into(), width_px: SIZE[0], height_px: SIZE[1], pixel_um: None, interior };
         let fit = nearest_to_fraser(&camera).unwrap();
-        // A centre of distortion that is 1.4 px off is decentring, of which p1 and p2 have the part of k1. Of k2 there is left at most the
-        // largest derivative of k2 r^5 times that distance.
+        // A centre of distortion that is 1.4 px off is decentring, of which p1 and p2 have the part of k1. Of k2 there
+        // is left at most the largest derivative of k2 r^5 times that distance.
         let (r, k2) = (2011f64.hypot(1511.0), interior[6]);
         assert!(fit.max_px > 1e-6 && fit.max_px < 5.0 * k2 * r.powi(4) * 2f64.sqrt(), "{fit:?}");
     }

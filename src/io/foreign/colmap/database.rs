@@ -1,7 +1,8 @@
 //! GNSS positions from the pose priors of a `database.db`.
 //!
-//! Columns are asked for by name: newer versions of COLMAP add some. Until 3.12 a prior belonged to an image (`image_id`), later it belongs
-//! to the datum of a sensor (`corr_data_id`, of `corr_sensor_type` 0 for cameras), which is an image too.
+//! Columns are asked for by name: newer versions of COLMAP add some. Until 3.12 a prior belonged to an image
+//! (`image_id`), later it belongs to the datum of a sensor (`corr_data_id`, of `corr_sensor_type` 0 for cameras), which
+//! is an image too.
 
 use super::super::super::error::{Error, shown};
 use super::super::{Note, refuse};
@@ -110,8 +111,8 @@ fn read(path: &Path) -> rusqlite::Result<Vec<Prior>> {
     };
     let covariance = if has("position_covariance") { "position_covariance" } else { "NULL" };
     let sql = format!(
-        "SELECT images.name, position, {covariance}, coordinate_system FROM pose_priors JOIN images ON {belongs} = images.image_id \
-         ORDER BY images.image_id"
+        "SELECT images.name, position, {covariance}, coordinate_system FROM pose_priors JOIN images ON {belongs} = \
+         images.image_id ORDER BY images.image_id"
     );
     let mut statement = database.prepare(&sql)?;
     let mut rows = statement.query([])?;

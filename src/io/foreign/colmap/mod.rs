@@ -5,8 +5,8 @@
 //! images     pose (cam_from_world), camera, image points              rigs, frames   of newer models; not needed for poses
 //! ```
 //!
-//! Axes and pixels are ours. Ids are numbers in any order; images come in the order of their names, points in that of their ids.
-//! Source: COLMAP, `doc/format.rst`, `src/colmap/scene/reconstruction_io_binary.cc`.
+//! Axes and pixels are ours. Ids are numbers in any order; images come in the order of their names, points in that of
+//! their ids. Source: COLMAP, `doc/format.rst`, `src/colmap/scene/reconstruction_io_binary.cc`.
 
 mod cameras;
 #[cfg(feature = "database")]
@@ -51,8 +51,8 @@ impl Format for Colmap {
                 "COLMAP model, a folder: either form is read, binary is written; database.db after it gives GNSS"
             }
             Form::Binary => {
-                "COLMAP model, a folder: either form is read, binary is written (GNSS from a database.db: not in this build, \
-                 which lacks the feature database)"
+                "COLMAP model, a folder: either form is read, binary is written (GNSS from a database.db: not in this \
+                 build, which lacks the feature database)"
             }
             Form::Text => "the same, written as text",
         }
@@ -75,7 +75,8 @@ impl Format for Colmap {
             }
         };
         let Some(form) = form_of(folder) else {
-            let problem = "this is no COLMAP model: a folder with cameras, images and points3D, all .bin or all .txt (often sparse/0)";
+            let problem = "this is no COLMAP model: a folder with cameras, images and points3D, all .bin or all .txt \
+                           (often sparse/0)";
             return Err(refuse(folder, problem));
         };
         let model = match form {

@@ -150,7 +150,8 @@ fn cameras(
     cameras.iter().map(convert).collect()
 }
 
-/// Images in the order of their names, which is that of time where a camera numbers them, and the measurements by image.
+/// Images in the order of their names, which is that of time where a camera numbers them, and the measurements by
+/// image.
 fn by_name(images: Vec<Image>, mut ties: Vec<Measurement>) -> (Vec<Image>, Vec<Measurement>) {
     let mut order: Vec<usize> = (0..images.len()).collect();
     order.sort_by(|a, b| images[*a].name.cmp(&images[*b].name));
@@ -174,7 +175,8 @@ fn known_of_colmap(flights: usize) -> [Note; 3] {
             "place, orientation and scale of the object coordinates are COLMAP's; metres only if it was georeferenced",
         ),
         Note::guess(format!(
-            "images stand in the order of their names (the model has no times); flights, by the folders in the names: {flights}"
+            "images stand in the order of their names (the model has no times); flights, by the folders in the names: \
+             {flights}"
         )),
     ]
 }

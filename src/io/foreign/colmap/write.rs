@@ -1,4 +1,5 @@
-//! A block as a COLMAP model: the five files of either form, with a rig per camera and a frame per image, as COLMAP makes them itself.
+//! A block as a COLMAP model: the five files of either form, with a rig per camera and a frame per image, as COLMAP
+//! makes them itself.
 
 use super::super::super::error::Error;
 use super::super::positions::Positioned;

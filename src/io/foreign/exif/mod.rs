@@ -12,7 +12,8 @@ use contradictions::Said;
 use std::path::{Path, PathBuf};
 use tags::Tags;
 
-/// A pause between two images that is longer (s) is a landing: batteries are changed in minutes, turns flown in seconds.
+/// A pause between two images that is longer (s) is a landing: batteries are changed in minutes, turns flown in
+/// seconds.
 const LANDING_S: f64 = 300.0;
 /// Kinds of files that have EXIF.
 const EXTENSIONS: [&str; 9] = ["jpg", "jpeg", "tif", "tiff", "dng", "heic", "heif", "png", "webp"];
@@ -83,7 +84,8 @@ impl Addition for ExifAddition {
         let recorded = in_one_zone(read, &mut notes);
         if recorded.iter().any(|(_, recorded)| recorded.place.is_some()) {
             notes.push(Note::guess(
-                "heights of the images are taken as they are; what they stand on (ellipsoid or geoid) their files do not say reliably",
+                "heights of the images are taken as they are; what they stand on (ellipsoid or geoid) their files do \
+                 not say reliably",
             ));
         }
         let had_times = block.images.iter().any(|image| image.time_s.is_some());

@@ -1,7 +1,7 @@
 //! Times as EXIF and XMP write them.
 
-/// Seconds since 1970 of `2024:05:01 10:20:30`, with `-` for `:`, with `T` for the blank, with a fraction or without. `sub_second` are the
-/// digits after the point, of which leading zeros count.
+/// Seconds since 1970 of `2024:05:01 10:20:30`, with `-` for `:`, with `T` for the blank, with a fraction or without.
+/// `sub_second` are the digits after the point, of which leading zeros count.
 pub(super) fn seconds(text: &str, sub_second: Option<&str>) -> Option<f64> {
     let text = text.trim().trim_end_matches('Z');
     let (date, time) = text.split_once([' ', 'T'])?;

@@ -8,7 +8,8 @@
 //! column = w/2 + cx + f x' + b1 x' + b2 y'       row = h/2 + cy + f y'
 //! ```
 //!
-//! Source: Agisoft Metashape user manual, appendix on camera models. p1 and p2 are those of the Fraser camera, unlike in OpenCV.
+//! Source: Agisoft Metashape user manual, appendix on camera models. p1 and p2 are those of the Fraser camera, unlike
+//! in OpenCV.
 
 use super::super::fit::{Fit, Formula, fit_fraser, fit_to_fraser};
 use super::document::Calibration;

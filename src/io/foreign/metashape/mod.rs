@@ -6,8 +6,9 @@
 //! cameras.xml          the chunk without its frames; markers.xml: the markers, and where they were seen
 //! ```
 //!
-//! Image coordinates begin at the outer corner of the top-left pixel, as ours. A pose takes the camera (x right, y down, z forward) to the chunk, a
-//! similarity takes the chunk to the world; where the chunk has a coordinate system other than a local one, that world is Earth-centred.
+//! Image coordinates begin at the outer corner of the top-left pixel, as ours. A pose takes the camera (x right, y
+//! down, z forward) to the chunk, a similarity takes the chunk to the world; where the chunk has a coordinate system
+//! other than a local one, that world is Earth-centred.
 
 mod archive;
 mod assemble;

@@ -60,8 +60,8 @@ impl Scalar {
     }
 }
 
-/// The vertices of a file: of each, the properties of the given names. Coordinates of this kind are 32-bit: they have 0.0005 px in an image of
-/// 8000 px.
+/// The vertices of a file: of each, the properties of the given names. Coordinates of this kind are 32-bit: they have
+/// 0.0005 px in an image of 8000 px.
 ///
 /// # Errors
 /// When `bytes` is no such file, lacks a property, or a value is not finite.

@@ -39,7 +39,8 @@ impl Exporter for Metashape {
         }
         text += "    </cameras>\n    <transform>\n";
         text += &format!("      <rotation>{}</rotation>\n", numbers(Matrix3::<f64>::identity().as_slice()));
-        text += "      <translation>0 0 0</translation>\n      <scale>1</scale>\n    </transform>\n  </chunk>\n</document>\n";
+        text += "      <translation>0 0 0</translation>\n      <scale>1</scale>\n    </transform>\n  \
+                 </chunk>\n</document>\n";
         super::super::super::write_atomically(&path, text.as_bytes())?;
         verification::write(block, dir)?;
         if !block.ties.is_empty() || !block.surveyed.is_empty() {

@@ -6,9 +6,10 @@
 //! y = V + dv (R3 r2 + R5 r2^2 + R7 r2^3 + ...) + P2 (r2 + 2 dv^2) + 2 P1 du dv
 //! ```
 //!
-//! That is the Fraser camera, letter by letter, where `KnownConv` says that the distortion goes from world to image (`eConvApero_DistM2C`); the other
-//! way (`eConvApero_DistC2M`) the same formula takes measured points to ideal ones. MMVII divides all lengths by F and has CDist = PP. Pixels count from
-//! the centre of the top-left one. Source: MicMac, `phgr_dist.cpp` and `GeoLocalisation.tex`; MMVII, `PerspCamModelization.tex`.
+//! That is the Fraser camera, letter by letter, where `KnownConv` says that the distortion goes from world to image
+//! (`eConvApero_DistM2C`); the other way (`eConvApero_DistC2M`) the same formula takes measured points to ideal ones.
+//! MMVII divides all lengths by F and has CDist = PP. Pixels count from the centre of the top-left one. Source: MicMac,
+//! `phgr_dist.cpp` and `GeoLocalisation.tex`; MMVII, `PerspCamModelization.tex`.
 
 use super::super::super::error::{Error, shown};
 use super::super::HALF_PIXEL;
@@ -92,7 +93,8 @@ pub(super) fn first_version(calibration: Element<'_>) -> Result<Calibration, Err
     }
     let convention = calibration.optional("KnownConv").ok_or_else(|| {
         calibration.refuse(format!(
-            "<KnownConv> is missing, and MicMac itself is of two minds without it; write {TO_IMAGE} (Tapas, Campari) or {FROM_IMAGE}"
+            "<KnownConv> is missing, and MicMac itself is of two minds without it; write {TO_IMAGE} (Tapas, Campari) \
+             or {FROM_IMAGE}"
         ))
     })?;
     let is_from_image = match convention.text() {

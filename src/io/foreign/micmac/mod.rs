@@ -6,7 +6,8 @@
 //! Homol*/PMul*.txt or .dat, or pairs in Homol*/Pastis*/
 //! ```
 //!
-//! Image coordinates count from the centre of the top-left pixel. (Its documents do not say so; its code samples images at whole coordinates.)
+//! Image coordinates count from the centre of the top-left pixel. (Its documents do not say so; its code samples images
+//! at whole coordinates.)
 
 mod calibration;
 mod orientation;
@@ -150,8 +151,8 @@ fn verify(sources: &Sources, notes: &mut Vec<Note>) -> Result<(), Error> {
             let miss = (x - HALF_PIXEL - stated[0]).hypot(y - HALF_PIXEL - stated[1]);
             if miss.is_nan() || miss > VERIFICATION_PX {
                 let problem = format!(
-                    "misses its own verification point by {miss:.2e} px, more than {VERIFICATION_PX} px: it belongs to another calibration, \
-                     or is not understood"
+                    "misses its own verification point by {miss:.2e} px, more than {VERIFICATION_PX} px: it belongs to \
+                     another calibration, or is not understood"
                 );
                 return Err(refuse(path, problem));
             }

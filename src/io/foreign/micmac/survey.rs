@@ -15,7 +15,8 @@ pub(super) struct Mark {
     pub sigma: Option<f64>,
 }
 
-/// `OneAppuisDAF` of the first version. A negative uncertainty is how users take a point out of the adjustment: a check point.
+/// `OneAppuisDAF` of the first version. A negative uncertainty is how users take a point out of the adjustment: a check
+/// point.
 pub(super) fn point(element: Element<'_>) -> Result<SurveyedPoint, Error> {
     let uncertainty = element.optional("Incertitude").map(|u| u.numbers::<3>()).transpose()?;
     let is_check = uncertainty.is_some_and(|u| u.iter().any(|value| *value < 0.0));

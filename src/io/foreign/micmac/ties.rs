@@ -7,8 +7,8 @@
 //! pairs    .txt: x1 y1 x2 y2 [weight];   .dat: 2   pairs   of each: 2   weight   x1 y1 x2 y2
 //! ```
 //!
-//! As text a number is a word; in binary files counts are 32-bit and numbers 64-bit, little endian, names stay lines. Source: MicMac, `MultTieP.cpp`
-//! and `phgr_basic.cpp`.
+//! As text a number is a word; in binary files counts are 32-bit and numbers 64-bit, little endian, names stay lines.
+//! Source: MicMac, `MultTieP.cpp` and `phgr_basic.cpp`.
 
 use super::super::super::error::{Error, Place};
 use super::super::text::Lines;

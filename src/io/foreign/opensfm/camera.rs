@@ -48,7 +48,8 @@ impl Model {
         })
     }
 
-    /// The Fraser camera that is the same, where there is one: ours stretches the ideal point, OpenSfM's the distorted one.
+    /// The Fraser camera that is the same, where there is one: ours stretches the ideal point, OpenSfM's the distorted
+    /// one.
     pub(super) fn exact(&self) -> Option<Interior> {
         let is_distorted = self.k != [0.0; 3] || self.p != [0.0; 2];
         (self.focal[0] == self.focal[1] || !is_distorted).then(|| self.start())

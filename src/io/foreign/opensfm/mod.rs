@@ -7,8 +7,8 @@
 //! gcp_list.txt                  the same as ODM takes them, and the older OpenSfM
 //! ```
 //!
-//! Image coordinates are `(column - w/2) / S` and `(row - h/2) / S`, `S` the longer side: of a point whose coordinates begin at the outer corner
-//! of the top-left pixel, as ours. Source: OpenSfM, `features.py` and `doc/source/geometry`.
+//! Image coordinates are `(column - w/2) / S` and `(row - h/2) / S`, `S` the longer side: of a point whose coordinates
+//! begin at the outer corner of the top-left pixel, as ours. Source: OpenSfM, `features.py` and `doc/source/geometry`.
 
 mod camera;
 pub(super) mod reconstruction;
@@ -27,7 +27,8 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 const RECONSTRUCTION: &str = "reconstruction.json";
-/// Where OpenSfM does not use the altitudes of its images, it puts one for all of them: heights that differ by no more (m) were not measured.
+/// Where OpenSfM does not use the altitudes of its images, it puts one for all of them: heights that differ by no more
+/// (m) were not measured.
 const EQUAL_HEIGHTS_M: f64 = 0.01;
 
 /// The format.
@@ -132,7 +133,8 @@ fn largest(path: &Path, notes: &mut Vec<Note>) -> Result<Reconstruction, Error> 
     if count > 1 {
         let others: usize = parts.iter().map(|part| part.shots.len()).sum();
         notes.push(Note::loss(format!(
-            "{count} reconstructions do not hang together: the largest is taken, {others} images of the others are left out"
+            "{count} reconstructions do not hang together: the largest is taken, {others} images of the others are \
+             left out"
         )));
     }
     Ok(largest)
@@ -191,7 +193,8 @@ impl Measured {
             notes.push(Note::loss("capture_time is the same for all images: no times"));
         }
         if !gnss && shots.clone().any(|shot| shot.gps_position.is_some()) {
-            let text = "the GNSS positions of all images have one height, which OpenSfM puts where it does not use altitudes: left out";
+            let text = "the GNSS positions of all images have one height, which OpenSfM puts where it does not use \
+                        altitudes: left out";
             notes.push(Note::guess(text));
         }
         Self { times, gnss }

@@ -1,4 +1,5 @@
-//! The problems "bundle adjustment in the large": counts, measurements, then nine numbers per image and three per point.
+//! The problems "bundle adjustment in the large": counts, measurements, then nine numbers per image and three per
+//! point.
 
 use super::super::super::error::Error;
 use super::super::text::Lines;

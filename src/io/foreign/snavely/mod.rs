@@ -4,11 +4,12 @@
 //! (X, Y, Z) = R P + t          p = -(X, Y) / Z          (x, y) = f (1 + k1 |p|^2 + k2 |p|^4) p
 //! ```
 //!
-//! The camera looks along -z, y is up, and image coordinates count from the middle of the image, which is the principal point: in our axes,
-//! half a turn about x apart, it is a Fraser camera with `k1 / f^2` and `k2 / f^4`. Neither format has the size of the images; Bundler's
-//! names stand in a list beside (`list.txt`).
+//! The camera looks along -z, y is up, and image coordinates count from the middle of the image, which is the principal
+//! point: in our axes, half a turn about x apart, it is a Fraser camera with `k1 / f^2` and `k2 / f^4`. Neither format
+//! has the size of the images; Bundler's names stand in a list beside (`list.txt`).
 //!
-//! Sources: Bundler, `README.md`; Agarwal and others, "Bundle adjustment in the large" (2010); Ceres, `snavely_reprojection_error.h`.
+//! Sources: Bundler, `README.md`; Agarwal and others, "Bundle adjustment in the large" (2010); Ceres,
+//! `snavely_reprojection_error.h`.
 
 mod bal;
 mod bundler;

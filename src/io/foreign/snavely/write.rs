@@ -44,7 +44,8 @@ impl Scene {
         let largest = shifts.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
         if largest > 0.0 {
             notes.push(Note::loss(format!(
-                "image coordinates are moved by up to {largest:.1} px: the format has its principal point in the middle of the image"
+                "image coordinates are moved by up to {largest:.1} px: the format has its principal point in the \
+                 middle of the image"
             )));
         }
         for tie in &mut block.ties {
