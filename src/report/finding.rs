@@ -2,12 +2,12 @@
 
 use super::diagnosis_tables::mistake_lines;
 use super::figures::{VectorField, map_width, residuals_plan_arrows, residuals_plan_signed, vector_field};
-use super::headline::{headline, in_words, short_mm};
+use super::headline::{NAMED, headline, in_words, largest_first, short_mm};
 use super::html::{Page, class};
 use super::pictures::{self, RunFolder};
 use super::run_tables::solvers_verdict;
 use super::{detectable, letter, points, provenance, words};
-use crate::diagnose::verdict::{Diagnosis, Verdict};
+use crate::diagnose::verdict::{Diagnosis, FoundEntry, Verdict};
 use crate::run::folder::{BASE, CheckRow, FINAL};
 
 /// Width of the small pictures, px.
@@ -54,10 +54,13 @@ fn to_do(run: &RunFolder) -> Vec<String> {
     if let Some(mistake) = diagnosis.mistakes.first() {
         sentences.push(mistake_lines(mistake)[1].clone());
     }
-    let several = diagnosis.found.len() > 1;
-    for found in &diagnosis.found {
-        let whose = if several { format!(" about {}", in_words(&found.effect)) } else { String::new() };
-        sentences.extend(words::of_found(found).map(|words| format!("What to do{whose}: {}", words.remedy)));
+    let found: Vec<&FoundEntry> = diagnosis.found.iter().collect();
+    for one in largest_first(&found).into_iter().take(NAMED) {
+        let whose = if found.len() > 1 { format!(" about {}", in_words(&one.effect)) } else { String::new() };
+        sentences.extend(words::of_found(one).map(|words| format!("What to do{whose}: {}", words.remedy)));
+    }
+    if found.len() > NAMED {
+        sentences.push("What to do about the others stands in the section of each.".into());
     }
     if sentences.is_empty() {
         sentences.push(match diagnosis.verdict {

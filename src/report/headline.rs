@@ -6,8 +6,8 @@ use crate::diagnose::moved::{Kind, Moved};
 use crate::diagnose::verdict::{Diagnosis, FoundEntry, Verdict};
 use crate::run::summary::Summary;
 
-/// Effects that the headline names; the sections below have all.
-const NAMED: usize = 3;
+/// Effects that the first screen names; the sections below have all.
+pub(super) const NAMED: usize = 3;
 
 /// The headline of a run.
 pub(super) fn headline(run: &RunFolder) -> String {
@@ -15,9 +15,6 @@ pub(super) fn headline(run: &RunFolder) -> String {
     let mut sentences = Vec::new();
     if diagnosis.verdict == Verdict::Mistake {
         sentences.extend(diagnosis.mistakes.first().map(|mistake| mistake.sentence.clone()));
-    }
-    if diagnosis.verdict == Verdict::Unexplained {
-        sentences.push("Residual patterns remain that no effect of the catalogue explains.".into());
     }
     if diagnosis.found.is_empty() {
         if diagnosis.verdict == Verdict::Adequate {
@@ -32,6 +29,10 @@ pub(super) fn headline(run: &RunFolder) -> String {
     } else {
         let check = run.summary.check.as_ref().map(|check| check.n);
         sentences.extend(of_effects(diagnosis, run.summary.has_scale(), check));
+    }
+    // The verdict above says already that something is left; a block without surveyed points has nothing else.
+    if sentences.is_empty() {
+        sentences.push("No effect was added.".into());
     }
     sentences.join(" ")
 }
@@ -73,11 +74,17 @@ fn counted(n: usize) -> String {
     format!("{n} {}, 3D RMS", if n == 1 { "point" } else { "points" })
 }
 
+/// Effects by their size in the images.
+pub(super) fn largest_first<'a>(effects: &[&'a FoundEntry]) -> Vec<&'a FoundEntry> {
+    let mut order = effects.to_vec();
+    order.sort_by(|a, b| b.size_px.total_cmp(&a.size_px));
+    order
+}
+
 /// What the effects did together, the largest first: `measured` between the adjustments without them and with them.
 /// Without it, how much of each the images show.
 fn moved(effects: &[&FoundEntry], measured: Option<&Moved>) -> String {
-    let mut order = effects.to_vec();
-    order.sort_by(|a, b| b.size_px.total_cmp(&a.size_px));
+    let order = largest_first(effects);
     let named = |found: &FoundEntry| {
         let size = size(found).map_or(String::new(), |size| format!(" ({size})"));
         in_words(&found.effect) + &size
@@ -154,6 +161,10 @@ fn gained(diagnosis: &Diagnosis, check: Option<usize>) -> Option<String> {
 fn size(found: &FoundEntry) -> Option<String> {
     let mut parameters = found.estimate.values();
     let one = parameters.next().filter(|_| found.estimate.len() == 1)?;
+    // Nobody knows a coefficient of a polynomial by its size.
+    if one.unit.contains('^') {
+        return None;
+    }
     Some(short_size(one.value, &one.unit))
 }
 
@@ -233,6 +244,8 @@ mod tests {
         let many = [&small, &large, &small, &small, &small];
         let sentence = moved(&many, Some(&measured));
         assert!(sentence.contains("focal time (5.98 px) and 2 more effects together moved"), "{sentence}");
+        let radial = found("radial-high", -1.8e-29, "px^-8", 0.3);
+        assert!(moved(&[&radial], Some(&measured)).starts_with("Radial high moved your points"));
         let sentence =
             "Rolling shutter (19.9 ms): 0.23 px in the images (RMS, after the part that camera and poses absorb)";
         assert_eq!(moved(&[&large], None), sentence);
