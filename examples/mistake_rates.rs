@@ -87,9 +87,8 @@ fn block(preset: &str, seed: u64) -> Result<misclosure::block::Block, Box<dyn Er
 /// Makes a mistake in a copy; `None` where the block has nothing that it concerns, `false` where no reader takes it.
 /// Control that fixes no block concerns a block without GNSS positions, which fix it alone.
 fn made(kind: &mistakes::Kind, subject: &str, size: f64, right: &Path, wrong: &Path) -> Option<bool> {
-    let has_gnss =
-        |folder: &Path| read_block(folder).is_ok_and(|read| read.block.images.iter().any(|i| i.gnss.is_some()));
-    if DATUM.contains(&kind.id()) && has_gnss(right) {
+    let has_gnss = || read_block(right).is_ok_and(|read| read.block.images.iter().any(|image| image.gnss.is_some()));
+    if DATUM.contains(&kind.id()) && has_gnss() {
         return None;
     }
     let _ = std::fs::remove_dir_all(wrong);

@@ -1,7 +1,7 @@
 //! The focal length that a whole adjustment estimates beside the recorded one.
 
 use crate::block::Block;
-use crate::camera::F;
+use crate::camera::{F, Interior};
 use crate::mistakes::{BEYOND, Mistake};
 use crate::run::fit::Fit;
 
@@ -9,15 +9,17 @@ use crate::run::fit::Fit;
 /// is off by a few hundredths; one that is off by a tenth belongs to another lens, sensor or image size.
 const ANOTHER_LENS: f64 = 0.1;
 
+/// What the rays of tie points call it, too.
 const KIND: &str = "focal-wrong";
 
-/// Cameras whose recorded focal length is not that of their images.
+/// Cameras whose recorded focal length (px) is not that of their images. `recorded`: the block that was adjusted, with
+/// the values of the file; `fit`: its adjustment, with the covariance of the cameras; `named`: mistakes known before.
 pub fn of_focal_lengths(recorded: &Block, fit: &Fit, named: &[Mistake]) -> Vec<Mistake> {
     let Some(covariance) = &fit.solution.covariance else { return Vec::new() };
     if named.iter().any(|own| own.kind == KIND) {
         return Vec::new();
     }
-    let of_camera = |(number, interior): (usize, &crate::camera::Interior)| {
+    let of_camera = |(number, interior): (usize, &Interior)| {
         let unknown = fit.problem.layout().camera(number, F);
         let row = covariance.shared_unknowns.iter().position(|own| *own == unknown)?;
         let sigma = covariance.shared[(row, row)].sqrt();
@@ -27,6 +29,7 @@ pub fn of_focal_lengths(recorded: &Block, fit: &Fit, named: &[Mistake]) -> Vec<M
     fit.solution.state.interiors.iter().enumerate().filter_map(of_camera).collect()
 }
 
+/// Focal lengths and standard deviation in px.
 fn judge(id: &str, recorded: f64, estimated: f64, sigma: f64) -> Option<Mistake> {
     let difference = (estimated - recorded).abs();
     // Not a number compares as false.

@@ -22,8 +22,10 @@ pub fn of_values(block: &Block) -> Vec<Mistake> {
 
 /// Control that does not fix a block, where the model asks it to.
 pub fn of_datum(block: &Block, model: &Model) -> Option<Mistake> {
-    let with_gnss = model.datum == Datum::All;
-    (with_gnss || model.datum == Datum::Control).then(|| values::datum::judge(&tables(block), with_gnss)).flatten()
+    match model.datum {
+        Datum::Control | Datum::All => values::datum::judge(&tables(block), model.datum == Datum::All),
+        Datum::Free | Datum::Gnss => None,
+    }
 }
 
 /// Where surveyed positions lie against the cameras, as the values alone say.

@@ -9,8 +9,8 @@ use nalgebra::{Matrix3, Vector3};
 const FIX: usize = 3;
 /// Images in which a point is seen from two directions, so that its coordinates hold the block.
 const SEEN: usize = 2;
-/// Distances of the cameras from the line in those of the control points: an error of the points comes out so many
-/// times as large at the cameras, because the block turns about the line.
+/// Distance of the cameras from the line over that of the control points. The block turns about the line, which
+/// magnifies an error of the points so many times at the cameras.
 const TURNED: f64 = 10.0;
 
 /// Control points that are too few for a datum, or in a line. `with_gnss`: positions of the cameras take part, and fix
@@ -30,20 +30,18 @@ pub fn judge(tables: &Tables, with_gnss: bool) -> Option<Mistake> {
     let positions: Vec<Vector3<f64>> = control.iter().map(|k| tables.surveyed[*k].position).collect();
     let (kind, value, unit, what) = match positions.len() {
         0 => return None,
-        1 => ("too-few", 1.0, "points", "one point alone is marked in two images or more".to_string()),
         count if count < FIX => {
-            ("too-few", count as f64, "points", format!("{count} alone are marked in two images or more"))
+            let are = if count == 1 { "is" } else { "are" };
+            ("too-few", count as f64, "points", format!("only {count} {are} marked in two images or more"))
         }
         count => {
             let distance = distance_from_line(&positions, tables)?;
-            let what =
-                format!("all {count} stand in a line, {distance:.2} m beside it (RMS), about which a block turns");
-            ("in-line", distance, "m", what)
+            ("in-line", distance, "m", format!("all {count} lie within {distance:.2} m (RMS) of one line"))
         }
     };
     let sentence = format!(
-        "Control points: {what}. Position, orientation and scale of a block take {FIX} that are no line, or GNSS \
-         positions."
+        "Control points: {what}. The position, orientation and scale of a block need {FIX} points that are not in a \
+         line, or GNSS positions."
     );
     let remedy = "Use check points as control (role of control.csv), mark more of them (marks.csv), or adjust without \
                   a datum (--datum free).";

@@ -1,23 +1,17 @@
 //! Cameras: two under one name, and images without the distortion of their camera.
 
-use super::made::{BLOCKS, block, expect, named};
-use misclosure::adjust::Options;
+use super::made::{BLOCKS, assert_value, block, expect, named, only, settings};
 use misclosure::block::Block;
 use misclosure::block::edited::edited;
 use misclosure::camera::undistort::undistort;
 use misclosure::camera::{F, PPX, PPY};
 use misclosure::diagnose::run::diagnose;
-use misclosure::diagnose::settings::Settings;
 use misclosure::diagnose::two_cameras::under_one_name;
 use misclosure::diagnose::verdict::Verdict;
 use misclosure::model::{Datum, Model};
 
 /// Focal length of the second camera, as a share of that of the first.
 const LONGER: f64 = 1.02;
-
-fn settings() -> Settings<'static> {
-    Settings { plugins: &[], options: Options::default(), significance: 1e-3, snoop: true, tell: &|_| {} }
-}
 
 fn model() -> Model {
     Model { datum: Datum::All, ..Model::default() }
@@ -33,6 +27,21 @@ fn with_second_camera(mut block: Block) -> Block {
         row.y = interior[PPY] + LONGER * (row.y - interior[PPY]);
     });
     block
+}
+
+#[test]
+fn a_focal_length_of_another_lens_is_named_with_its_size() {
+    for factor in [0.75, 0.97] {
+        let mut block = block("dike", 1);
+        block.cameras[0].interior[F] *= factor;
+        let found = diagnose(&block, &model(), &settings()).expect("a diagnosis").diagnosis;
+        assert!(found.found.is_empty(), "{:?}", found.found);
+        if factor > 0.9 {
+            assert!(found.mistakes.is_empty(), "as an EXIF header has it: {:?}", found.mistakes);
+        } else {
+            assert_value(only(&found.mistakes, "focal-wrong", "camera", "dike"), factor, "dike");
+        }
+    }
 }
 
 #[test]

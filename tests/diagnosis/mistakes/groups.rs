@@ -2,6 +2,7 @@
 
 use super::made::{BLOCKS, assert_value, block, expect, gnss, named, only, points};
 use misclosure::block::Role;
+use misclosure::block::edited::edited;
 use nalgebra::Vector3;
 
 /// m.
@@ -47,6 +48,26 @@ fn ellipsoid_beside_geoid() {
         let mistake = only(&found, "height-offset", "control", &what);
         assert_value(mistake, -47.3, &what);
         assert!(mistake.sentence.contains("geoid"), "{}", mistake.sentence);
+    }
+}
+
+/// Stations and antennas move positions by metres (the effect `gnss-shift`); another datum by more.
+#[test]
+fn positions_of_another_datum() {
+    for (preset, seed) in BLOCKS {
+        let what = format!("{preset} {seed}");
+        let moved = |by: f64| {
+            let mut moved = block(preset, seed);
+            gnss(&mut moved, |_, p| p + Vector3::new(-by, 0.0, 0.0));
+            moved
+        };
+        assert!(named(&moved(5.0)).is_empty(), "{what}");
+        let wrong = moved(45.0);
+        let found = named(&wrong);
+        let mistake = only(&found, "plan-offset", "control", &what);
+        assert_value(mistake, 45.0, &what);
+        let mended = edited(&wrong, &mistake.mend).expect("a block");
+        assert!(named(&mended).is_empty(), "{what}");
     }
 }
 

@@ -4,6 +4,7 @@ use super::common;
 use misclosure::adjust::Options;
 use misclosure::block::{Block, Role};
 use misclosure::diagnose::screening;
+use misclosure::diagnose::settings::Settings;
 use misclosure::mistakes::Mistake;
 use misclosure::model::Model;
 use misclosure::scenario::{SurveyNoise, add_noise, add_survey_noise};
@@ -34,7 +35,17 @@ pub fn few_checks(block: &mut Block) {
 
 /// Mistakes that are named in a block.
 pub fn named(block: &Block) -> Vec<Mistake> {
-    screening::mistakes(&block.clone().about_its_centre(), &Model::default(), SIGNIFICANCE, &Options::default())
+    named_under(block, &Model::default())
+}
+
+/// The same before an adjustment of a model, whose datum may need more than the block has.
+pub fn named_under(block: &Block, model: &Model) -> Vec<Mistake> {
+    screening::mistakes(&block.clone().about_its_centre(), model, SIGNIFICANCE, &Options::default())
+}
+
+/// Of a diagnosis.
+pub fn settings() -> Settings<'static> {
+    Settings { plugins: &[], options: Options::default(), significance: SIGNIFICANCE, snoop: true, tell: &|_| {} }
 }
 
 /// Rewrites the coordinates of surveyed points of a role.

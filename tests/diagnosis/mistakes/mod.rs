@@ -5,6 +5,7 @@ use crate::common;
 mod cameras;
 mod clean;
 mod conventions;
+mod datum;
 mod groups;
 mod images;
 mod made;

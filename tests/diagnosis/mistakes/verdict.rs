@@ -1,20 +1,16 @@
 //! What a diagnosis makes of a mistake.
 
-use super::made::{block, gnss, points};
-use misclosure::adjust::Options;
+use super::made::{block, gnss, points, settings};
 use misclosure::block::Role;
 use misclosure::diagnose::run::diagnose;
 use misclosure::diagnose::screening;
-use misclosure::diagnose::settings::Settings;
 use misclosure::diagnose::verdict::{Diagnosis, Verdict};
 use misclosure::mistakes::Mistake;
 use misclosure::model::{Datum, Model};
 use nalgebra::Vector3;
 
 fn diagnosis(block: &misclosure::block::Block) -> Diagnosis {
-    let options = Options::default();
-    let settings = Settings { plugins: &[], options, significance: 1e-3, snoop: true, tell: &|_| {} };
-    diagnose(block, &Model { datum: Datum::All, ..Model::default() }, &settings).expect("a diagnosis").diagnosis
+    diagnose(block, &Model { datum: Datum::All, ..Model::default() }, &settings()).expect("a diagnosis").diagnosis
 }
 
 #[test]
