@@ -1,4 +1,4 @@
-//! What it costs to test the whole catalogue beside what it costs to refit: part of `make bench`, or `cargo bench
+//! Processor time of testing the whole catalogue, and of a refit: part of `make bench`, or `cargo bench
 //! --bench screening`. `MISCLOSURE_BENCH_THREADS` sets the number of threads (2); with `MISCLOSURE_BENCH_LARGE` a
 //! corridor of two million measurements takes part. A text behind `--` runs those that have it in their name.
 

@@ -19,8 +19,8 @@
 //
 //     static constexpr std::array reads = {0, 1, 5, 6};             // of an image effect: x, y, dcx, dcy
 //
-// An input that is not listed is handed on: it is a summand of its own output of the identity, and no other output
-// depends on it.
+// An input that is not listed passes through: the output of the same index is this input plus a function of the listed
+// ones, and no other output depends on it.
 //
 // A header in cpp/effects/ is built in. The same file, unchanged, is a
 // plug-in when compiled with `misclosure effects build focal-time.h -o focal-time.so`, which is

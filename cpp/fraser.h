@@ -1,5 +1,5 @@
 // The Fraser camera in pixels, forward formula for any number type; derivatives come from Jets. The formula is the one
-// of the block format: distortion acts on the ideal image point, from object to image, about a centre of its own.
+// of the block format: distortion acts on the ideal image point, from object to image, about its own centre (dcx, dcy).
 
 #ifndef MISCLOSURE_FRASER_H_
 #define MISCLOSURE_FRASER_H_

@@ -178,9 +178,9 @@ class ImageCost final : public ceres::CostFunction {
     return true;
   }
 
-  // Tells the context the place at which the chain ends when it is told that place, and gives, where it is asked for,
-  // the derivative of the end by the place. The measurement is only where the search begins: a place that kept its
-  // noise would make that noise look like the effect.
+  // Finds the fixed point of the chain: the place that, put into the context, is where the chain ends. With `derive` it
+  // also returns the derivative of the end by the place. The search starts at the measurement. The place must not keep
+  // the measurement's noise: that noise would look like the effect.
   bool FindPlace(double const* const* x, bool derive, misclosure_context& context, RowMajor<2, 2>& by_place,
                  std::string* reason) const {
     // Each gains the change of the effect from pixel to pixel, a hundredth or less for anything that a sensor does.

@@ -125,8 +125,8 @@ int Polish(const ProblemView& view, Adjustment& adjustment, double asked, std::o
   return kMostPolishing;
 }
 
-// Ceres writes warnings of its own to standard error; what matters comes back as an outcome. CHOLMOD's OpenMP, of which
-// it has one short loop, prints a message of its own and ends the program where no thread can be started: no region has
+// Ceres writes its warnings to standard error; what matters comes back as an outcome. CHOLMOD's OpenMP, of which
+// it has one short loop, prints a message and ends the program where no thread can be started. So no parallel region has
 // more than the calling thread.
 void Quiet() {
   FLAGS_minloglevel = google::GLOG_FATAL;

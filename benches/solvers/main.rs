@@ -2,7 +2,7 @@
 //! (`../shared/perf`): `make bench`, or `cargo bench --bench solvers`, with names of blocks behind `--` for some of
 //! them alone.
 //!
-//! Every solve runs in a process of its own; the solvers take turns, so that what else the machine does meets all.
+//! Each solve runs in its own process. The solvers take turns, so that other load on the machine affects all alike.
 //! Seconds are those that the processor spent, on one thread. `MISCLOSURE_BENCH_RUNS` sets the number of runs (5).
 
 mod blocks;

@@ -15,8 +15,8 @@ use std::time::Instant;
 pub const ONCE: &str = "once";
 
 /// Converged is the first iteration whose cost exceeds the final one by no more than this share: the reference prints
-/// its costs to so many digits. One rule for all: what a solver spends on steps that gain less, until its own rule
-/// stops it, is in the whole call alone.
+/// its costs to so many digits. The same rule for every solver. Later steps, which gain less,
+/// count in the whole call alone.
 pub const CONVERGED: f64 = 1e-9;
 
 /// What one process measured. Seconds are those of the processor, of all threads, where nothing else is said.

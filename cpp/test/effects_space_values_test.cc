@@ -82,7 +82,7 @@ void Port() {
   const Context c = Camera();
   const double n = 1.33;
   // By hand, a = 45 degrees, n^2 = 1.7689: cos a / (n cos b) = sqrt(0.5 / 1.2689) = 0.627726. D = 0.1 m moves the point
-  // by 0.1 * 0.372274 / 2 = 0.0186137 m away from the axis and as much towards the camera.
+  // by 0.1 * 0.372274 / 2 = 0.0186137 m away from the axis, and by the same length towards the camera.
   const Values shifted = At<FlatPort>(c, {0, 0, 0, 0, 0, 0, 2, 0, 2}, {0.1, n}).out;
   ExpectNear(shifted[0], 2.0186137, 5e-7, "flat-port: across the axis");
   ExpectNear(shifted[1], 0.0, kRounding, "flat-port: in the plane of ray and axis");
