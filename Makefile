@@ -1,7 +1,7 @@
 # Every target does the set-up it needs (scripts/setup.sh). All builds are --release: one build serves tests, demo and benchmarks.
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
-# What is tested and shown has the defaults of the program, not those of whoever runs make.
+# Tests and demos use the defaults of the program and ignore the user's config.toml.
 export MISCLOSURE_CONFIG :=
 
 .PHONY: help setup build install demo check docs pictures test test-sanitize test-hidden test-cases test-fresh test-null hit-rates test-blunders test-lab fuzz bench dist try-dist clean

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Everything CI runs, with the time of each part (`make test`). The C++ tests need neither cargo nor its lock: they are
-# built and run beside the rest, at the lowest priority, where lints, linker and browser leave a processor idle.
+# Everything that the build machine runs, with the time of each part (`make test`). The C++ tests need neither cargo nor
+# its lock. They run beside the rest at the lowest priority, and take what lints, linker and browser leave idle.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 times=()
 
-# Runs a part, and notes how long it took.
+# Runs a part and notes its time.
 part() {
   local begun=$SECONDS
   echo "== $*"
@@ -15,7 +15,7 @@ part() {
 
 mkdir -p target
 log=target/sanitize.log
-# In a group of its own, so that its compilers end with it where something else fails.
+# Its own process group: when another part fails, the trap below also ends its compilers.
 set -m
 nice -n 19 make --no-print-directory test-sanitize >"$log" 2>&1 &
 sanitizer=$!
@@ -26,16 +26,15 @@ trap 'kill -- -$sanitizer 2>/dev/null || true' EXIT
 test_sanitize() {
   local code=0
   wait "$sanitizer" || code=$?
-  [ $code -eq 0 ] && tail -n 12 "$log" || cat "$log"
+  if [ $code -eq 0 ]; then tail -n 12 "$log"; else cat "$log"; fi
   return $code
 }
 
 part cargo fmt --check
 part cargo clippy --release --all-targets -- -D warnings
-# Without Ceres the program and what tests it compile, too; benchmarks and examples were linted above.
-part cargo clippy --release --lib --bins --tests --no-default-features --features lab -- -D warnings
+part cargo clippy --release --all-targets --no-default-features --features lab -- -D warnings
 part env RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps
-# Examples were compiled by the lints; those that a test runs are part of it.
+# The lints compiled the examples; tests/program/examples.rs runs them.
 part cargo test --release --lib --bins --tests
 part cargo test --release --doc
 part tests/lab_page/run.sh

@@ -85,10 +85,7 @@ const WRONG_ONCE: [u64; 17] = [95, 98, 129, 131, 150, 158, 167, 202, 226, 232, 2
 
 #[test]
 fn what_was_judged_wrongly_once_is_right() {
-    // Every second one, where no seeds are asked for: they take five seconds each.
-    let every = std::env::var(SEEDS).is_ok_and(|text| !text.is_empty());
-    let seeds: Vec<u64> = WRONG_ONCE.into_iter().step_by(if every { 1 } else { 2 }).collect();
-    let all = in_turn(&seeds, |seed| judge(*seed));
+    let all = in_turn(&WRONG_ONCE, |seed| judge(*seed));
     assert!(all.iter().all(Judged::right), "{}", score(&all));
 }
 
