@@ -14,7 +14,7 @@ struct LocalFlaw {
       "(x, y) += lambda exp(-s^2/sigma^2) q/s, q = (x, y) - centre, s = |q|; smooth: q/sigma instead of q/s";
   static constexpr const char* confused_with =
       "unflatness, image-grid: smooth over the whole sensor; the flaw is confined to a few sigma around its centre.";
-  static constexpr const char* source = "study of error-free blocks, eq. 3 with the sign that decays";
+  static constexpr const char* source = "Zhou et al. 2019, eq. 3 with the sign that decays";
   static constexpr Name smooth[] = {{"off", 0.0}, {"on", 1.0}};
   static constexpr Parameter parameters[] = {
       Estimated("lambda", "px", Scope::kGlobal, 0.0, 1.0),

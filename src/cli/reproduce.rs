@@ -4,6 +4,7 @@ use super::exit::Disagreement;
 use super::model_options::SolverChoice;
 use super::output::writable_beside_blocks;
 use super::{Answer, Console};
+use crate::effects::literature::STUDY;
 use crate::io::table::write_json;
 use crate::report::numbers::fixed;
 use crate::study::page::{Finding, Question, findings, findings_table, page, questions};
@@ -16,6 +17,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+
+/// Characters of a line of text.
+const LINE: usize = 80;
 
 /// Repeats a published study and prints its tables and figures beside the published ones
 #[derive(Debug, clap::Args)]
@@ -188,7 +192,8 @@ fn text(findings: &[Finding], questions: &[Question], output: &Path) -> String {
     for question in questions {
         text.push_str(&format!("\n{}\n    {}\n", question.question, question.answer));
     }
-    format!("{text}\nReport: {}\n", output.join("report.html").display())
+    let study = textwrap::fill(&format!("Study: {STUDY}"), LINE);
+    format!("{text}\n{study}\nReport: {}\n", output.join("report.html").display())
 }
 
 fn as_json(results: &Results, findings: &[Finding], questions: &[Question]) -> Value {

@@ -29,7 +29,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     ],
     needs: vec![Need::Flights],
     confused_with: "focal-time (a slope within the flights instead of a step between them), focal-temperature".into(),
-    source: "Catalogue: refocus between flights".into(),
+    source: "Practice, without a publication: refocus between flights".into(),
     picture: Picture::Scale(By::Order),
     words: Some(Words {
         what:

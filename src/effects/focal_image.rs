@@ -30,7 +30,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     needs: vec![],
     confused_with: "focal-time, focal-flight and focal-spline (ordered in time, where this one scatters), pp-image"
         .into(),
-    source: "Moniwa 1981, photo-variant self-calibration".into(),
+    source: "Moniwa 1980, photo-variant self-calibration".into(),
     picture: Picture::Scale(By::Order),
     words: Some(Words {
         what:

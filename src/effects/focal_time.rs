@@ -7,7 +7,7 @@
 //! `a` is in pixels over the block's whole span; positive: the focal length grows with time. With `against=order` tau
 //! is taken from the image's place in the table (`tau_order`) instead of its time.
 //!
-//! Source: gradual change of focal length in the seed study.
+//! Source: gradual change of focal length, Zhou et al. (2019).
 //!
 //! Worked numbers: f = 5000, a = 8, tau = 0.25 gives 5002; f = 5000, a = -3, `against=order`, tau_order = -0.5 gives
 //! 5001.5.
@@ -34,7 +34,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     confused_with: "focal-flight (a step between flights instead of a slope within them), focal-temperature (when \
                     temperature follows time)"
         .into(),
-    source: "Seed study, gradual change of focal length".into(),
+    source: "Zhou et al. 2019, gradual change of focal length".into(),
     picture: Picture::Scale(By::Time),
     words: Some(Words {
         what: "The focal length changed steadily during the flight, as lenses do while they warm up or settle. Images \

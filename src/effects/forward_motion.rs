@@ -31,7 +31,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     parameters: vec![estimated("t_e", "s", Scope::Global, 0.004).within(0.0, 0.1, "exposures from a moving platform")],
     needs: vec![Need::Velocity],
     confused_with: "gnss-delay: always (the same columns up to sign, unless control fixes the images)".into(),
-    source: "Catalogue: centroid of the motion blur".into(),
+    source: "Practice, without a publication: centroid of the motion blur".into(),
     picture: Picture::Row,
     words: Some(Words {
         what: "While the shutter is open the aircraft moves, so that every point is smeared along the motion. The \

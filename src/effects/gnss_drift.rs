@@ -43,7 +43,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
         "gnss-shift (its constant part), a bend of the block (corridors flown once need control or crossing \
                     flights)"
             .into(),
-    source: "Ackermann 1994, practical experience with GPS-supported aerial triangulation".into(),
+    source: "Ackermann 1994, drift parameters of GPS-supported aerial triangulation".into(),
     picture: Picture::Gnss(By::Time),
     words: Some(Words {
         what: "The positions wander steadily during a flight. Positions without corrections, or a weak satellite \

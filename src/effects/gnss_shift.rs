@@ -38,7 +38,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
         "gnss-lever-arm (when every image has the same attitude); without control a shift moves the whole block \
                     and cannot be seen"
             .into(),
-    source: "Ackermann 1994, practical experience with GPS-supported aerial triangulation".into(),
+    source: "Ackermann 1994, shift parameters of GPS-supported aerial triangulation".into(),
     picture: Picture::Gnss(By::Time),
     words: Some(Words {
         what: "All positions of a flight are off by the same amount. Usually a base station with wrong coordinates or \

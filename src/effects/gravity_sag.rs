@@ -41,7 +41,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
         "the principal point itself (all of it when every image is held alike), pp-flight (when each flight has \
                     its own tilt)"
             .into(),
-    source: "Catalogue: lens sag".into(),
+    source: "Practice, without a publication: lens sag".into(),
     picture: Picture::Sensor,
     words: Some(Words {
         what: "Lens and mount give way under their weight. The principal point then depends on how the camera is held."

@@ -6,11 +6,11 @@
 //! smooth=on:   (x', y') = (x, y) + lambda g q / sigma
 //! ```
 //!
-//! All in pixels; positive lambda pushes outwards. The sharp variant is that of the seed study (its equation 3 with the
+//! All in pixels; positive lambda pushes outwards. The sharp variant is that of Zhou et al. (2019; equation 3 with the
 //! sign that decays): it jumps at the centre, where it is defined as the identity with zero derivative. `centre` and
 //! `sigma` are searched: the effect is nonlinear in them. Domain: `sigma > 0`.
 //!
-//! Source: seed study, equation 3.
+//! Source: Zhou et al. (2019), equation 3.
 //!
 //! Worked numbers, centre (1000, 1400), sigma 350, lambda 2: the point (1350, 1400) goes to (1350 + 2/e, 1400) =
 //! (1350.7357588823, 1400), sharp or smooth; the point (1000, 1300) goes to (1000, 1298.1567791054) sharp.
@@ -43,7 +43,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     confused_with: "unflatness (smooth over the whole sensor), image-grid and image-fourier (empirical; they take the \
                     shape away but do not place it)"
         .into(),
-    source: "Seed study, equation 3 with the sign that decays".into(),
+    source: "Zhou et al. 2019, equation 3 with the sign that decays".into(),
     picture: Picture::Sensor,
     words: Some(Words {
         what: "A spot of the sensor, of its cover glass or of the filter before the lens moves image points that fall \

@@ -29,7 +29,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
         .to_vec(),
     needs: vec![Need::Flights],
     confused_with: "pp-time (a slope within the flights instead of a step between them)".into(),
-    source: "Catalogue: lens refitted between flights".into(),
+    source: "Practice, without a publication: lens refitted between flights".into(),
     picture: Picture::Shift(By::Order),
     words: Some(Words {
         what:

@@ -36,7 +36,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
         "pp-time and pp-flight (ordered in time, where this one scatters), the rotation of the image. It takes up \
                     nearly all of a shift where the ground is flat; relief or oblique images tell"
             .into(),
-    source: "Moniwa 1981, photo-variant self-calibration".into(),
+    source: "Moniwa 1980, photo-variant self-calibration".into(),
     picture: Picture::Shift(By::Order),
     words: Some(Words {
         what: "The optical axis moves from image to image, as with sensor-shift or lens-shift image stabilisation. \

@@ -15,6 +15,7 @@ pub use findings::{Finding, findings};
 pub use questions::{Question, questions};
 
 use super::results::Results;
+use crate::effects::literature::STUDY;
 use crate::report::html::Page;
 use crate::report::tables::Table;
 use crate::scenario::Simulation;
@@ -47,6 +48,7 @@ pub fn page(results: &Results, simulation: &Simulation) -> Result<Page> {
     flaw::section(&mut page, results)?;
     answers::sections(&mut page, results)?;
     solvers::section(&mut page, results);
+    page.section("Reference").list([STUDY.to_string()]);
     Ok(page)
 }
 
