@@ -2,7 +2,7 @@
 
 use super::made::{BLOCKS, assert_value, block, expect, gnss, named, only, points};
 use misclosure::block::Role;
-use misclosure::block::edited::edited;
+use misclosure::block::mended::mended;
 use nalgebra::Vector3;
 
 /// m.
@@ -66,7 +66,7 @@ fn positions_of_another_datum() {
         let found = named(&wrong);
         let mistake = only(&found, "plan-offset", "control", &what);
         assert_value(mistake, 45.0, &what);
-        let mended = edited(&wrong, &mistake.mend).expect("a block");
+        let mended = mended(&wrong, &mistake.mend).expect("edits of this block");
         assert!(named(&mended).is_empty(), "{what}");
     }
 }
