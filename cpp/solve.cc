@@ -125,9 +125,9 @@ int Polish(const ProblemView& view, Adjustment& adjustment, double asked, std::o
   return kMostPolishing;
 }
 
-// Ceres writes its warnings to standard error; what matters comes back as an outcome. CHOLMOD's OpenMP, of which
-// it has one short loop, prints a message and ends the program where no thread can be started. So no parallel region has
-// more than the calling thread.
+// Ceres writes its warnings to standard error; what matters comes back as an outcome. CHOLMOD's OpenMP, of which it has
+// one short loop, prints a message and ends the program where no thread can be started. So no parallel region has more
+// than the calling thread.
 void Quiet() {
   FLAGS_minloglevel = google::GLOG_FATAL;
   using SetLevels = void (*)(int);

@@ -15,7 +15,8 @@ struct FocalTime {
       "focal-flight: a step between flights; told apart by images within one flight, or by time stamps. In corridors "
       "heights and "
       "intrinsics take most of it.";
-  static constexpr const char* source = "Zhou et al. 2019, error-free blocks with an injected gradual focal length error";
+  static constexpr const char* source =
+      "Zhou et al. 2019, error-free blocks with an injected gradual focal length error";
   static constexpr Name against[] = {{"time", 0.0}, {"order", 1.0}};
   static constexpr Parameter parameters[] = {
       Estimated("a", "px", Scope::kGlobal, 0.0, 5.0),
