@@ -23,17 +23,33 @@ const POINTS: f64 = 1000.0;
 const SIGNIFICANCE: f64 = 1e-3;
 /// Sizes of a mistake in those of its default, seed by seed.
 const SIZES: [f64; 5] = [1.0, 0.5, 2.0, 0.7, 1.4];
+/// An image is off by the rows and columns that a crop took, px. The default is half a pixel, as of all marks.
+const CROP: f64 = 40.0;
 /// Units of a size.
 const SIZED: [&str; 4] = ["m", "deg", "px", "s"];
 /// Kinds of control that does not fix a block.
 const DATUM: [&str; 2] = ["too-few", "in-line"];
 /// Groups between which an offset or a unit shows: which of them is wrong, nobody knows.
 const SURVEYED: [&str; 3] = ["control", "check", "gnss"];
+/// Kinds that change the measurements as another statement says: kind, subject, and what is said.
+///
+/// - Marks of two points exchanged are two points exchanged.
+/// - An offset of all tie points, against marks without it, is one of all marks.
+/// - Positions a few metres off are those of a base station with other coordinates, an effect of the catalogue.
+const ALIKE: [[&str; 3]; 3] = [
+    ["exchanged", "marks", "exchanged of control"],
+    ["offset", "ties", "offset of marks"],
+    ["plan-offset", "gnss", "missing gnss-shift"],
+];
 
 /// What became of the blocks with one mistake.
 #[derive(Default)]
 struct Tally {
     named: usize,
+    /// Named as what changes the measurements in the same way.
+    alike: usize,
+    /// One wrong measurement: set aside, and its point named.
+    aside: usize,
     /// Refused by the reader, with file and line.
     refused: usize,
     otherwise: BTreeMap<String, usize>,
@@ -58,8 +74,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                     let Some(made) = made else { continue };
                     let tally = tallies.entry((number, subject.to_string())).or_default();
                     match made {
-                        true => tally.add(kind.id(), subject, &wrong)?,
-                        false => tally.refused += 1,
+                        Some(points) => tally.add(kind.id(), subject, &points, &wrong)?,
+                        None => tally.refused += 1,
                     }
                 }
             }
@@ -84,9 +100,10 @@ fn block(preset: &str, seed: u64) -> Result<misclosure::block::Block, Box<dyn Er
     Ok(block)
 }
 
-/// Makes a mistake in a copy; `None` where the block has nothing that it concerns, `false` where no reader takes it.
+/// Makes a mistake in a copy; `None` where the block has nothing that it concerns, `Some(None)` where no reader takes
+/// it. Else the point whose measurement it changed, or the two points that it merged; of other kinds nothing.
 /// Control that fixes no block concerns a block without GNSS positions, which fix it alone.
-fn made(kind: &mistakes::Kind, subject: &str, size: f64, right: &Path, wrong: &Path) -> Option<bool> {
+fn made(kind: &mistakes::Kind, subject: &str, size: f64, right: &Path, wrong: &Path) -> Option<Option<Vec<String>>> {
     let has_gnss = || read_block(right).is_ok_and(|read| read.block.images.iter().any(|image| image.gnss.is_some()));
     if DATUM.contains(&kind.id()) && has_gnss() {
         return None;
@@ -101,14 +118,17 @@ fn made(kind: &mistakes::Kind, subject: &str, size: f64, right: &Path, wrong: &P
         match parameter.default {
             _ if parameter.name == "of" => values.push(format!("of={subject}")),
             DefaultValue::Number(default) if SIZED.contains(&parameter.unit) && default != 0.0 => {
+                let default = if (kind.id(), subject) == ("offset", "images") { CROP } else { default };
                 values.push(format!("{}={}", parameter.name, size * default));
             }
             _ => {}
         }
     }
     let text = format!("{}:{}", kind.id(), values.join(","));
-    mistakes::make(wrong, &[mistakes::parse(text.trim_end_matches(':')).ok()?]).ok()?;
-    Some(read_block(wrong).is_ok())
+    let made = mistakes::make(wrong, &[mistakes::parse(text.trim_end_matches(':')).ok()?]).ok()?;
+    let notes = made.into_iter().flat_map(|made| made.notes);
+    let points = notes.filter(|(what, _)| ["point", "a", "b"].contains(&what.as_str())).map(|(_, name)| name);
+    Some(read_block(wrong).is_ok().then(|| points.collect()))
 }
 
 fn screened(folder: &Path) -> Result<Vec<Mistake>, Box<dyn Error>> {
@@ -116,42 +136,45 @@ fn screened(folder: &Path) -> Result<Vec<Mistake>, Box<dyn Error>> {
     Ok(screening::mistakes(&block, &Model::default(), SIGNIFICANCE, &Options::default()))
 }
 
-/// Mistakes that a diagnosis names, and in words what it says where there are none.
-fn diagnosed(folder: &Path) -> Result<(Vec<Mistake>, String), Box<dyn Error>> {
+/// Mistakes that a diagnosis names, the points of measurements that it set aside, and in words what it says.
+fn diagnosed(folder: &Path) -> Result<(Vec<Mistake>, Vec<String>, String), Box<dyn Error>> {
     let block = read_block(folder)?.block.about_its_centre();
     let model = Model { datum: Datum::All, ..Model::default() };
     let options = Options::default();
     let settings = Settings { plugins: &[], options, significance: SIGNIFICANCE, snoop: true, tell: &|_| {} };
     let found = match diagnose(&block, &model, &settings) {
         Ok(diagnosed) => diagnosed.diagnosis,
-        Err(error) => return Ok((Vec::new(), format!("error: {error}"))),
+        Err(error) => return Ok((Vec::new(), Vec::new(), format!("error: {error}"))),
     };
     let effects: Vec<&str> = found.found.iter().map(|own| own.effect.as_str()).collect();
-    let points = if found.outlier_points.is_empty() { "" } else { ", its point named" };
-    let said = format!("{:?} {}{points}", found.verdict, effects.join(" ")).to_lowercase();
-    Ok((found.mistakes, said.trim().to_owned()))
+    let said = format!("{:?} {}", found.verdict, effects.join(" ")).to_lowercase();
+    let said = found.mistakes.first().map_or(said.trim().to_owned(), |own| format!("{} of {}", own.kind, own.subject));
+    Ok((found.mistakes, found.outlier_points, said))
 }
 
 impl Tally {
-    fn add(&mut self, kind: &str, subject: &str, folder: &Path) -> Result<(), Box<dyn Error>> {
+    fn add(&mut self, kind: &str, subject: &str, points: &[String], folder: &Path) -> Result<(), Box<dyn Error>> {
         let same = |own: &str| own == subject || (SURVEYED.contains(&own) && SURVEYED.contains(&subject));
         let is_named = |found: &[Mistake]| found.iter().any(|own| own.kind == kind && same(&own.subject));
         if is_named(&screened(folder)?) {
             self.named += 1;
             return Ok(());
         }
-        let (found, said) = diagnosed(folder)?;
+        let (found, aside, said) = diagnosed(folder)?;
         if is_named(&found) {
             self.named += 1;
+        } else if ALIKE.contains(&[kind, subject, &said]) {
+            self.alike += 1;
+        } else if found.is_empty() && points.iter().any(|point| aside.contains(point)) {
+            self.aside += 1;
         } else {
-            let said = found.first().map_or(said, |own| format!("{} of {}", own.kind, own.subject));
             *self.otherwise.entry(said).or_default() += 1;
         }
         Ok(())
     }
 
     fn all(&self) -> usize {
-        self.named + self.refused + self.otherwise.values().sum::<usize>()
+        self.named + self.alike + self.aside + self.refused + self.otherwise.values().sum::<usize>()
     }
 
     fn words(&self) -> String {
@@ -160,16 +183,20 @@ impl Tally {
 }
 
 fn print(tallies: &BTreeMap<(usize, String), Tally>, clean: &Tally) {
-    println!("| mistake | of | blocks | named | refused | otherwise |\n|---|---|---|---|---|---|");
+    println!("| mistake | of | blocks | named | alike | set aside | refused | otherwise |");
+    println!("|---|---|---|---|---|---|---|---|");
     for ((number, subject), tally) in tallies {
         let id = mistakes::registry().nth(*number).map_or("", mistakes::Kind::id);
-        let Tally { named, refused, .. } = tally;
-        println!("| `{id}` | {subject} | {} | {named} | {refused} | {} |", tally.all(), tally.words());
+        let Tally { named, alike, aside, refused, .. } = tally;
+        let (all, words) = (tally.all(), tally.words());
+        println!("| `{id}` | {subject} | {all} | {named} | {alike} | {aside} | {refused} | {words} |");
     }
     let sum = |of: fn(&Tally) -> usize| tallies.values().map(of).sum::<usize>();
-    let (named, refused, all) = (sum(|own| own.named), sum(|own| own.refused), sum(Tally::all));
+    let [named, alike, aside, refused, all] =
+        [|own: &Tally| own.named, |own| own.alike, |own| own.aside, |own| own.refused, Tally::all].map(sum);
     println!(
-        "\n{named} of {all} are named with their kind and subject; a reader refuses {refused}, with file and line."
+        "\n{named} of {all} are named with their kind and subject, {alike} as what looks the same; of {aside} the wrong \
+         measurement is set aside and its point named; a reader refuses {refused}, with file and line."
     );
     println!("Of {} blocks without a mistake {} have none named. {}", clean.all(), clean.named, clean.words());
 }

@@ -18,4 +18,4 @@ if ! [ -d node_modules/playwright-core ]; then
   npm ci --no-audit --no-fund >/dev/null || skip "npm ci failed (no network?)"
 fi
 export CHROMIUM
-node --test --test-concurrency=1 "$@"
+node --test --test-concurrency=2 "$@"
