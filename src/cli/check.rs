@@ -16,7 +16,7 @@ use std::path::PathBuf;
 /// Validates a block, searches it for mistakes, and prints its contents
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  misclosure check dike           what is in the block, or what is wrong with it and where
+  misclosure check dike           its contents, or what is wrong with it and where
   misclosure check dike --json    the same for a program")]
 pub struct Arguments {
     /// Folder of the block

@@ -42,7 +42,7 @@ pub fn complete(mut typed: Vec<OsString>, mut program: Command) -> Result<Vec<Os
     // What is wrong with the command line the parser says afterwards; help needs no file.
     let given = program.clone().ignore_errors(true).try_get_matches_from(&typed).unwrap_or_else(|help| help.exit());
     let name = path.display().to_string();
-    let source = Source::read(&path, name, &format!("{VARIABLE} names it, and stands for no file where it is empty"))?;
+    let source = Source::read(&path, name, &format!("{VARIABLE} names it; an empty {VARIABLE} means no file"))?;
     let root = source.parse()?;
     let mut added = Vec::new();
     add(&source, "the file", root.get_ref(), &program, Some(&given), &mut added)?;

@@ -125,7 +125,7 @@ fn advice(mistakes: &[Mistake], folder: &str) -> String {
         left if undone > 0 => {
             format!("{copy} writes a copy of the block in which {undone} of them are undone; {left} need a person.")
         }
-        _ => format!("{copy} cannot undo them: correct the files, and import them anew."),
+        _ => format!("{copy} cannot undo them: correct the files, and import them again."),
     }
 }
 

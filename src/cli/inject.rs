@@ -39,10 +39,10 @@ const ERRORS: &str = "errors.json";
   misclosure inject dike -o feet --error noise:px=0.3 --mistake scale:of=control,unit=feet     a mistake on top
   misclosure inject block -o heights --mistake height-offset:of=gnss,by=47.3     a mistake alone, in any block
 
-For errors the block needs its truth (truth/, as `simulate` writes it). Every measurement is made anew:
-name all errors, noise too, in one call. The new block has the same truth, and truth/errors.json says
-what was done. Mistakes rewrite the files, last of all and in the order given: without errors the
-measurements stay as they are.")]
+For errors the block needs its truth (truth/, as `simulate` writes it). The command computes every
+measurement again: name all errors, noise too, in one call. The new block has the same truth, and
+truth/errors.json lists the errors. Mistakes rewrite the files, last of all and in the order given:
+without errors the measurements stay as they are.")]
 pub struct Arguments {
     /// Folder of a simulated block, or a recipe
     #[arg(required_unless_present = "list", value_name = "BLOCK|RECIPE.toml")]

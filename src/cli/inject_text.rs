@@ -28,8 +28,8 @@ pub fn errors_text(report: &Report) -> String {
         }
     }
     text += &format!(
-        "\n{} measurements were made anew; their errors: {} px RMS per coordinate, at most {} px. (They replace errors \
-         of {} px RMS.)\n",
+        "\n{} measurements were computed again; their errors: {} px RMS per coordinate, at most {} px. (They replace \
+         errors of {} px RMS.)\n",
         report.measurements,
         significant(report.change_rms_px, 3),
         significant(report.change_max_px, 3),

@@ -107,7 +107,7 @@ impl Improvement {
     ) -> Result<(), DiagnoseError> {
         let reason = match &refitted.carrier {
             _ if kept => String::new(),
-            Some(point) => format!("it rests on point {point} alone, where a blunder explains as much"),
+            Some(point) => format!("it rests on point {point} alone, and a blunder there explains the misfit as well"),
             None => "its refit does not lower the objective".to_string(),
         };
         let drop = self.fit.chi_square() - refitted.fit.chi_square();

@@ -21,7 +21,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     id: "focal-flight".into(),
     stage: Stage::Interior,
     kind: Kind::Physical,
-    summary: "The focal length differs from flight to flight: the lens was refocused or settled anew.".into(),
+    summary: "The focal length differs from flight to flight: the lens was refocused, or settled again.".into(),
     formula: "f += a_k, first flight 0".into(),
     parameters: vec![
         estimated("a", "px", Scope::FlightButFirst, 3.0)
@@ -33,7 +33,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     picture: Picture::Scale(By::Order),
     words: Some(Words {
         what:
-            "Each flight has a focal length of its own. Between flights the camera was switched off, focused anew or \
+            "The focal length differs from flight to flight. Between flights the camera was switched off, refocused or \
                cooled down."
                 .into(),
         remedy: "Lock the focus for all flights, or calibrate each flight by itself.".into(),

@@ -32,10 +32,9 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     source: "Practice, without a publication: lens refitted between flights".into(),
     picture: Picture::Shift(By::Order),
     words: Some(Words {
-        what:
-            "Each flight has a principal point of its own: lens and sensor stood differently to each other. The lens \
-               was taken off, or the camera was knocked in between."
-                .into(),
+        what: "The principal point differs from flight to flight, because the lens moved against the sensor. \
+               Somebody took the lens off, or knocked the camera, in between."
+            .into(),
         remedy: "Do not touch the lens between flights; calibrate each flight by itself.".into(),
         tell: "flights that overlap, with turned images".into(),
     }),

@@ -40,7 +40,7 @@ static DESCRIPTOR: LazyLock<Descriptor> = LazyLock::new(|| Descriptor {
     picture: Picture::Shift(By::Order),
     words: Some(Words {
         what: "The optical axis moves from image to image, as with sensor-shift or lens-shift image stabilisation. \
-               Each image then has a principal point of its own."
+               The principal point then differs from image to image."
             .into(),
         remedy: "Switch the stabilisation off; until then give each image its own principal point.".into(),
         tell: "images with and without stabilisation over the same ground".into(),

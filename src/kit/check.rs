@@ -62,7 +62,7 @@ pub const LAWS: [(&str, &str); 10] = [
     ("description", "sound: names, units, sizes, ranges, words, picture"),
     ("id", "no built-in effect has it"),
     ("null law", "at nominal parameters exactly the identity"),
-    ("exceptions", "throws nothing, wherever it is asked"),
+    ("exceptions", "throws no exception, wherever it is evaluated"),
     ("finiteness", "finite values and derivatives at ordinary places"),
     ("derivatives", "those of its values"),
     ("purity", "the same call gives the same bits"),
@@ -166,7 +166,7 @@ fn pure(plugin: &Plugin) -> Result<(), String> {
             (a, b) => a.as_ref().err() == b.as_ref().err(),
         };
         if !same {
-            return Err(format!("its values are others when derivatives are asked for, at {place}"));
+            return Err(format!("its values differ between a call with derivatives and one without, at {place}"));
         }
     }
     Ok(())

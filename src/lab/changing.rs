@@ -25,7 +25,7 @@ impl Step<'_> {
     pub(super) fn root(&self, settings: &Settings<'_>) -> Result<Changed> {
         let Self { lab, id, change, .. } = *self;
         if let (Change::Simulate { errors, seed }, Some(simulated)) = (change, &lab.setup.simulated) {
-            (settings.tell)("measuring the block anew");
+            (settings.tell)("measuring the block again");
             simulated.measure(errors, *seed, &lab.setup.folder.measured(id))?;
         }
         let (path, recorded) = lab.recorded(id)?;

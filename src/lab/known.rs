@@ -130,7 +130,7 @@ impl<'a> Causes<'a> {
     /// Zero, unless a cause that acts alike was set.
     fn without(&self, effect: &str, alike: &[&str]) -> Known {
         match alike.iter().find(|id| self.set.iter().any(|own| own.cause.id() == **id)) {
-            Some(cause) => Err(format!("{cause} acts here, of which {effect} is an approximation")),
+            Some(cause) => Err(format!("{cause} acts here; {effect} approximates it")),
             None => Ok(0.0),
         }
     }

@@ -129,7 +129,7 @@ impl Folder {
             Some(other) if other == block => match read_laboratory(path)? {
                 Some(before) if before == sha256 => {}
                 Some(_) => bail!(
-                    "{}: the block {} has changed since; start anew in another folder (-o), or restore the block",
+                    "{}: the block {} has changed since; start again in another folder (-o), or restore the block",
                     path.display(),
                     block.display()
                 ),
@@ -286,7 +286,7 @@ mod tests {
         assert!(error.contains("has other things in it"), "{error}");
         let error = refused("lab", "one", "b");
         assert!(
-            error.contains("has changed since; start anew in another folder (-o), or restore the block"),
+            error.contains("has changed since; start again in another folder (-o), or restore the block"),
             "{error}"
         );
         let open = Folder::open(&at("lab"), &at("one"), "a").unwrap();

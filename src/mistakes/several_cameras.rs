@@ -88,7 +88,7 @@ fn said(images: &Images<'_>, own: Own, names: Vec<String>, [dx, dy]: [f64; 2], t
             if dx > 0.0 { "longer" } else { "shorter" }
         ),
     };
-    let remedy = "Give these images a camera of their own (camera of images.csv, [[camera]] of block.toml).".into();
+    let remedy = "Give these images their own camera (camera of images.csv, [[camera]] of block.toml).".into();
     let edits = if images.are_all { second_camera(images, &names) } else { Vec::new() };
     let found = Mistake::new("several-cameras", "camera", sentence, remedy).of(names).undone_by(edits);
     found.tested(test.drop, test.ln_p).sized(dx.hypot(dy), Some(test.sigma), "px")

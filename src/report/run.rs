@@ -216,7 +216,8 @@ fn parameters(page: &mut Page, run: &RunFolder) {
 fn image_section(page: &mut Page, run: &RunFolder, ties: TieResiduals) {
     page.section("Residuals of images");
     let chart = pictures::image_rms(run, &ties.rms);
-    page.figure("image-rms", image_bars(&chart), "An image that stands out has outliers, or an error of its own.");
+    let caption = "An image that stands out has outliers, or an error that other images do not have.";
+    page.figure("image-rms", image_bars(&chart), caption);
     points::images(page, run, &ties.rms);
     let chart = pictures::residual_histogram(ties.x, ties.y);
     page.figure("residual-histogram", histogram(&chart), "");

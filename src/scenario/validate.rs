@@ -210,7 +210,7 @@ impl Check<'_> {
     fn unique(&self, key: &str, names: &[&String]) -> Result<()> {
         let mut seen = HashSet::new();
         match names.iter().find(|name| name.is_empty() || !seen.insert(**name)) {
-            Some(name) => self.that(false, key, name, "a name of its own"),
+            Some(name) => self.that(false, key, name, "a name that no other one has"),
             None => Ok(()),
         }
     }

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 pub(super) static CAUSE: Cause = Cause {
     id: "gnss-lever-arm",
-    summary: "antenna at a fixed place in the camera's frame, beyond what the truth has",
+    summary: "antenna at a fixed place in the camera's frame, added to that of the truth",
     parameters: &[
         parameter("x", "m", DefaultValue::Number(0.0), "to the right of the image"),
         parameter("y", "m", DefaultValue::Number(0.1), "down the image"),

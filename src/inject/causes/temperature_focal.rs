@@ -22,7 +22,7 @@ pub(super) static CAUSE: Cause = Cause {
             "from",
             "C",
             DefaultValue::Optional("the recorded temperatures"),
-            "temperature at the first image, recorded anew",
+            "temperature at the first image; replaces the recorded one",
         ),
         parameter("to", "C", DefaultValue::Optional("the recorded temperatures"), "temperature at the last image"),
         parameter(

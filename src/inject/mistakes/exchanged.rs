@@ -22,7 +22,7 @@ pub(super) static KINDS: [Kind; 1] = [Kind {
             "shift",
             "",
             DefaultValue::Optional("two names alone"),
-            "of control or check points: each one gets the coordinates of the point so many rows further on",
+            "of control or check points: each one gets the coordinates of the point this many rows further down",
         ),
     ],
     act,

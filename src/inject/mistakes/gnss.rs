@@ -9,7 +9,7 @@ pub(super) static KINDS: [Kind; 3] = [
     Kind {
         id: "paired-with-neighbour",
         subjects: &["gnss"],
-        summary: "each image has the GNSS position of the image so many rows further on; the last ones have none",
+        summary: "each image has the GNSS position of the image this many rows further down; the last ones have none",
         parameters: &[parameter("by", "", DefaultValue::Number(1.0), "rows")],
         act: paired_with_neighbour,
     },

@@ -23,7 +23,7 @@ pub(super) static KINDS: [Kind; 4] = [
                 DefaultValue::Choice("ties", &["ties", "marks", "control", "gnss"]),
                 "whose standard deviations",
             ),
-            parameter("factor", "", DefaultValue::Number(0.1), "stated as so many times the former ones"),
+            parameter("factor", "", DefaultValue::Number(0.1), "factor on the stated standard deviations"),
         ],
         act: precision,
     },

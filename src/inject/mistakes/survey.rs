@@ -15,7 +15,7 @@ const LARGEST_LATITUDE: f64 = 85.0;
 const UNITS: &[&str] = &["feet", "us-feet", "mm", "cm", "km"];
 const UNIT: ParameterSpec = parameter("unit", "", DefaultValue::Choice("feet", UNITS), "given instead of metres");
 const FACTOR: ParameterSpec =
-    parameter("factor", "", DefaultValue::Optional("that of the unit"), "the numbers become so many times as large");
+    parameter("factor", "", DefaultValue::Optional("that of the unit"), "factor on the numbers");
 
 pub(super) static KINDS: [Kind; 11] = [
     Kind {
@@ -138,7 +138,7 @@ pub(super) static KINDS: [Kind; 11] = [
         summary: "many positions at one place, such as zeros for missing values",
         parameters: &[
             of("gnss"),
-            parameter("every", "", DefaultValue::Number(9.0), "every so many rows, from the first one on; 1: all"),
+            parameter("every", "", DefaultValue::Number(9.0), "rows from one to the next; 1: all"),
             parameter("x", "m", DefaultValue::Number(0.0), "the place"),
             parameter("y", "m", DefaultValue::Number(0.0), "the place"),
             parameter("z", "m", DefaultValue::Number(0.0), "the place"),

@@ -133,7 +133,7 @@ fn of_poses(says: &str, own: f64, undone: f64) -> Mistake {
         "Approximate orientation: {says}. Once that is undone, tie points are missed by {undone:.1} px instead of \
          {own:.0} px (median)."
     );
-    let remedy = "Write the poses world to camera, X_cam = R X + t, and import the files anew.";
+    let remedy = "Write the poses world to camera, X_cam = R X + t, and import the files again.";
     Mistake::new("inverse-rotation", "images", sentence, remedy.into()).tested(f64::NAN, f64::NEG_INFINITY)
 }
 

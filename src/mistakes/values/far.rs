@@ -123,7 +123,7 @@ fn geographic(subject: Subject, members: &[Member], [distance, near]: [f64; 2], 
         length(near)
     );
     let remedy = format!(
-        "Exchange latitude and longitude in the list of positions and import it anew, or convert {}.",
+        "Exchange latitude and longitude in the list of positions and import it again, or convert {}.",
         subject.place()
     );
     let column = if subject == Subject::Gnss { "image" } else { "point" };

@@ -115,7 +115,7 @@ fn order(tables: &Tables) -> Option<Mistake> {
         "Images: the times are not in the order of the flight. In the order of time the path is {ratio:.0} times as \
          long as in that of images.csv."
     );
-    let remedy = "Pair images and times anew (time_s of images.csv).";
+    let remedy = "Pair images and times again (time_s of images.csv).";
     Some(Mistake::new("time", "images", sentence, remedy.into()).sized(ratio, None, "1"))
 }
 

@@ -91,8 +91,7 @@ pub fn judge(tables: &Tables) -> Option<Mistake> {
         words::list(&names),
         largest.len()
     );
-    let remedy =
-        "Match the images of the parts with each other, or adjust the parts as blocks of their own (ties.csv).";
+    let remedy = "Match the images of the parts with each other, or adjust each part as a block (ties.csv).";
     let found = Mistake::new("unconnected", "images", sentence, remedy.into());
     Some(found.of(names).sized(count as f64, None, "parts"))
 }

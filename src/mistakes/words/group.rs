@@ -39,12 +39,13 @@ pub fn changed(subject: Subject, change: Change, drop: f64, ln_p: f64) -> Mistak
         Change::Shifted(by) if subject == Subject::Gnss => [
             format!("{who}: each image has the position of the image {} in the list; {fit}.", rows(by)),
             format!(
-                "Pair images and positions anew ({place}); an image without a position, or one too many, shifts a list."
+                "Pair images and positions again ({place}); an image without a position, or one too many, shifts a \
+                 list."
             ),
         ],
         Change::Shifted(by) => [
             format!("{who}: each point has the coordinates of the point {} in the list; {fit}.", rows(by)),
-            format!("Pair names and coordinates anew ({place})."),
+            format!("Pair names and coordinates again ({place})."),
         ],
         Change::Clock(Clock { seconds, .. }) => [
             format!(
@@ -57,7 +58,7 @@ pub fn changed(subject: Subject, change: Change, drop: f64, ln_p: f64) -> Mistak
                     ""
                 }
             ),
-            format!("Take clocks of camera and receiver to one time, and interpolate the positions anew ({place})."),
+            format!("Take clocks of camera and receiver to one time, and interpolate the positions again ({place})."),
         ],
         Change::None => [String::new(), String::new()],
     };

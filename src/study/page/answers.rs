@@ -243,15 +243,15 @@ fn repairs(page: &mut Page, results: &Results) -> Result<()> {
     page.table(&table);
     page.paragraph(
         "The drift of S3 goes by the number of the image. Against time it is only nearly linear, since flights differ \
-         in speed and pauses lie between them: focal-time cannot model the difference. A grid repairs as much of the \
-         flaw as its cells can follow. Cells of 100 px around the known place follow all but its sharp middle. The \
+         in speed and pauses lie between them: focal-time cannot model the difference. A grid repairs the part of the \
+         flaw that its cells can follow. Cells of 100 px around the known place follow all but its sharp middle. The \
          cells of 1000 px over the whole sensor follow next to nothing.",
     );
     for (key, title) in
         [("s3-time", "S3 with focal-time against time"), ("s4-grid", "S4 with image-grid around the known place")]
     {
         if let Some(pictures) = results.outcome(key)?.adjusted().and_then(|case| case.pictures.as_ref()) {
-            page.details(&format!("What is left: {title}"), |page| {
+            page.details(&format!("Remaining residuals: {title}"), |page| {
                 residual_figures(page, key, title, &pictures.erroneous, None);
             });
         }

@@ -47,7 +47,7 @@ fn a_block_that_changed_and_a_second_laboratory_are_refused() {
     let rows: Vec<&str> = ties.lines().collect();
     fs::write(root.path().join("block/ties.csv"), rows[..rows.len() - 1].join("\n") + "\n").expect("written");
     let text = refused(&[&block, "-o", &at("lab")]);
-    assert!(text.contains("has changed since; start anew in another folder (-o), or restore the block"), "{text}");
+    assert!(text.contains("has changed since; start again in another folder (-o), or restore the block"), "{text}");
     // Restored.
     fs::write(root.path().join("block/ties.csv"), ties).expect("written");
     Lab::open(Path::new(&block), &root.path().join("lab")).done(1);

@@ -26,7 +26,7 @@ pub(super) fn assemble(contents: Contents, file: &Path, options: &ImportOptions)
     let names = names(&photos);
     let mut distinct = HashSet::new();
     if let Some(twice) = names.iter().find(|name| !distinct.insert(**name)) {
-        return Err(refuse(file, format!("two photos are called {twice:?}; expected names of their own")));
+        return Err(refuse(file, format!("two photos are called {twice:?}; expected different names")));
     }
     let numbers: HashMap<&str, ImageId> =
         photos.iter().enumerate().map(|(k, photo)| (photo.id.as_str(), ImageId::from(k))).collect();

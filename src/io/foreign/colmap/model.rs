@@ -104,7 +104,7 @@ impl Model {
             notes.push(Note::loss(text));
         }
         if self.rigs > 0 {
-            let text = format!("{} rigs of several cameras are not kept: every image has a pose of its own", self.rigs);
+            let text = format!("{} rigs of several cameras are not kept: every image has its own pose", self.rigs);
             notes.push(Note::loss(text));
         }
         notes.extend(known_of_colmap(flights.len()));

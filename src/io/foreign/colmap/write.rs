@@ -83,7 +83,7 @@ fn converted(
     };
     let [b1, b2] = [camera.interior[B1], camera.interior[B2]];
     let centre = camera.interior[DCX] - camera.interior[1] != 0.0 || camera.interior[DCY] - camera.interior[2] != 0.0;
-    let why = [(centre, "a centre of distortion of its own"), (b1 != 0.0, "b1"), (b2 != 0.0, "b2")];
+    let why = [(centre, "a centre of distortion beside the principal point"), (b1 != 0.0, "b1"), (b2 != 0.0, "b2")];
     let why: Vec<&str> = why.iter().filter(|(is, _)| *is).map(|(_, name)| *name).collect();
     let name = format!("{} ({}; {CAMERA_ADVICE})", camera.id, why.join(", "));
     fit.judge("colmap", &name, options.approximate, notes)

@@ -73,7 +73,7 @@ impl Addition for ExifAddition {
         let unreadable: Vec<String> = unreadable.iter().map(ToString::to_string).collect();
         for (images, what) in [
             (unreadable, "cannot be read and are left out"),
-            (damaged, "have damaged EXIF, of which what is whole was read"),
+            (damaged, "have damaged EXIF; the intact entries were read"),
         ] {
             if !images.is_empty() {
                 notes.push(Note::loss(format!("{} images {what}: {}", images.len(), first_few(&images))));

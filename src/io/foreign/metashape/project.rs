@@ -59,7 +59,7 @@ fn active<'a>(file: &str, root: Element<'a>, notes: &mut Vec<Note>) -> Result<El
     if chunks.len() > 1 {
         let place = chunks.iter().position(|other| other.optional_attribute("id") == chunk.optional_attribute("id"));
         let number = place.unwrap_or_default() + 1;
-        notes.push(Note::loss(format!("{file}: has {} chunks, of which chunk {number} is taken", chunks.len())));
+        notes.push(Note::loss(format!("{file}: has {} chunks; chunk {number} is read", chunks.len())));
     }
     Ok(*chunk)
 }
@@ -68,7 +68,7 @@ fn active<'a>(file: &str, root: Element<'a>, notes: &mut Vec<Note>) -> Result<El
 fn frame<'a>(chunk: Element<'a>, notes: &mut Vec<Note>) -> Option<Element<'a>> {
     let frames: Vec<Element<'_>> = chunk.optional("frames")?.children("frame").collect();
     if frames.len() > 1 {
-        notes.push(Note::loss(format!("the chunk has {} frames, of which the first is taken", frames.len())));
+        notes.push(Note::loss(format!("the chunk has {} frames; the first one is read", frames.len())));
     }
     frames.first().copied()
 }
