@@ -192,8 +192,9 @@ fn print(tallies: &BTreeMap<(usize, String), Tally>, clean: &Tally) {
         println!("| `{id}` | {subject} | {all} | {named} | {alike} | {aside} | {refused} | {words} |");
     }
     let sum = |of: fn(&Tally) -> usize| tallies.values().map(of).sum::<usize>();
-    let [named, alike, aside, refused, all] =
-        [|own: &Tally| own.named, |own| own.alike, |own| own.aside, |own| own.refused, Tally::all].map(sum);
+    let columns: [fn(&Tally) -> usize; 5] =
+        [|own| own.named, |own| own.alike, |own| own.aside, |own| own.refused, Tally::all];
+    let [named, alike, aside, refused, all] = columns.map(sum);
     println!(
         "\n{named} of {all} are named with their kind and subject, {alike} as what looks the same; of {aside} the wrong \
          measurement is set aside and its point named; a reader refuses {refused}, with file and line."
