@@ -136,20 +136,30 @@ fn screened(folder: &Path) -> Result<Vec<Mistake>, Box<dyn Error>> {
     Ok(screening::mistakes(&block, &Model::default(), SIGNIFICANCE, &Options::default()))
 }
 
-/// Mistakes that a diagnosis names, the points of measurements that it set aside, and in words what it says.
-fn diagnosed(folder: &Path) -> Result<(Vec<Mistake>, Vec<String>, String), Box<dyn Error>> {
+/// What a diagnosis says.
+struct Said {
+    mistakes: Vec<Mistake>,
+    /// Points of the measurements that it set aside.
+    aside: Vec<String>,
+    /// The first mistake, else verdict and effects.
+    words: String,
+}
+
+fn diagnosed(folder: &Path) -> Result<Said, Box<dyn Error>> {
     let block = read_block(folder)?.block.about_its_centre();
     let model = Model { datum: Datum::All, ..Model::default() };
     let options = Options::default();
     let settings = Settings { plugins: &[], options, significance: SIGNIFICANCE, snoop: true, tell: &|_| {} };
     let found = match diagnose(&block, &model, &settings) {
         Ok(diagnosed) => diagnosed.diagnosis,
-        Err(error) => return Ok((Vec::new(), Vec::new(), format!("error: {error}"))),
+        Err(error) => {
+            return Ok(Said { mistakes: Vec::new(), aside: Vec::new(), words: format!("error: {error}") });
+        }
     };
     let effects: Vec<&str> = found.found.iter().map(|own| own.effect.as_str()).collect();
-    let said = format!("{:?} {}", found.verdict, effects.join(" ")).to_lowercase();
-    let said = found.mistakes.first().map_or(said.trim().to_owned(), |own| format!("{} of {}", own.kind, own.subject));
-    Ok((found.mistakes, found.outlier_points, said))
+    let verdict = format!("{:?} {}", found.verdict, effects.join(" ")).to_lowercase().trim().to_owned();
+    let words = found.mistakes.first().map_or(verdict, |own| format!("{} of {}", own.kind, own.subject));
+    Ok(Said { mistakes: found.mistakes, aside: found.outlier_points, words })
 }
 
 impl Tally {
@@ -160,15 +170,15 @@ impl Tally {
             self.named += 1;
             return Ok(());
         }
-        let (found, aside, said) = diagnosed(folder)?;
-        if is_named(&found) {
+        let said = diagnosed(folder)?;
+        if is_named(&said.mistakes) {
             self.named += 1;
-        } else if ALIKE.contains(&[kind, subject, &said]) {
+        } else if ALIKE.contains(&[kind, subject, &said.words]) {
             self.alike += 1;
-        } else if found.is_empty() && points.iter().any(|point| aside.contains(point)) {
+        } else if said.mistakes.is_empty() && points.iter().any(|point| said.aside.contains(point)) {
             self.aside += 1;
         } else {
-            *self.otherwise.entry(said).or_default() += 1;
+            *self.otherwise.entry(said.words).or_default() += 1;
         }
         Ok(())
     }
