@@ -206,8 +206,8 @@ fn print(tallies: &BTreeMap<(usize, String), Tally>, clean: &Tally) {
         [|own| own.named, |own| own.alike, |own| own.aside, |own| own.refused, Tally::all];
     let [named, alike, aside, refused, all] = columns.map(sum);
     println!(
-        "\n{named} of {all} are named with their kind and subject, {alike} as what looks the same; of {aside} the wrong \
-         measurement is set aside and its point named; a reader refuses {refused}, with file and line."
+        "\n{named} of {all} are named with their kind and subject, {alike} as what looks the same; of {aside} the \
+         wrong measurement is set aside and its point named; a reader refuses {refused}, with file and line."
     );
     println!("Of {} blocks without a mistake {} have none named. {}", clean.all(), clean.named, clean.words());
 }
