@@ -35,7 +35,7 @@ part cargo clippy --release --all-targets -- -D warnings
 part cargo clippy --release --all-targets --no-default-features --features lab -- -D warnings
 part env RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps
 # The lints compiled the examples; tests/program/examples.rs runs them.
-part cargo test --release --lib --bins --tests
+part cargo test --release --tests
 part cargo test --release --doc
 part tests/lab_page/run.sh
 part test_sanitize
