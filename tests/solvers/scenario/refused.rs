@@ -51,7 +51,7 @@ fn wrong_scenarios_are_refused_by_line_or_key() {
             "surveyed.control.count = 10001: expected at most 10000",
         ),
         ("side_overlap = 0.7", "side_overlap = 1.0", "flight.0.side_overlap = 1.0: expected 0 to 0.99"),
-        ("\"nadir50\"", "\"oblique50\"", "flight.name = \"oblique50\": expected a name of its own"),
+        ("\"nadir50\"", "\"oblique50\"", "flight.name = \"oblique50\": expected a name that no other one has"),
         ("[[flight]]", "[[flight]]\ncamera = \"x\"", "flight.0.camera = Some(\"x\"): expected one of cam"),
         ("tilt_deg = 30.0", "tilt_deg = 80.0", "flight.0.tilt_deg = 80.0: expected -60 to 60"),
         ("best = 0.62", "best = 1.5", "ties.detection.best = 1.5: expected more than 0, at most 1"),
