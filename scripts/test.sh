@@ -30,6 +30,12 @@ test_sanitize() {
   return $code
 }
 
+# The book, by the program's own pages (tests/program/book holds them current).
+book() {
+  if command -v mdbook >/dev/null; then mdbook build docs
+  else printf '\n  book: skipped: no mdbook (make docs installs it)\n\n' >&2; fi
+}
+
 part cargo fmt --check
 part cargo clippy --release --all-targets -- -D warnings
 part cargo clippy --release --all-targets --no-default-features --features lab -- -D warnings
@@ -37,6 +43,7 @@ part env RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps
 # The lints compiled the examples; tests/program/examples.rs runs them.
 part cargo test --release --tests
 part cargo test --release --doc
+part book
 part tests/lab_page/run.sh
 part test_sanitize
 printf '%s\n' "${times[@]}" "$(printf '%5d s  in all' $SECONDS)"
