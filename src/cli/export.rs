@@ -118,16 +118,16 @@ fn adjusted(arguments: &Arguments, exporter: &dyn Exporter, notes: &mut Vec<Note
     }
     let (mut block, kept) = adjusted.without_effects();
     let camera_px = with_cameras_of(exporter, &mut block)?;
-    let causes = [(largest_px, effects.as_str()), (camera_px, "what of the camera the format does not hold")];
+    let causes = [(largest_px, effects.as_str()), (camera_px, "camera parameters that the format lacks")];
     for (largest_px, cause) in causes.into_iter().filter(|(largest_px, _)| *largest_px >= INVISIBLE_PX) {
         let largest = significant(largest_px, 3);
         let text = format!(
-            "measurements are corrected for {cause}, by up to {largest} px: they are no longer what was measured"
+            "measurements are corrected for {cause}, by up to {largest} px: they differ from the measured values"
         );
         notes.push(Note::fact(text));
     }
     if kept > 0 && largest_px >= INVISIBLE_PX {
-        let text = format!("{kept} marks are written as measured: the run does not tell what the effects do to them");
+        let text = format!("{kept} marks are written as measured: the run has no corrections of marks");
         notes.push(Note::loss(text));
     }
     Ok(block)

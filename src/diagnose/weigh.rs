@@ -5,7 +5,7 @@ use super::impact::Impact;
 use super::verdict::{Diagnosis, Verdict, Weight};
 
 /// Coordinates of a block with a mistake may be wrong by any amount, and so are the millimetres that they give.
-const WITH_A_MISTAKE: &str = "Beside the mistakes, residual patterns remain. What they do to the points cannot be \
+const WITH_A_MISTAKE: &str = "Beside the mistakes, residual patterns remain. Their effect on the points cannot be \
                               stated in mm before the mistakes are corrected.";
 
 impl Diagnosis {
