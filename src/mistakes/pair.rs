@@ -20,7 +20,7 @@ const FOCAL_SIGMAS: f64 = 3.0;
 /// Share by which a stated focal length is off without a mistake: EXIF has tenths of a millimetre of lenses of five
 /// and more, and pixel sizes as rounded.
 const FOCAL_ROUNDING: f64 = 0.02;
-/// Scales of maps differ from one by less (`map-scale`). A smaller angle, rad, moves positions by no more than that.
+/// Scales of maps differ from one by less (`map-scale`).
 const MAP_SCALE: f64 = 3e-3;
 
 /// A group that is held against another one.
@@ -214,16 +214,16 @@ fn named(reference: &Judged, tested: &Tested<'_>, survey: &Survey, difference: &
     }
 }
 
-/// What no simple relation explains: turned, tilted, of another scale, or of another system.
+/// What no simple relation explains: turned, of another scale, or of another system.
 fn other_frame(reference: &Judged, tested: &Tested<'_>, shift: Vector3<f64>, drop: f64) -> Option<Mistake> {
     let [one, other] = [reference.group.subject, tested.subject];
     let between: Similarity = tested.similarity?.after(&reference.aligned.similarity.inverse());
-    let tilt = (between.rotation * Vector3::z()).angle(&Vector3::z());
     let difference =
-        Difference { relation: Relation::Shift, shift, sigma: Vector3::zeros(), tilt, drop, ln_p: ln_p(drop, 1) };
+        Difference { relation: Relation::Shift, shift, sigma: Vector3::zeros(), tilt: 0.0, drop, ln_p: ln_p(drop, 1) };
+    let vertical = (between.rotation * Vector3::z()).angle(&Vector3::z());
     let angle = between.rotation.angle();
     let scaled = between.scale.ln().abs() > MAP_SCALE;
-    match (scaled, angle > tilt + MAP_SCALE) {
+    match (scaled, angle > vertical + MAP_SCALE) {
         _ if one == Subject::Gnss && difference.shift.norm() > DATUMS_M => {
             Some(words::other_frame(one, other, difference.shift.norm(), &difference))
         }
@@ -233,7 +233,6 @@ fn other_frame(reference: &Judged, tested: &Tested<'_>, shift: Vector3<f64>, dro
             Some(words::rotation(one, other, heading.y.atan2(heading.x).to_degrees(), &difference))
         }
         _ if one == Subject::Gnss => None,
-        _ if tilt > MAP_SCALE => Some(words::tilt(one, other, &difference)),
         _ => Some(words::other_frame(one, other, difference.shift.norm(), &difference)),
     }
 }
