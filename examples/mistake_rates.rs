@@ -2,6 +2,8 @@
 //! mistake in blocks of all presets, seed by seed, and examines them as `check` does. Where that does not name the
 //! mistake, the block is diagnosed: one wrong mark, a precision or a second camera shows in an adjustment alone.
 //!
+//! `-- 1..3 FOLDER...` makes them in these blocks instead, where the seed is the size alone.
+//!
 //! The mistakes are made by rewriting files (`inject --mistake`), for each subject of each kind. Every seed has another
 //! size: lengths, angles, pixels and seconds are multiples of the kind's default. The clean blocks are examined, too.
 
@@ -58,11 +60,18 @@ struct Tally {
 fn main() -> Result<(), Box<dyn Error>> {
     let mut tallies: BTreeMap<(usize, String), Tally> = BTreeMap::new();
     let mut clean = Tally::default();
+    let folders: Vec<String> = std::env::args().skip(2).collect();
+    let names: Vec<&str> = folders.iter().map(String::as_str).collect();
     for seed in seeds()? {
-        for preset in PRESETS {
+        for name in if names.is_empty() { &PRESETS[..] } else { &names } {
             let place = tempfile::tempdir()?;
-            let right = place.path().join("right");
-            write_block(&block(preset, seed)?, &right)?;
+            let right = match names.is_empty() {
+                true => place.path().join("right"),
+                false => Path::new(name).to_path_buf(),
+            };
+            if names.is_empty() {
+                write_block(&block(name, seed)?, &right)?;
+            }
             match screened(&right)?.first() {
                 None => clean.named += 1,
                 Some(found) => *clean.otherwise.entry(found.kind.clone()).or_default() += 1,
@@ -74,12 +83,17 @@ fn main() -> Result<(), Box<dyn Error>> {
                     let Some(made) = made else { continue };
                     let tally = tallies.entry((number, subject.to_string())).or_default();
                     match made {
-                        Some(points) => tally.add(kind.id(), subject, &points, &wrong)?,
+                        Some(points) => {
+                            let missed = tally.add(kind.id(), subject, &points, &wrong)?;
+                            if let Some(said) = missed {
+                                eprintln!("{name}, seed {seed}: {} of {subject}: {said}", kind.id());
+                            }
+                        }
                         None => tally.refused += 1,
                     }
                 }
             }
-            eprintln!("{preset}, seed {seed}");
+            eprintln!("{name}, seed {seed}");
         }
     }
     print(&tallies, &clean);
@@ -163,12 +177,19 @@ fn diagnosed(folder: &Path) -> Result<Said, Box<dyn Error>> {
 }
 
 impl Tally {
-    fn add(&mut self, kind: &str, subject: &str, points: &[String], folder: &Path) -> Result<(), Box<dyn Error>> {
+    /// Counts a block; gives what was said of a mistake that was not named.
+    fn add(
+        &mut self,
+        kind: &str,
+        subject: &str,
+        points: &[String],
+        folder: &Path,
+    ) -> Result<Option<String>, Box<dyn Error>> {
         let same = |own: &str| own == subject || (SURVEYED.contains(&own) && SURVEYED.contains(&subject));
         let is_named = |found: &[Mistake]| found.iter().any(|own| own.kind == kind && same(&own.subject));
         if is_named(&screened(folder)?) {
             self.named += 1;
-            return Ok(());
+            return Ok(None);
         }
         let said = diagnosed(folder)?;
         if is_named(&said.mistakes) {
@@ -178,9 +199,10 @@ impl Tally {
         } else if said.mistakes.is_empty() && points.iter().any(|point| said.aside.contains(point)) {
             self.aside += 1;
         } else {
-            *self.otherwise.entry(said.words).or_default() += 1;
+            *self.otherwise.entry(said.words.clone()).or_default() += 1;
+            return Ok(Some(said.words));
         }
-        Ok(())
+        Ok(None)
     }
 
     fn all(&self) -> usize {

@@ -2,7 +2,7 @@
 
 use super::error::DiagnoseError;
 use super::squares;
-use super::weights::MOST;
+use super::weights::{FINDING, MOST};
 use crate::block::Block;
 use crate::measure::Predictor;
 use crate::model::{FlightFactors, SigmaFactors};
@@ -22,7 +22,7 @@ const HEIGHT: &[usize] = &[2];
 pub struct Imprecise {
     /// What was measured, in words.
     pub group: String,
-    /// Factor on its standard deviation: [`MOST`], where more was asked for, too.
+    /// Factor on its standard deviation; [`MOST`] also where the residuals of a survey ask for more.
     pub factor: f64,
     /// Images or points with the largest residuals, the worst first.
     pub worst: Vec<String>,
@@ -31,14 +31,14 @@ pub struct Imprecise {
 impl Imprecise {
     /// Does the factor stand at the end of its range, so that it is a bound alone?
     pub fn is_bound(&self) -> bool {
-        self.factor <= MOST
+        self.factor == MOST
     }
 }
 
 /// A group, its factor, and the size of each of its residuals, standardised and squared, by image or point.
 type Group = (String, f64, Vec<(f64, String)>);
 
-/// The groups of a fit that reached the largest factor.
+/// The groups of a fit that are a finding.
 ///
 /// # Errors
 /// A state that cannot be predicted.
@@ -47,29 +47,29 @@ pub fn beyond(block: &Block, fit: &Fit) -> Result<Vec<Imprecise>, DiagnoseError>
     let residuals = Residuals { fit, predictor: Predictor::new(&fit.problem, &fit.solution.state)? };
     let any = |_: usize| true;
     let mut groups: Vec<Group> = Vec::new();
-    if image >= MOST {
+    if image >= FINDING {
         groups.push(("image measurements".into(), image, residuals.images(any)?));
-    } else if image * mark >= MOST {
+    } else if image * mark >= FINDING {
         groups.push(("marks of control points".into(), image * mark, residuals.marks()?));
     }
     for (group, factor, axes) in [("control in plan", control, PLAN), ("control in height", control_z, HEIGHT)] {
-        if factor >= MOST {
+        if factor >= FINDING {
             groups.push((group.into(), factor, residuals.control(axes)));
         }
     }
     for (group, factor, axes) in [("GNSS in plan", gnss, PLAN), ("GNSS in height", gnss_z, HEIGHT)] {
-        if factor >= MOST {
+        if factor >= FINDING {
             groups.push((group.into(), factor, residuals.gnss(axes, any)));
         }
     }
     for (flight, name) in block.flights.iter().enumerate() {
         let Some(FlightFactors { image, gnss, gnss_z }) = fit.model.flight_factors.get(name) else { continue };
         let own = |image: usize| fit.problem.image_contexts[image].flight as usize == flight;
-        if *image >= MOST {
+        if *image >= FINDING {
             groups.push((format!("image measurements of flight {name}"), *image, residuals.images(own)?));
         }
         for (group, factor, axes) in [("GNSS in plan", *gnss, PLAN), ("GNSS in height", *gnss_z, HEIGHT)] {
-            if factor >= MOST {
+            if factor >= FINDING {
                 groups.push((format!("{group} of flight {name}"), factor, residuals.gnss(axes, own)));
             }
         }

@@ -191,7 +191,7 @@ pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Bas
     tell("adjusting the base model and searching outliers");
     let model = &with_priors(whole, model)?;
     let mut search = Snooping::new(whole, model);
-    let mut fitted = match settle(whole, &mut search, model, None, Strictness::Loose, settings) {
+    let fitted = match settle(whole, &mut search, model, None, Strictness::Loose, settings) {
         Err(error) if undetermined_centre(&error, model) => {
             tell(CENTRE_TIED);
             let tied = tied(model);
@@ -201,17 +201,57 @@ pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Bas
         fitted => fitted?,
     };
     tell("estimating the weights");
-    let block = search.block(whole);
     let added = Added { own: fitted.model.effects.len(), ..Default::default() };
-    let mut objective = 0.0;
-    for _ in 0..weights::ROUNDS {
-        let Some(weights) = weights::reweighted(&block, &fitted, &added, settings)? else { break };
-        fitted = fit(&block, &weights.model, Some(&fitted), &settings.options)?;
-        // The images' factor is that of the model with the survey as stated, too: it is where the objective is zero.
-        objective -= weights.gain;
-    }
+    let block = search.block(whole);
+    let weighing = Weighing { block: &block, added: &added, settings };
+    let fit = weighing.likeliest(fitted)?;
+    let objective = match weights::is_as_stated(&fit.model) {
+        true => 0.0,
+        false => weights::objective(&block, &fit, &added, settings)?,
+    };
     drop(block);
-    Ok(Base { search, fit: fitted, objective })
+    Ok(Base { search, fit, objective })
+}
+
+/// The search for the weights of a base.
+struct Weighing<'a> {
+    block: &'a Block,
+    added: &'a Added,
+    settings: &'a Settings<'a>,
+}
+
+impl Weighing<'_> {
+    /// The fit with the likeliest weights. The likelihood may have two maxima: a survey that contradicts itself bends
+    /// the block, and images that are bent look imprecise. They are found from either end.
+    fn likeliest(&self, fitted: Fit) -> Result<Fit, DiagnoseError> {
+        let Self { block, added, settings } = self;
+        if !weights::may_be_bent(&fitted) {
+            return Ok(self.from(fitted)?.0);
+        }
+        let loosest = weights::loosest(block, &fitted, added, settings)?;
+        let loose = fit(block, &loosest.model, Some(&fitted), &settings.options);
+        let (stated, gain) = self.from(fitted)?;
+        match loose {
+            Ok(loose) => {
+                let (loose, gain_of_loose) = self.from(loose)?;
+                Ok(if loosest.gain + gain_of_loose > gain + SAME { loose } else { stated })
+            }
+            Err(error) if settings.options.stop.is_raised() => Err(error.into()),
+            Err(_) => Ok(stated),
+        }
+    }
+
+    /// Estimates the weights until they stand. Gives the fit with them, and what the objective falls by.
+    fn from(&self, mut fitted: Fit) -> Result<(Fit, f64), DiagnoseError> {
+        let Self { block, added, settings } = self;
+        let mut fall = 0.0;
+        for _ in 0..weights::ROUNDS {
+            let Some(weights) = weights::reweighted(block, &fitted, added, settings)? else { break };
+            fitted = fit(block, &weights.model, Some(&fitted), &settings.options)?;
+            fall += weights.gain + weights.gain_of_images;
+        }
+        Ok((fitted, fall))
+    }
 }
 
 /// A descent that has come to its end.

@@ -126,6 +126,11 @@ fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64) -
     }
     let all = relations().into_iter().map(|relation| (relation, relation.misfits(recorded, expected)));
     let mut all: Vec<(Relation, Vec<Vector3<f64>>)> = all.collect();
+    // Small numbers fit flat ground, whatever was recorded: heights in another unit restore the relief or the level.
+    let flattened = variance(&Relation::flattened(recorded, expected));
+    all.retain(|(relation, after)| {
+        !matches!(relation, Relation::HeightUnit(_)) || explains(flattened, variance(after))
+    });
     // A network that bends a little tilts its parts: a tilt is asked for where nothing simpler explains the difference.
     if all.iter().any(|(relation, after)| *relation != Relation::Tilt && explains(variance(&before), variance(after))) {
         all.retain(|(relation, _)| *relation != Relation::Tilt);

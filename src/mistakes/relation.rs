@@ -93,6 +93,12 @@ impl Relation {
         }
         misfits
     }
+
+    /// Misfits of `recorded` against `expected` with heights of zero, m.
+    pub fn flattened(recorded: &[Vector3<f64>], expected: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        let flat = |p: &Vector3<f64>| Vector3::new(p.x, p.y, 0.0);
+        recorded.iter().zip(expected).map(|(r, e)| flat(r) - e).collect()
+    }
 }
 
 /// A turn about a horizontal axis, and a shift.

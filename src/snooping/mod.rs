@@ -274,9 +274,9 @@ impl Snooping {
         let lost = lost::lost_points(block, &self.left.ties, &self.outliers.rejected, &barred);
         let lost_control = lost::lost_control(block, &self.outliers.rejected, fit)?;
         let number = self.outliers.rounds.len() + 1;
-        let sight = Sight::new(block, &self.left, &lost, &lost_control, fit)?;
+        let mut sight = Sight::new(block, &self.left, &lost, &lost_control, fit)?;
         let rejected = &mut self.outliers.rejected;
-        let Judged { round, changed } = round::judge(&sight, strictness, self.significance, number, rejected);
+        let Judged { round, changed } = round::judge(&mut sight, strictness, self.significance, number, rejected);
         drop(sight);
         for (kind, measurement, is_in) in changed {
             self.left.of(kind)[measurement] = is_in;

@@ -43,16 +43,28 @@ struct Alone {
     is_incomplete: bool,
 }
 
+/// Factor on the stated standard deviation of marks beyond which nobody means it.
+const IMPRECISE: f64 = 3.0;
+/// Tested marks whose median tells a precision: it is known to a fourth.
+const FEWEST_MARKS: usize = 20;
+
 /// Judges every measurement. What `rejected` says of measurements that come back is taken out of it, what is rejected
 /// put there.
 pub(super) fn judge(
-    sight: &Sight,
+    sight: &mut Sight,
     strictness: Strictness,
     significance: f64,
     number: usize,
     rejected: &mut Vec<Rejected>,
 ) -> Judged {
-    let (alone, variance, active) = each_alone(sight);
+    let mut each = each_alone(sight);
+    if let Some(factor) = each.imprecision_of_marks() {
+        sight.take_marks_as_less_precise(factor);
+        each = each_alone(sight);
+    }
+    let sight = &*sight;
+    let variance = each.variance();
+    let EachAlone { alone, active, .. } = each;
     let wide = if strictness == Strictness::Loose { LOOSE * LOOSE } else { 1.0 };
     let level = (significance / active.max(1) as f64).ln();
     let beyond = |verdict: Statistic, share: f64| {
@@ -120,31 +132,58 @@ pub(super) fn judge(
     Judged { round, changed }
 }
 
-/// How far off the measurements of each point are by themselves, the variance factor, and how many measurements are in.
-fn each_alone(sight: &Sight) -> (Vec<Alone>, f64, usize) {
+/// How far off the measurements of each point are by themselves.
+#[derive(Default)]
+struct EachAlone {
+    alone: Vec<Alone>,
+    /// Of the measurements of tie points, and of marks.
+    statistics: [Statistics; 2],
+    /// How many measurements are in.
+    active: usize,
+}
+
+impl EachAlone {
+    fn append(&mut self, other: Self) {
+        self.alone.extend(other.alone);
+        self.active += other.active;
+        self.statistics.iter_mut().zip(other.statistics).for_each(|(own, other)| own.append(other));
+    }
+
+    /// Variance factor of all together.
+    fn variance(&self) -> f64 {
+        let [ties, marks] = &self.statistics;
+        Statistics::variance([ties, marks])
+    }
+
+    /// Factor on the stated standard deviation of marks, where most of them ask for more than [`IMPRECISE`]. Then the
+    /// precision is stated wrongly, and none of them is a blunder for that.
+    fn imprecision_of_marks(&self) -> Option<f64> {
+        let [ties, marks] = &self.statistics;
+        let factor = (Statistics::variance([marks]) / Statistics::variance([ties])).sqrt();
+        (marks.len() >= FEWEST_MARKS && factor > IMPRECISE).then_some(factor)
+    }
+}
+
+fn each_alone(sight: &Sight) -> EachAlone {
     let of_chunk = |chunk: &[usize]| {
-        let (mut alone, mut statistics, mut active) = (Vec::with_capacity(chunk.len()), Statistics::default(), 0);
+        let mut each = EachAlone::default();
         for j in chunk {
             let point = sight.point(*j);
             let mut of_point = Alone { largest: [-1.0; 2], is_incomplete: point.seen.iter().any(|s| !s.active) };
-            active += point.seen.iter().filter(|seen| seen.active).count();
+            each.active += point.seen.iter().filter(|seen| seen.active).count();
             let verdicts = point.intersected().filter_map(|(_, local)| Some(local.weight?.verdict(local.residual)));
             for verdict in verdicts {
                 of_point.add(verdict);
-                statistics.add(verdict);
+                each.statistics[usize::from(sight.is_marked(*j))].add(verdict);
             }
-            alone.push(of_point);
+            each.alone.push(of_point);
         }
-        (alone, statistics, active)
+        each
     };
     let all: Vec<usize> = (0..sight.points()).collect();
-    let (mut alone, mut statistics, mut active) = (Vec::with_capacity(all.len()), Statistics::default(), 0);
-    for (of_chunk, of_statistics, in_chunk) in all.par_chunks(CHUNK).map(of_chunk).collect::<Vec<_>>() {
-        alone.extend(of_chunk);
-        statistics.append(of_statistics);
-        active += in_chunk;
-    }
-    (alone, statistics.variance(), active)
+    let mut each = EachAlone::default();
+    all.par_chunks(CHUNK).map(of_chunk).collect::<Vec<_>>().into_iter().for_each(|chunk| each.append(chunk));
+    each
 }
 
 impl Alone {
@@ -185,8 +224,8 @@ mod tests {
         let mut left = Kept::all(&block);
         left.ties[7] = false;
         let solved = Solved { problem: &problem, state: &state };
-        let sight = Sight::new(&block, &left, &[], &[], solved).expect("a solution");
-        let Judged { round, changed } = judge(&sight, Strictness::Loose, SIGNIFICANCE, 2, &mut Vec::new());
+        let mut sight = Sight::new(&block, &left, &[], &[], solved).expect("a solution");
+        let Judged { round, changed } = judge(&mut sight, Strictness::Loose, SIGNIFICANCE, 2, &mut Vec::new());
         (round, changed.contains(&(MeasurementKind::Tie, 7, true)))
     }
 

@@ -34,6 +34,8 @@ pub(super) struct Sight<'a> {
     position: [Vec<Option<u32>>; 2],
     /// Images that take no part: their poses are what they were given as, and nothing can be judged by them.
     idle: Vec<bool>,
+    /// Factor on the stated standard deviations of marks.
+    of_marks: f64,
 }
 
 impl<'a> Sight<'a> {
@@ -78,6 +80,7 @@ impl<'a> Sight<'a> {
             marks: ByPoint::new(&block.marks, block.surveyed.len()),
             position,
             idle,
+            of_marks: 1.0,
         })
     }
 
@@ -86,12 +89,24 @@ impl<'a> Sight<'a> {
         self.points.len()
     }
 
+    /// Is point `j` a surveyed one, measured by marks?
+    pub(super) fn is_marked(&self, j: usize) -> bool {
+        matches!(self.points[j].0, PointSource::Control(_))
+    }
+
+    /// Multiplies the standard deviations of all marks.
+    pub(super) fn take_marks_as_less_precise(&mut self, factor: f64) {
+        self.of_marks = factor;
+    }
+
     /// The measurements of point `j`.
     pub(super) fn point(&self, j: usize) -> SeenPoint {
         let (source, point) = &self.points[j];
-        let (rows, first, sigma) = match source {
-            PointSource::Tie(id) => (self.ties.of(*id), 0, self.block.sigma.tie_px),
-            PointSource::Control(id) => (self.marks.of(*id), self.block.ties.len(), self.block.sigma.mark_px),
+        let (rows, first, sigma, factor) = match source {
+            PointSource::Tie(id) => (self.ties.of(*id), 0, self.block.sigma.tie_px, 1.0),
+            PointSource::Control(id) => {
+                (self.marks.of(*id), self.block.ties.len(), self.block.sigma.mark_px, self.of_marks)
+            }
         };
         let numbers = rows.map(|m| first + m).filter(|number| !self.idle[self.row(*number).image.index()]);
         let numbers: SmallVec<[usize; FEW_RAYS]> = numbers.collect();
@@ -100,7 +115,7 @@ impl<'a> Sight<'a> {
             let (number, row) = (*number, *self.row(*number));
             // What cannot be projected was left out before, or it could not have been adjusted.
             let (computed, by_point) = predicted?;
-            let weight = 1.0 / row.sigma.unwrap_or(sigma);
+            let weight = 1.0 / (factor * row.sigma.unwrap_or(sigma));
             let active = self.is_in(number);
             Some(Seen {
                 number,

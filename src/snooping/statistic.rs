@@ -59,9 +59,13 @@ impl Statistics {
         self.0.iter_mut().zip(other.0).for_each(|(own, mut other)| own.append(&mut other));
     }
 
+    pub(super) fn len(&self) -> usize {
+        self.0.iter().map(Vec::len).sum()
+    }
+
     /// Variance factor from the median of those that are more; 1 where nothing can be tested.
-    pub(super) fn variance(self) -> f64 {
-        let [one, two] = self.0;
+    pub(super) fn variance<const N: usize>(of: [&Self; N]) -> f64 {
+        let [one, two] = [0, 1].map(|k| of.iter().flat_map(|own| own.0[k].iter().copied()).collect::<Vec<_>>());
         let (sample, dof) = if two.len() >= one.len() { (two, 2.0) } else { (one, 1.0) };
         let variance = median(&sample) / chi_square_quantile(0.5, dof);
         if variance > 0.0 { variance } else { 1.0 }
@@ -99,8 +103,8 @@ mod tests {
         }
         all.add(Statistic { statistic: 1e6, dof: 2.0 });
         all.append(more);
-        let variance = all.variance();
+        let variance = Statistics::variance([&all]);
         assert!((variance - 5.0 / chi_square_quantile(0.5, 1.0)).abs() < 1e-12, "{variance}");
-        assert_eq!(Statistics::default().variance(), 1.0);
+        assert_eq!(Statistics::variance([&Statistics::default()]), 1.0);
     }
 }

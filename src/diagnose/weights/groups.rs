@@ -37,24 +37,41 @@ impl Groups {
         let most = (MOST / now).powi(2) - 1.0;
         let least = (LEAST / now).powi(2) - 1.0;
         let size = values.variance(variance, least).min(most);
-        if of(size) - of(as_stated) > price_of_group() { now * (1.0 + size).sqrt() } else { 1.0 }
+        if of(size) - of(as_stated) <= price_of_group() {
+            return 1.0;
+        }
+        // To the digit: a factor at this limit is a bound.
+        if size == most { MOST } else { now * (1.0 + size).sqrt() }
     }
 
     /// What the objective falls by with all changes together, less the price of every group that is not as stated:
-    /// what two groups could explain alike counts once. With `D` the changes of the variances as shares of the present
-    /// ones, twice the logarithm of the likelihood ratio is `s' (I + D M)^-1 D s - ln|I + D M|`.
+    /// what two groups could explain alike counts once. A group of which a sample takes part counts as all of it.
     pub(super) fn gain(&self, changes: &[Change]) -> f64 {
+        let paid = |factor: f64| if factor == 1.0 { 0.0 } else { price_of_group() };
+        let asked = changes.iter().filter(|change| !change.columns.is_empty());
+        let prices: f64 = asked.map(|change| paid(change.next) - paid(change.now)).sum();
+        let all: Vec<&Change> = changes.iter().collect();
+        let mut strides: Vec<f64> = all.iter().map(|change| change.stride).filter(|stride| *stride > 1.0).collect();
+        strides.sort_by(f64::total_cmp);
+        strides.dedup();
+        let beyond_sample = strides.into_iter().map(|stride| {
+            let alike: Vec<&Change> = changes.iter().filter(|change| change.stride == stride).collect();
+            (stride - 1.0) * self.likelihood_ratio(&alike)
+        });
+        self.likelihood_ratio(&all) + beyond_sample.sum::<f64>() - prices
+    }
+
+    /// Twice the logarithm of the likelihood ratio of changes. With `D` the changes of the variances as shares of the
+    /// present ones it is `s' (I + D M)^-1 D s - ln|I + D M|`.
+    fn likelihood_ratio(&self, changes: &[&Change]) -> f64 {
         let size = |change: &Change| (change.next / change.now).powi(2) - 1.0;
         let of = |change: &Change| {
             let size = size(change);
             change.columns.iter().map(|column| (self.first + column, size)).collect::<Vec<_>>()
         };
         let changed: Vec<(usize, f64)> =
-            changes.iter().filter(|change| change.next != change.now).flat_map(of).collect();
+            changes.iter().filter(|change| change.next != change.now).flat_map(|change| of(change)).collect();
         let (n, system) = (changed.len(), &self.beside);
-        let paid = |factor: f64| if factor == 1.0 { 0.0 } else { price_of_group() };
-        let asked = changes.iter().filter(|change| !change.columns.is_empty());
-        let prices: f64 = asked.map(|change| paid(change.next) - paid(change.now)).sum();
         let scaled = Mat::from_fn(n, n, |i, j| {
             let unit = if i == j { 1.0 } else { 0.0 };
             unit + changed[i].1 * system.information[(changed[i].0, changed[j].0)]
@@ -64,7 +81,7 @@ impl Groups {
         let solved = factors.solve(&right);
         let explained: f64 = (0..n).map(|i| system.score[changed[i].0] * solved[(i, 0)]).sum();
         let ln_determinant: f64 = (0..n).map(|k| factors.U()[(k, k)].abs().ln()).sum();
-        explained - ln_determinant - prices
+        explained - ln_determinant
     }
 }
 
@@ -72,6 +89,8 @@ impl Groups {
 pub(super) struct Change {
     /// Its columns, from the first coordinate on.
     pub(super) columns: Vec<usize>,
+    /// Coordinates of the group for each of its columns.
+    pub(super) stride: f64,
     /// In the fit.
     pub(super) now: f64,
     /// In the next one.
@@ -110,7 +129,7 @@ mod tests {
     }
 
     fn change(group: usize, next: f64) -> Change {
-        Change { columns: (group * EACH..(group + 1) * EACH).collect(), now: 1.0, next }
+        Change { columns: (group * EACH..(group + 1) * EACH).collect(), stride: 1.0, now: 1.0, next }
     }
 
     #[test]
@@ -122,6 +141,15 @@ mod tests {
         // Back again from there: the price is returned.
         let back = Change { now: 2.0, next: 2.0, ..change(0, 2.0) };
         assert_eq!(groups.gain(&[back]), 0.0);
+    }
+
+    #[test]
+    fn a_sample_counts_as_its_group() {
+        let groups = two(0.0, 2.0);
+        let of = |stride: f64| groups.gain(&[Change { stride, ..change(0, 2.0) }]) + price_of_group();
+        assert!((of(3.0) - 3.0 * of(1.0)).abs() < 1e-9, "each third coordinate is a column");
+        let mixed = groups.gain(&[Change { stride: 3.0, ..change(0, 2.0) }, change(1, 2.0)]) + 2.0 * price_of_group();
+        assert!((mixed - 4.0 * of(1.0)).abs() < 1e-9, "beside a group that is a column each");
     }
 
     #[test]

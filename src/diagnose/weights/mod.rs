@@ -2,9 +2,9 @@
 //!
 //! The factor of images is that of their residuals. Those of control and GNSS are variance components of their
 //! coordinates, estimated from the null model conditional on the model as it stands: weights and causes take turns on
-//! one likelihood, and a cause that a loosened group had hidden still lowers the objective. A group is never let go:
-//! beyond [`MOST`] times the stated standard deviation it is no question of precision any more but a finding, and the
-//! block would bend freely.
+//! one likelihood, and a cause that a loosened group had hidden still lowers the objective. A group is let go as far as
+//! its residuals ask: what a limit leaves over of errors of positions looks like focal lengths and principal points that
+//! vary by image. Beyond [`FINDING`] times the stated standard deviation it is no question of precision any more but a finding.
 //!
 //! Marks have a factor of their own beside that of the images (`marks.rs`): a person measures them, and their stated
 //! precision seldom stands to that of tie points as it is stated.
@@ -37,9 +37,11 @@ const BELIEVED: f64 = 0.01;
 /// Rounds of the weights at the most: up to three for the images', whose flights spoil each other's residuals, then the
 /// survey's, and what these change in both. Two or three are usual.
 pub const ROUNDS: usize = 6;
-/// Largest factor that a standard deviation is multiplied by: three times what was stated is beyond any doubt about a
+/// Factor on a standard deviation from which it is a finding: three times what was stated is beyond any doubt about a
 /// precision.
-pub const MOST: f64 = 3.0;
+pub const FINDING: f64 = 3.0;
+/// Largest factor on a standard deviation of the survey, as far above the stated value as [`LEAST`] is below it.
+pub const MOST: f64 = 30.0;
 /// Relative change of a factor below which the weights stand: it changes statistics by twice that.
 const CHANGE: f64 = 0.02;
 /// Change of the images' factor beyond which the survey's wait for the next round: how likely residuals of the survey
@@ -66,6 +68,12 @@ impl Coordinates {
         let (control, gnss) = (problem.control.len(), problem.gnss.len());
         let stride = [control, gnss].map(|count| (3 * count).div_ceil(SAMPLE).max(1));
         Self { control: control.div_ceil(stride[0]), gnss: gnss.div_ceil(stride[1]), stride }
+    }
+
+    /// Coordinates of control and GNSS for each column.
+    fn coordinates_per_column(&self, problem: &Problem) -> [f64; 2] {
+        let of = |all: usize, taken: usize| all as f64 / taken.max(1) as f64;
+        [of(problem.control.len(), self.control), of(problem.gnss.len(), self.gnss)]
     }
 
     /// Number of columns of control coordinates, which come first.
@@ -154,16 +162,52 @@ pub fn reweighted(
     added: &Added,
     settings: &Settings<'_>,
 ) -> Result<Option<Weights>, DiagnoseError> {
+    let mut next = weights(block, fit, added, None, settings)?;
+    if !near(&images(&next.model), &images(&fit.model), IMAGES_FIRST) {
+        (next.model, next.gain) = (with_survey_of(&next.model, &fit.model).unwrap_or(next.model), 0.0);
+    }
+    Ok((!same(&next.model, &fit.model)).then_some(next))
+}
+
+/// The survey as imprecise as it may be, beside images of the present precision.
+///
+/// # Errors
+/// A fit that cannot be linearised.
+pub fn loosest(block: &Block, fit: &Fit, added: &Added, settings: &Settings<'_>) -> Result<Weights, DiagnoseError> {
+    let Weights { model, gain, .. } = weights(block, fit, added, Some(MOST), settings)?;
+    Ok(Weights { model: with_survey_of(&fit.model, &model).unwrap_or(model), gain, gain_of_images: 0.0 })
+}
+
+/// The objective of a fit, zero with the survey as precise as stated beside images of the same precision.
+///
+/// # Errors
+/// A fit that cannot be linearised.
+pub fn objective(block: &Block, fit: &Fit, added: &Added, settings: &Settings<'_>) -> Result<f64, DiagnoseError> {
+    Ok(weights(block, fit, added, Some(1.0), settings)?.gain)
+}
+
+/// The weights that the residuals of a fit ask for. `survey`: factor on the standard deviations of the survey in place
+/// of the estimated ones.
+fn weights(
+    block: &Block,
+    fit: &Fit,
+    added: &Added,
+    survey: Option<f64>,
+    settings: &Settings<'_>,
+) -> Result<Weights, DiagnoseError> {
     let by_flight = !fit.model.flight_factors.is_empty();
     let flights = by_flight.then(|| Flights::new(&fit.problem, block.flights.len()));
     let extra = Extra { coordinates: Coordinates::new(&fit.problem), flights: flights.as_ref() };
     let asked = Questions { extra: &extra, ..Questions::nothing() };
     let linearised = with_candidates(block, fit, added, asked, settings)?;
-    let mut next = weighed(block, fit, &linearised, &extra, settings)?;
-    if !near(&images(&next.model), &images(&fit.model), IMAGES_FIRST) {
-        (next.model, next.gain) = (with_survey_of(&next.model, &fit.model).unwrap_or(next.model), 0.0);
-    }
-    Ok((!same(&next.model, &fit.model)).then_some(next))
+    weighed(block, fit, &linearised, &extra, survey, settings)
+}
+
+/// Are the image measurements of a fit so much less precise than its weights say that a contradiction in the survey may
+/// bend them?
+pub fn may_be_bent(fit: &Fit) -> bool {
+    let variance = fit.chi_square() / fit.problem.redundancy().2 as f64;
+    variance > (1.0 + IMAGES_FIRST).powi(2)
 }
 
 /// `model` with the precision of the survey that another model states; `None` where it is the same.
@@ -177,6 +221,11 @@ pub fn with_survey_of(model: &Model, stated: &Model) -> Option<Model> {
         }
     }
     (!same(&other, model)).then_some(other)
+}
+
+/// Is every group of the survey as precise as stated?
+pub fn is_as_stated(model: &Model) -> bool {
+    of_coordinates(model).into_iter().all(|factor| factor == 1.0)
 }
 
 /// Is a group of the survey less precise in `model` than stated?
@@ -199,6 +248,7 @@ fn weighed(
     fit: &Fit,
     linearised: &Linearised,
     extra: &Extra<'_>,
+    survey: Option<f64>,
     settings: &Settings<'_>,
 ) -> Result<Weights, DiagnoseError> {
     let problem = &fit.problem;
@@ -207,12 +257,13 @@ fn weighed(
     let of_coordinates = first + extra.dense()..linearised.extra_columns.end;
     let groups = Groups::of(linearised, of_coordinates.start, settings);
     let coordinates = &extra.coordinates;
+    let [of_control, of_gnss] = coordinates.coordinates_per_column(problem);
     let mut next = fit.model.clone();
     let mut gain_of_images = 0.0;
-    let in_plan_and_height = |plan: (Vec<usize>, f64), height: (Vec<usize>, f64)| {
+    let in_plan_and_height = |stride: f64, plan: (Vec<usize>, f64), height: (Vec<usize>, f64)| {
         let of = |(columns, now): (Vec<usize>, f64)| {
-            let next = groups.factor(&columns, now);
-            Change { columns, now, next }
+            let next = survey.filter(|_| !columns.is_empty()).unwrap_or_else(|| groups.factor(&columns, now));
+            Change { columns, stride, now, next }
         };
         rayon::join(|| of(plan), || of(height))
     };
@@ -224,6 +275,7 @@ fn weighed(
     };
     let factors = &mut next.sigma_factors;
     (factors.control, factors.control_z) = noted(in_plan_and_height(
+        of_control,
         (coordinates.control(false), now.control),
         (coordinates.control(true), now.control_z),
     ));
@@ -236,6 +288,7 @@ fn weighed(
             gain_of_images += share.gain(own.image, image);
             own.image = image;
             (own.gnss, own.gnss_z) = noted(in_plan_and_height(
+                of_gnss,
                 (coordinates.gnss(false, of), own.gnss),
                 (coordinates.gnss(true, of), own.gnss_z),
             ));
@@ -243,11 +296,12 @@ fn weighed(
     } else {
         // What is left of the redundancy and of v'Pv is that of the tie points.
         let mut images = Share { chi_square: linearised.null.chi_square(), redundancy: problem.redundancy().2 as f64 };
-        for column in of_coordinates.clone() {
-            images.chi_square -= residual(linearised, column).powi(2);
+        for column in of_coordinates.clone().take(coordinates.of_control()) {
+            images.chi_square -= of_control * residual(linearised, column).powi(2);
         }
         for column in of_coordinates.skip(coordinates.of_control()) {
-            images.redundancy -= linearised.system.information[(column, column)];
+            images.chi_square -= of_gnss * residual(linearised, column).powi(2);
+            images.redundancy -= of_gnss * linearised.system.information[(column, column)];
         }
         let marks = marks::with_control(fit)?;
         images.chi_square -= marks.chi_square;
@@ -256,6 +310,7 @@ fn weighed(
         gain_of_images = images.gain(now.image, factors.image);
         let all = |_| true;
         (factors.gnss, factors.gnss_z) = noted(in_plan_and_height(
+            of_gnss,
             (coordinates.gnss(false, all), now.gnss),
             (coordinates.gnss(true, all), now.gnss_z),
         ));

@@ -119,14 +119,15 @@ fn the_weights_of_a_flight_are_its_own_where_they_are_asked_for() {
 
 #[test]
 fn a_flight_far_less_precise_than_stated_is_named_with_its_worst_images() {
-    let block = block(6.0);
+    let times = 6.0;
+    let block = block(times);
     let fit = based(&block, true);
     let named = imprecise::beyond(&block, &fit).expect("predictions");
     let of = |group: &str| named.iter().find(|of| of.group == format!("{group} of flight {WORSE}")).expect("it");
     assert!(of("image measurements").factor > 5.0, "of images nothing is held back: {named:?}");
     for group in ["GNSS in plan", "GNSS in height", "image measurements"] {
         let of = of(group);
-        assert!(of.factor >= MOST && of.worst.len() == 3, "{of:?}");
+        assert!((of.factor / times - 1.0).abs() < 0.4 && of.worst.len() == 3, "{of:?}");
         assert!(of.worst.iter().all(|image| image.starts_with(WORSE)), "{of:?}");
     }
     assert_eq!(named.len(), 3, "{named:?}");
@@ -145,6 +146,8 @@ fn control_points_far_less_precise_than_stated_are_named_the_worst_first() {
     }
     let named = imprecise::beyond(&block, &based(&block, false)).expect("predictions");
     assert_eq!(named.len(), 1, "{named:?}");
-    assert_eq!((named[0].group.as_str(), named[0].factor, named[0].worst.len()), ("control in plan", MOST, 3));
+    assert_eq!((named[0].group.as_str(), named[0].worst.len()), ("control in plan", 3));
+    // Nine by 8 and one by 60 standard deviations in two coordinates each: 14 in the mean of squares.
+    assert!((named[0].factor / 14.4 - 1.0).abs() < 0.4, "{named:?}");
     assert_eq!(named[0].worst[0], block.surveyed[control[2]].name);
 }

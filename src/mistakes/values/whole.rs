@@ -5,8 +5,11 @@ use crate::mistakes::Mistake;
 
 /// Fewest measurements: of values with one decimal, chance rounds so many to whole pixels never (1e-40).
 const FEWEST: usize = 20;
-/// Standard deviation of rounding to a pixel: `1 / sqrt(12)`. Marks that are known no better lose nothing.
+/// Standard deviation of rounding to a pixel: `1 / sqrt(12)`.
 const ROUNDING_PX: f64 = 0.29;
+/// Stated standard deviation of marks of whose variance rounding is half. A person points to a pixel or so: above it
+/// rounding is the lesser part.
+const HALF_ROUNDING_PX: f64 = 0.41;
 /// Stated standard deviation of tie points in whose variance rounding is less than a tenth: it is stated with it.
 /// Programs state half a pixel whatever they round.
 const WITH_ROUNDING_PX: f64 = 0.92;
@@ -17,7 +20,7 @@ pub fn judge(table: &Table) -> Option<Mistake> {
         return None;
     }
     let all = |offset: f64| table.iter().all(|row| row.xy.iter().all(|value| (value + offset).fract() == 0.0));
-    let least = if table.of == Measured::Ties { WITH_ROUNDING_PX } else { ROUNDING_PX };
+    let least = if table.of == Measured::Ties { WITH_ROUNDING_PX } else { HALF_ROUNDING_PX };
     let precise = table.iter().any(|row| row.sigma < least);
     // Zeros are whole, too: they are no rounding.
     let vary = table.iter().any(|row| row.xy.iter().any(|value| value.abs() > 2.0));
@@ -58,7 +61,7 @@ mod tests {
     #[test]
     fn measurements_may_be_whole_where_they_claim_no_more() {
         assert!(judged(Measured::Ties, 1.0, f64::round).is_none());
-        assert!(judged(Measured::Marks, 0.1, f64::round).is_some());
+        assert!(judged(Measured::Marks, 0.3, f64::round).is_some());
         assert!(judged(Measured::Marks, 0.5, f64::round).is_none());
     }
 
