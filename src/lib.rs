@@ -145,5 +145,8 @@ mod memory;
 /// The program: reads the command line, runs a command, gives its exit code.
 #[doc(hidden)]
 pub use cli::main as program;
+/// What the Python package does as the program does it; no stable interface.
+#[doc(hidden)]
+pub use cli::shared;
 #[doc(hidden)]
 pub use memory::Allocator;

@@ -78,8 +78,14 @@ fn solved_by(fit: &Fit) -> Solved<'_> {
 }
 
 /// The error of an adjustment, with the measurements that stand alone in a robust one. Its residuals are written where
-/// they replace no run.
-pub fn explain(error: RunError, block: &Block, model: &Model, options: &Options, output: &Output) -> anyhow::Error {
+/// they replace no run of `output`.
+pub fn explain(
+    error: RunError,
+    block: &Block,
+    model: &Model,
+    options: &Options,
+    output: Option<&Output>,
+) -> anyhow::Error {
     let RunError::Adjust(failure) = &error else { return error.into() };
     // What makes a problem singular is named; that it was blunders, only a fit that converged may say.
     let may_stay_unconverged = matches!(failure, AdjustError::NotConverged { .. });
@@ -100,7 +106,7 @@ pub fn explain(error: RunError, block: &Block, model: &Model, options: &Options,
         false => in_robust(block, &outliers),
     };
     let rows = residual_rows(block, solved.problem, solved.state, None);
-    if let (Ok(rows), false) = (rows, output.folder().join(SUMMARY).exists()) {
+    if let (Ok(rows), Some(output)) = (rows, output.filter(|output| !output.folder().join(SUMMARY).exists())) {
         let written = output.write(&FILES, "residuals.csv", |dir| Ok(folder::write_residuals(dir, block, &rows)?));
         if written.is_ok() {
             text += &format!(" (its residuals: {})", output.folder().join("residuals.csv").display());

@@ -94,7 +94,8 @@ fn text(block: &Block, inventory: &Inventory, set_aside: &SetAside) -> String {
     text + &format!("Set aside: {set_aside}\n")
 }
 
-fn as_json(block: &Block, inventory: &Inventory, set_aside: &SetAside) -> Value {
+/// What is in a block, and what of it was set aside, for programs.
+pub fn as_json(block: &Block, inventory: &Inventory, set_aside: &SetAside) -> Value {
     let points = |p: &PointInventory| json!({ "points": p.points, "measurements": p.measurements });
     let flights = inventory.flights.iter().map(|flight| {
         json!({ "flight": flight.name, "images": flight.images, "tie_measurements": flight.tie_measurements,

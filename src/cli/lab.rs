@@ -1,5 +1,6 @@
 //! `misclosure lab`: the laboratory, a page of this machine alone.
 
+use super::host::Live;
 use super::model_options::{ModelOptions, Treatment};
 use super::output::{may_be_laboratory, usable};
 use super::{Answer, Console, Usage};
@@ -106,10 +107,11 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize, as_json: bo
         }
     };
     let folder = Folder::open(&folder, &source, &sha256).map_err(|error| Usage(format!("{error:#}")))?;
-    let (left, set_aside) = arguments.model.without_outliers(read.clone(), console)?;
+    let host = Live::new(console, "lab");
+    let (left, set_aside) = arguments.model.without_outliers(read.clone(), &host)?;
     let model = arguments.model.model(run::default_diagnosis_datum(&left))?;
     let options = Options { threads, ..Options::default() };
-    arguments.model.judge_start(&left, &model, console)?;
+    arguments.model.judge_start(&left, &model, &host)?;
     let (block, model) = arguments.model.started(read, model, &options, &|what| console.message(what))?;
     let names: Vec<&str> = block.images.iter().map(|image| image.name.as_str()).collect();
     let photos = arguments.images.as_deref().map(|folder| Photos::find(folder, &names));

@@ -15,6 +15,7 @@ pub mod diagnosis_text;
 mod effects;
 mod exit;
 mod export;
+mod host;
 mod import;
 mod inject;
 mod inject_list;
@@ -30,6 +31,7 @@ mod pdf;
 mod plugins;
 mod report;
 mod reproduce;
+pub mod shared;
 mod simulate;
 mod staging;
 mod summary_text;
@@ -39,11 +41,13 @@ mod words;
 
 pub use console::Console;
 pub use exit::{Exit, Usage};
+pub use host::Host;
 
 use crate::report::tables;
 use crate::{faults, memory};
 use anyhow::Context;
 use clap::{Args, CommandFactory, Parser, Subcommand};
+use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -132,12 +136,18 @@ pub struct Answer {
 
 /// Parses the command line, runs the command, prints its answer or the chain of errors, and gives the exit code.
 pub fn main() -> ExitCode {
+    run_line(std::env::args_os().collect()).into()
+}
+
+/// [`main`] with a command line of any origin, the name of the program first. It sets up the whole process: signals,
+/// allocator, what happens at its end.
+pub fn run_line(line: Vec<OsString>) -> Exit {
     memory::map_large_allocations();
-    let line = match config::complete(std::env::args_os().collect(), Arguments::command()) {
+    let line = match config::complete(line, Arguments::command()) {
         Ok(line) => line,
         Err(error) => {
             console::write_error(&format!("error: {error}"));
-            return Exit::BadInput.into();
+            return Exit::BadInput;
         }
     };
     let arguments = Arguments::parse_from(&line);
@@ -155,7 +165,7 @@ pub fn main() -> ExitCode {
         Exit::Other
     });
     faults::work_is_done();
-    exit.into()
+    exit
 }
 
 fn execute(arguments: Arguments) -> Exit {
@@ -238,7 +248,7 @@ fn print(answer: &Answer, json: bool) -> std::io::Result<()> {
 
 /// `error: ...` and a line `  caused by: ...` per cause. A cause that its effect's message already ends with is not
 /// repeated.
-fn error_chain(error: &anyhow::Error) -> String {
+pub fn error_chain(error: &anyhow::Error) -> String {
     let mut text = format!("error: {error}");
     let mut last = error.to_string();
     for cause in error.chain().skip(1).map(ToString::to_string) {

@@ -2,7 +2,7 @@
 
 use super::plugins::load_plugins;
 use super::words::{effect_term, indices};
-use super::{Console, Usage};
+use super::{Host, Usage};
 #[cfg(feature = "ceres")]
 use crate::adjust::ceres::Ceres;
 use crate::adjust::native::Native;
@@ -175,13 +175,13 @@ impl ModelOptions {
     ///
     /// # Errors
     /// An `outliers.csv` beside the model that cannot be read, or is not of this block.
-    pub fn without_outliers(&self, block: Block, console: &Console) -> anyhow::Result<(Block, Vec<OutlierRow>)> {
+    pub fn without_outliers(&self, block: Block, host: &dyn Host) -> anyhow::Result<(Block, Vec<OutlierRow>)> {
         let beside = self.model.as_ref().map(|model| model.parent().unwrap_or(Path::new("")));
         let Some((file, rows)) = beside.map(folder::read_outliers).transpose()?.flatten() else {
             return Ok((block, Vec::new()));
         };
         let left = set_aside::without(&block, &rows, &file)?;
-        console.message(&format!("{} measurements are set aside, as {} says", rows.len(), file.display()));
+        host.message(&format!("{} measurements are set aside, as {} says", rows.len(), file.display()));
         Ok((left, rows))
     }
 
@@ -189,7 +189,7 @@ impl ModelOptions {
     ///
     /// # Errors
     /// A camera of the model that the block does not have.
-    pub fn judge_start(&self, block: &Block, model: &Model, console: &Console) -> Result<(), RunError> {
+    pub fn judge_start(&self, block: &Block, model: &Model, host: &dyn Host) -> Result<(), RunError> {
         let interiors = start_interiors(block, model)?;
         let mut doubts = doubts(block, &interiors);
         // Where cameras look another way, rays meet at no focal length.
@@ -198,7 +198,7 @@ impl ModelOptions {
                 Ok(judged) => {
                     doubts.extend(judged.doubts);
                     for (camera, factor) in judged.untold {
-                        console.message(&format!(
+                        host.message(&format!(
                             "The focal length that camera {camera} starts with cannot be judged: its rays meet about \
                              as well at {factor} times it"
                         ));
@@ -206,12 +206,12 @@ impl ModelOptions {
                 }
                 Err(error) => {
                     let text = "The focal lengths that the cameras start with cannot be judged";
-                    console.message(&format!("{text}: {error}"));
+                    host.message(&format!("{text}: {error}"));
                 }
             }
         }
         for doubt in doubts {
-            console.message(&format!("WARNING: the start values are in doubt: {doubt}{}", self.advice()));
+            host.message(&format!("WARNING: the start values are in doubt: {doubt}{}", self.advice()));
         }
         Ok(())
     }
@@ -236,14 +236,10 @@ impl ModelOptions {
     }
 
     /// Says where a camera ended so far from its start values that these are in doubt.
-    pub fn doubts(&self, block: &Block, run: &Run, console: &Console) {
+    pub fn doubts(&self, block: &Block, run: &Run, host: &dyn Host) {
         let cameras = doubtful_cameras(block, &run.solution().state.interiors);
         if !cameras.is_empty() {
-            console.message(&format!(
-                "WARNING: the start values are in doubt: {}{}",
-                cameras.join(", "),
-                self.advice()
-            ));
+            host.message(&format!("WARNING: the start values are in doubt: {}{}", cameras.join(", "), self.advice()));
         }
     }
 

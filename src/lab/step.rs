@@ -162,7 +162,7 @@ impl Step<'_> {
         let after = &look.left.structure;
         let shown = Shown { block, base: None, fit: &improvement.fit, added, before: None, after };
         Diagnosed {
-            source: &source.path,
+            source: Some(&source.path),
             block,
             model: &handed_on.model,
             run: &handed_on.run,

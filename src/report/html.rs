@@ -186,6 +186,11 @@ impl Page {
         PreEscaped(self.body.split_off(begins))
     }
 
+    /// Every picture so far: its id and its SVG text, in reading order.
+    pub fn figures(&self) -> &[(String, String)] {
+        &self.figures
+    }
+
     /// The whole page. Contents are listed where there are three sections or more.
     pub fn html(&self) -> String {
         let (_, rest) = self.split();

@@ -61,8 +61,8 @@ pub fn write_page_of(dir: &Path, ties: TieResiduals) -> Result<()> {
 
 /// The folder of a run that was diagnosed, to be written.
 pub struct Diagnosed<'a> {
-    /// Folder of the block that was read.
-    pub source: &'a Path,
+    /// Folder of the block that was read; `None` of a block that lies in none.
+    pub source: Option<&'a Path>,
     /// The block without what is set aside.
     pub block: &'a Block,
     /// The model that is handed on.
@@ -92,7 +92,9 @@ impl Diagnosed<'_> {
         // Of millions of measurements: they are not needed any more.
         drop(rows);
         folder::write_outliers(dir, outliers)?;
-        folder::write_source(dir, source, &block.crs)?;
+        if let Some(source) = source {
+            folder::write_source(dir, source, &block.crs)?;
+        }
         folder::write_diagnosis(dir, diagnosis, shown.rows()?)?;
         write_page_of(dir, ties)
     }

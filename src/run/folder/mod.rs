@@ -12,6 +12,7 @@ mod rows;
 mod solved;
 mod source;
 mod surveyed;
+mod tables;
 mod write;
 
 pub use crate::io::write_atomically;
@@ -29,6 +30,7 @@ pub use source::{
     write_laboratory, write_source,
 };
 pub use surveyed::checks_by_model;
+pub use tables::Tables;
 pub use write::{Pictures, write, write_diagnosis, write_outliers, write_residuals};
 
 /// Every file that a run may have, its last apart.

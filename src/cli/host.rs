@@ -1,0 +1,39 @@
+//! Who hears what a command does: standard error, or the program that calls the library.
+
+use super::Console;
+use super::console::Progress;
+use std::sync::{Mutex, PoisonError};
+
+/// Hears messages and steps, from whatever thread tells them.
+pub trait Host: Sync {
+    /// A message that stays.
+    fn message(&self, text: &str);
+    /// The work is here now.
+    fn step(&self, text: &str);
+}
+
+/// Standard error. A live line shows the steps, and vanishes before a message.
+pub struct Live<'a> {
+    console: &'a Console,
+    label: &'static str,
+    line: Mutex<Option<Progress>>,
+}
+
+impl<'a> Live<'a> {
+    /// For the command `label`.
+    pub fn new(console: &'a Console, label: &'static str) -> Self {
+        Self { console, label, line: Mutex::new(None) }
+    }
+}
+
+impl Host for Live<'_> {
+    fn message(&self, text: &str) {
+        *self.line.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        self.console.message(text);
+    }
+
+    fn step(&self, text: &str) {
+        let mut line = self.line.lock().unwrap_or_else(PoisonError::into_inner);
+        line.get_or_insert_with(|| self.console.progress(self.label)).step(text);
+    }
+}
