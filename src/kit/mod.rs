@@ -1,7 +1,7 @@
 //! The researcher's kit: an effect of one's own, from an empty folder to an adjustment.
 //!
 //! ```text
-//! template ──► an edited header, or Rust package ──build──► FILE.so ──check──► every law, and what a call costs
+//! template, formula ──► a header, or Rust package ──build──► FILE.so ──check──► every law, and what a call costs
 //!                                                              └──► adjust, diagnose, improve --plugin; inject --plugin
 //! ```
 //!
@@ -10,6 +10,8 @@
 
 pub mod build;
 pub mod check;
+pub mod expression;
+pub mod formula;
 pub mod headers;
 pub mod inject;
 pub mod reference;

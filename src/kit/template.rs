@@ -42,7 +42,7 @@ pub enum NameError {
 
 /// # Errors
 /// A name that no effect can have.
-fn check_name(name: &str) -> Result<(), NameError> {
+pub(super) fn check_name(name: &str) -> Result<(), NameError> {
     let word = |word: &str| !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit());
     if !name.starts_with(|c: char| c.is_ascii_lowercase()) || !name.split('-').all(word) {
         return Err(NameError::Form(name.into()));
@@ -51,7 +51,7 @@ fn check_name(name: &str) -> Result<(), NameError> {
 }
 
 /// `sensor-pattern` -> `SensorPatternEffect`: the suffix keeps clear of the names of the contract.
-fn type_name(name: &str) -> String {
+pub(super) fn type_name(name: &str) -> String {
     let capital = |word: &str| word[..1].to_uppercase() + &word[1..];
     name.split('-').map(capital).collect::<String>() + "Effect"
 }
@@ -214,7 +214,7 @@ crate-type = [\"cdylib\"]
 }
 
 /// `exposure` -> `Exposure`.
-fn capitalised(stage: Stage) -> String {
+pub(super) fn capitalised(stage: Stage) -> String {
     let name = stage.name();
     name[..1].to_uppercase() + &name[1..]
 }
