@@ -1,0 +1,5 @@
+"""`python -m misclosure`: the program itself."""
+
+from ._program import main
+
+main()
