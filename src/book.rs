@@ -16,7 +16,7 @@
 //!    OpenDroneMap;
 //!    [`real_block`]: a mistake in a real block, and what else it shows. [`block_format`] has the files of a block,
 //!    [`formats`] what each format of other programs can hold.
-//! 7. [`laboratory`]: the page in which all that is done with the mouse.
+//! 7. [`laboratory`]: the page in which all that is done with the mouse; [`python`]: the same from notebooks.
 //! 8. [`validation`]: problems whose answers are certain; [`benchmarks`]: time and memory; [`study`]: a published
 //!    study, repeated.
 
@@ -50,6 +50,13 @@ pub mod effect_header {}
 #[doc = ""]
 #[doc = include_str!("../docs/start.md")]
 pub mod start {}
+
+#[doc = "[block-format.md]: crate::book::block_format"]
+#[doc = "[effects-of-your-own.md]: crate::book::effects_of_your_own"]
+#[doc = "[study.md]: crate::book::study"]
+#[doc = ""]
+#[doc = include_str!("../docs/python.md")]
+pub mod python {}
 
 #[doc = "[ceres-side.md]: crate::book::ceres_side"]
 #[doc = "[native-solver.md]: crate::book::native_solver"]
