@@ -37,12 +37,14 @@ book() {
 }
 
 part cargo fmt --check
-part cargo clippy --release --all-targets -- -D warnings
-part cargo clippy --release --all-targets --no-default-features --features lab -- -D warnings
-part env RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps
+# The Python crate takes part everywhere: cargo then compiles what both need once.
+part cargo clippy --release --all-targets --workspace --features misclosure-py/ceres -- -D warnings
+part cargo clippy --release --all-targets --workspace --no-default-features --features misclosure/lab -- -D warnings
+part env RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps --workspace --features misclosure-py/ceres
 # The lints compiled the examples; tests/program/examples.rs runs them.
-part cargo test --release --tests
-part cargo test --release --doc
+part cargo test --release --tests --workspace --features misclosure-py/ceres
+part cargo test --release --doc --workspace --features misclosure-py/ceres
+part scripts/test_python.sh built
 part book
 part tests/lab_page/run.sh
 part test_sanitize
