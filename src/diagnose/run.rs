@@ -26,6 +26,7 @@ use crate::residuals::{self, Structure, check_points};
 use crate::run::RunError;
 use crate::run::fit::{Fit, fit};
 use crate::snooping::{Outliers, Snooping, Strictness};
+use std::collections::BTreeSet;
 
 /// Steps at the most. The objective falls with each, so that the loop ends by itself; a model of so many effects is
 /// no diagnosis any more.
@@ -122,7 +123,9 @@ fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> R
     if let Some(stated) = stated {
         tell("the same with the survey as precise as stated");
         let other = Descent::from(whole, stated, settings)?;
-        if other.among_causes(&model, settings) < descent.among_causes(&model, settings) - SAME {
+        let lower = other.among_causes(&model, settings) < descent.among_causes(&model, settings) - SAME;
+        // Where both end alike, the one that began at the user's model says what was wrong with that.
+        if lower || other.ends_as(&descent) {
             descent = other;
         }
     }
@@ -296,6 +299,12 @@ impl Descent {
             first.get_or_insert(linearised);
         };
         Ok(Self { search, block, improvement, first, linearised, several_cameras })
+    }
+
+    /// Do both end at the same model?
+    fn ends_as(&self, other: &Self) -> bool {
+        let end = |of: &Self| of.improvement.added.iter().cloned().collect::<BTreeSet<_>>();
+        end(self) == end(other) && weights::same(&self.improvement.fit.model, &other.improvement.fit.model)
     }
 
     /// Its objective with an imprecise survey among the causes; `stated`: what is stated of the survey.

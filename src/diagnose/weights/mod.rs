@@ -3,8 +3,9 @@
 //! The factor of images is that of their residuals. Those of control and GNSS are variance components of their
 //! coordinates, estimated from the null model conditional on the model as it stands: weights and causes take turns on
 //! one likelihood, and a cause that a loosened group had hidden still lowers the objective. A group is let go as far as
-//! its residuals ask: what a limit leaves over of errors of positions looks like focal lengths and principal points that
-//! vary by image. Beyond [`FINDING`] times the stated standard deviation it is no question of precision any more but a finding.
+//! its residuals ask: errors of positions that a limit leaves over look like focal lengths and principal points that
+//! vary by image. Beyond [`FINDING`] times the stated standard deviation it is no question of precision any more but a
+//! finding.
 //!
 //! Marks have a factor of their own beside that of the images (`marks.rs`): a person measures them, and their stated
 //! precision seldom stands to that of tie points as it is stated.
@@ -203,11 +204,9 @@ fn weights(
     weighed(block, fit, &linearised, &extra, survey, settings)
 }
 
-/// Are the image measurements of a fit so much less precise than its weights say that a contradiction in the survey may
-/// bend them?
+/// Are the residuals of a fit so large that a contradiction in the survey may bend the images?
 pub fn may_be_bent(fit: &Fit) -> bool {
-    let variance = fit.chi_square() / fit.problem.redundancy().2 as f64;
-    variance > (1.0 + IMAGES_FIRST).powi(2)
+    fit.chi_square() / fit.problem.redundancy().2 as f64 > FINDING * FINDING
 }
 
 /// `model` with the precision of the survey that another model states; `None` where it is the same.
@@ -354,7 +353,7 @@ fn residual(linearised: &Linearised, column: usize) -> f64 {
 }
 
 /// Do the factors of two models differ by less than statistics see?
-fn same(a: &Model, b: &Model) -> bool {
+pub fn same(a: &Model, b: &Model) -> bool {
     near(&images(a), &images(b), CHANGE) && near(&of_coordinates(a), &of_coordinates(b), CHANGE)
 }
 
