@@ -41,7 +41,7 @@ pub const ROUNDS: usize = 6;
 /// Factor on a standard deviation from which it is a finding: three times what was stated is beyond any doubt about a
 /// precision.
 pub const FINDING: f64 = 3.0;
-/// Largest factor on a standard deviation of the survey, as far above the stated value as [`LEAST`] is below it.
+/// Largest factor on a standard deviation of the survey, as far above the stated value as the smallest is below it.
 pub const MOST: f64 = 30.0;
 /// Relative change of a factor below which the weights stand: it changes statistics by twice that.
 const CHANGE: f64 = 0.02;
