@@ -28,6 +28,8 @@ place=target/python/$([ "$what" = built ] && echo kept || echo clean)
 "$place/bin/pip" --quiet --disable-pip-version-check install numpy $needed ||
   skipped "pip cannot install $needed (is PyPI out of reach?)"
 if [ "$what" = built ]; then
+  # As in scripts/test.sh: a module, which links no libpython.
+  export PYO3_BUILD_EXTENSION_MODULE=1
   cargo build --release --workspace --features misclosure-py/ceres
   packages=$("$place/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
   rm -rf "$packages/misclosure"
