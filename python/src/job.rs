@@ -1,4 +1,4 @@
-//! Long work: on a thread of its own, while the caller's thread gives way to others of Python, hands on progress and
+//! Long work: on a separate thread, while the caller's thread gives way to others of Python, hands on progress and
 //! looks for Ctrl-C. The work never calls Python.
 //!
 //! An interrupted job is told to stop and left alone: the caller goes on at once, whatever the job is doing.
@@ -74,7 +74,7 @@ pub fn work<R: Send + 'static>(
     let begun = std::thread::Builder::new().name("misclosure".into()).stack_size(STACK).spawn(move || {
         let teller = Teller { sender: Mutex::new(sender), tells_steps };
         let done = catch_unwind(AssertUnwindSafe(|| {
-            // A pool of its own, which ends with the work: the global one would not survive a fork.
+            // A separate pool, which ends with the work: the global one would not survive a fork.
             let pool = ThreadPoolBuilder::new().num_threads(threads).build();
             let pool = pool.with_context(|| format!("{threads} threads cannot be started; ask for fewer"))?;
             pool.install(|| work(&options, &teller))

@@ -28,7 +28,7 @@ pub enum Result {
     Found(Box<Found>),
 }
 
-/// A result as an opaque object. Its tables are made when they are asked for.
+/// A result as an opaque object. A getter computes its table.
 #[pyclass(frozen, module = "misclosure._native")]
 pub struct Run {
     result: Result,

@@ -1,4 +1,4 @@
-"""The notebooks run from beginning to end; each ends in assertions of its own."""
+"""The notebooks run from beginning to end; each ends in assertions."""
 
 from pathlib import Path
 

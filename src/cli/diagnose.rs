@@ -62,7 +62,7 @@ struct Common {
     asked: Asked,
 }
 
-/// What is asked of a diagnosis, on the command line.
+/// Options of a diagnosis on the command line.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Asked {
     /// Significance level: the probability that a block without any misfit gets a finding
