@@ -1,5 +1,5 @@
-//! The compiled half of the Python package: blocks and results as opaque objects, tables as bytes, long work on a separate
-//! thread. Everything that a user sees, arguments and arrays alike, is in the Python half (`misclosure/*.py`).
+//! The compiled half of the Python package: blocks and results as opaque objects, tables as bytes, long work on a
+//! separate thread. All that a user sees, arguments and arrays alike, is in the Python half (`misclosure/*.py`).
 //!
 //! | file | is |
 //! |---|---|
