@@ -70,7 +70,7 @@ pub fn diagnosis(
         ledger: improvement.steps.iter().enumerate().map(ledger_row).collect(),
         sigma_factors: improvement.fit.model.sigma_factors,
         flight_factors: improvement.fit.model.flight_factors.clone(),
-        imprecise: imprecise::beyond(block, &improvement.fit)?,
+        imprecise: imprecise::beyond(block, &improvement.fit, settings.significance)?,
         outliers,
         outlier_points: Vec::new(),
         mistakes: Vec::new(),

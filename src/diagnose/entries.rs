@@ -1,6 +1,7 @@
 //! What a linearisation says of each candidate, and of each effect that is in, as entries of `diagnosis.json`.
 
 use super::competition::alternatives;
+use super::hypothesis::{self, Hypothesis, Prices};
 use super::impact;
 use super::improvement::Improvement;
 use super::ledger::Confirmation;
@@ -12,7 +13,7 @@ use crate::block::Block;
 use crate::effects::{Need, Parameter, Role, Scope, Words};
 use crate::problem::Problem;
 use crate::problem::velocities::derived;
-use crate::score::power::noncentrality;
+use crate::score::power;
 use crate::score::separability::{self, INSEPARABLE};
 use std::collections::BTreeMap;
 
@@ -122,6 +123,7 @@ pub(super) fn candidates(
     let beside = situation.beside();
     let judged = situation.judge_all(&beside);
     let level = first.ln_level(settings.significance);
+    let hypotheses = hypothesis::all(first, &Prices::new(), settings);
     let impacts = impact::of_candidates(block, first, &situation, &judged);
     let confirmed = |id: &str| -> Option<ConfirmedEntry> {
         improvement.confirmations.iter().rfind(|confirmation| confirmation.id == id).map(confirmed_entry)
@@ -154,7 +156,7 @@ pub(super) fn candidates(
             family_p_value: Some(sidak(one.ln_p, first.family())),
             significant: one.ln_p < level,
             predicted_drop: one.drop,
-            detectable: detectable(first, one, level, change),
+            detectable: detectable(first, one, hypotheses.iter().find(|own| own.set == one.set), change),
             estimate,
             predicted_check_change_m: change,
             size_px: size_px(first.null.problem(), one.drop),
@@ -275,11 +277,17 @@ fn confirmed_entry(confirmation: &Confirmation) -> ConfirmedEntry {
     }
 }
 
-fn detectable(linearised: &Linearised, judged: &Judged, ln_level: f64, change: Option<f64>) -> Option<DetectableEntry> {
+/// Of one size alone. That of a flaw depends on its place and width, which a search chooses where there is none.
+fn detectable(
+    linearised: &Linearised,
+    judged: &Judged,
+    hypothesis: Option<&Hypothesis>,
+    change: Option<f64>,
+) -> Option<DetectableEntry> {
     let estimate = estimates(linearised, judged).into_values().next()?;
-    let size = match (&judged.component, judged.pivoted.kept.as_slice()) {
-        (Some(component), _) => component.detectable * linearised.unit(linearised.sets[judged.set].columns[0]),
-        (None, [_]) => noncentrality(ln_level.exp(), 1.0).sqrt() * estimate.sigma,
+    let size = match (&judged.component, judged.pivoted.kept.as_slice(), hypothesis?) {
+        (Some(component), ..) => component.detectable * linearised.unit(linearised.sets[judged.set].columns[0]),
+        (None, [_], own) if !own.placed => power::detectable(own.price / own.design_effect) * estimate.sigma,
         _ => return None,
     };
     // The change is linear in the size of the effect.

@@ -177,7 +177,7 @@ pub struct CandidateEntry {
     /// Factor on the variance of the score from measurements that err together.
     #[serde(deserialize_with = "null_is_nan")]
     pub design_effect: f64,
-    /// See [`DetectableEntry`]; null for candidates of several parameters.
+    /// See [`DetectableEntry`]; null for candidates of several parameters or of a place.
     pub detectable: Option<DetectableEntry>,
     /// What the block lacks to test it.
     pub needs: Vec<String>,

@@ -38,7 +38,7 @@ const BELIEVED: f64 = 0.01;
 /// Rounds of the weights at the most: up to three for the images', whose flights spoil each other's residuals, then the
 /// survey's, and what these change in both. Two or three are usual.
 pub const ROUNDS: usize = 6;
-/// Factor on a standard deviation from which it is a finding: three times what was stated is beyond any doubt about a
+/// Factor on a standard deviation beyond which it is a finding: three times what was stated is beyond any doubt about a
 /// precision.
 pub const FINDING: f64 = 3.0;
 /// Largest factor on a standard deviation of the survey, as far above the stated value as the smallest is below it.

@@ -122,7 +122,7 @@ fn a_flight_far_less_precise_than_stated_is_named_with_its_worst_images() {
     let times = 6.0;
     let block = block(times);
     let fit = based(&block, true);
-    let named = imprecise::beyond(&block, &fit).expect("predictions");
+    let named = imprecise::beyond(&block, &fit, 1e-3).expect("predictions");
     let of = |group: &str| named.iter().find(|of| of.group == format!("{group} of flight {WORSE}")).expect("it");
     assert!(of("image measurements").factor > 5.0, "of images nothing is held back: {named:?}");
     for group in ["GNSS in plan", "GNSS in height", "image measurements"] {
@@ -144,7 +144,7 @@ fn control_points_far_less_precise_than_stated_are_named_the_worst_first() {
         let (sin, cos) = (2.4 * number as f64).sin_cos();
         block.surveyed[*k].position += Vector3::new(off * cos, off * sin, 0.0);
     }
-    let named = imprecise::beyond(&block, &based(&block, false)).expect("predictions");
+    let named = imprecise::beyond(&block, &based(&block, false), 1e-3).expect("predictions");
     assert_eq!(named.len(), 1, "{named:?}");
     assert_eq!((named[0].group.as_str(), named[0].worst.len()), ("control in plan", 3));
     // Nine by 8 and one by 60 standard deviations in two coordinates each: 14 in the mean of squares.
