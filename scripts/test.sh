@@ -19,8 +19,11 @@ log=target/sanitize.log
 set -m
 nice -n 19 make --no-print-directory test-sanitize >"$log" 2>&1 &
 sanitizer=$!
+# Packages from PyPI come while cargo compiles.
+nice -n 19 scripts/test_python.sh prepared >target/python.log 2>&1 &
+packages=$!
 set +m
-trap 'kill -- -$sanitizer 2>/dev/null || true' EXIT
+trap 'kill -- -$sanitizer -$packages 2>/dev/null || true' EXIT
 
 # Waits for the C++ tests, and shows what they said.
 test_sanitize() {
@@ -28,6 +31,12 @@ test_sanitize() {
   wait "$sanitizer" || code=$?
   if [ $code -eq 0 ]; then tail -n 12 "$log"; else cat "$log"; fi
   return $code
+}
+
+# The Python package, by the library that cargo has built.
+test_python() {
+  wait "$packages" || { cat target/python.log; return 1; }
+  scripts/test_python.sh built
 }
 
 # The book, by the program's own pages (tests/program/book holds them current).
@@ -49,7 +58,7 @@ part env RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps --workspace --
 # The lints compiled the examples; tests/program/examples.rs runs them.
 part cargo test --release --tests --workspace --features misclosure-py/ceres
 part cargo test --release --doc --workspace --features misclosure-py/ceres
-part scripts/test_python.sh built
+part test_python
 part book
 part tests/lab_page/run.sh
 part test_sanitize

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Tests the Python package in a virtual environment under target/python: `test_python.sh WHEEL` installs a wheel into a
-# new one, `test_python.sh built` the library that cargo has built for the other tests into one that is kept. Words
-# after that go to pytest. Without Python or PyPI it says so and leaves the tests out.
+# new one, `test_python.sh built` the library that cargo has built for the other tests into one that is kept
+# (`test_python.sh prepared` only makes that one). Words after that go to pytest; `pages` writes the notebooks' pages of the book instead (`make notebooks`). Without Python or PyPI it says so and leaves the tests out.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 what=$1
@@ -21,12 +21,19 @@ text = open("python/pyproject.toml").read()
 print(" ".join(re.findall(r'"([^"]+)"', re.search(r"^test = \[(.*?)\]", text, re.S | re.M)[1])))
 END
 )
-place=target/python/$([ "$what" = built ] && echo kept || echo clean)
-[ "$what" = built ] || rm -rf "$place"
+case $what in
+built | prepared) place=target/python/kept ;;
+*)
+  place=target/python/clean
+  rm -rf "$place"
+  needed="$needed mypy"
+  ;;
+esac
 [ -x "$place/bin/python" ] || python3 -m venv "$place"
 # shellcheck disable=SC2086
 "$place/bin/pip" --quiet --disable-pip-version-check install numpy $needed ||
   skipped "pip cannot install $needed (is PyPI out of reach?)"
+[ "$what" != prepared ] || exit 0
 if [ "$what" = built ]; then
   # As in scripts/test.sh: a module, which links no libpython.
   export PYO3_BUILD_EXTENSION_MODULE=1
@@ -39,7 +46,9 @@ else
   "$place/bin/pip" --quiet --disable-pip-version-check install "$what"
 fi
 # From elsewhere: `import misclosure` has to find what was installed, not the sources beside the tests.
-tests=$PWD/python/tests python=$PWD/$place/bin/python
+root=$PWD python=$PWD/$place/bin/python
 mkdir -p target/python/work
 cd target/python/work
-PYTHONDONTWRITEBYTECODE=1 "$python" -m pytest -q -rs -p no:cacheprovider "$tests" "$@"
+export PYTHONDONTWRITEBYTECODE=1
+if [ "${1:-}" = pages ]; then exec "$python" "$root/python/notebooks/pages.py" "$root/docs/notebooks"; fi
+"$python" -m pytest -q -rs -p no:cacheprovider -n auto "$root/python/tests" "$@"

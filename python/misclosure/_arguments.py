@@ -36,7 +36,7 @@ def number(name: str, value: Any) -> float:
 
 def seed(value: Any) -> int:
     try:
-        seed = value.__index__()
+        seed = int(value.__index__())
     except AttributeError:
         seed = -1
     if not 0 <= seed < 2**64:
@@ -48,7 +48,7 @@ def threads(value: Any) -> Optional[int]:
     if value is None:
         return None
     try:
-        threads = value.__index__()
+        threads = int(value.__index__())
     except AttributeError:
         threads = 0
     if not 1 <= threads < 2**31:

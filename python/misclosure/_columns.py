@@ -117,7 +117,7 @@ class Given:
         column = self.columns[name]
         if column.dtype.kind not in "OUT":
             refuse(self.argument, f"expected texts, found dtype {column.dtype}", column=name)
-        values = column.tolist()
+        values: list[str] = column.tolist()
         for row, value in enumerate(values):
             if not isinstance(value, str):
                 refuse(self.argument, f"expected a text, found {_shown(value)}", row, name)

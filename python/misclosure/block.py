@@ -206,7 +206,8 @@ class Block:
     @property
     def contents(self) -> dict[str, Any]:
         """What is in the block, as `misclosure check --json` says it."""
-        return json.loads(self._native.contents())
+        contents: dict[str, Any] = json.loads(self._native.contents())
+        return contents
 
     @property
     def truth(self) -> Optional[Block]:

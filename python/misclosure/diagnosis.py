@@ -30,12 +30,12 @@ class Diagnosis:
     @property
     def verdict(self) -> str:
         """adequate, missing, unexplained or mistake."""
-        return self.json["verdict"]
+        return str(self.json["verdict"])
 
     @property
     def recommended(self) -> list[str]:
         """Ids of the effects that the final model added; of `diagnose`: that are to be added."""
-        return self.json["recommended"]
+        return list(self.json["recommended"])
 
     @property
     def causes(self) -> Records:
@@ -67,7 +67,7 @@ class Diagnosis:
     @property
     def left(self) -> list[str]:
         """Unexplained residual patterns, in words."""
-        return self.json["left"]
+        return list(self.json["left"])
 
     @property
     def text(self) -> str:

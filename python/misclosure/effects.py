@@ -28,12 +28,12 @@ class Effect:
     @property
     def id(self) -> str:
         """Its id."""
-        return self.checked["effect"]
+        return str(self.checked["effect"])
 
     @property
     def stage(self) -> str:
         """Where in the chain it acts."""
-        return self.checked["stage"]
+        return str(self.checked["stage"])
 
     def __repr__(self) -> str:
         return f"<Effect {self.id!r} of the {self.stage} stage>"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from typing import Union
 
 
@@ -11,6 +12,10 @@ class Svg(str):
 
     def _repr_html_(self) -> str:
         return str(self)
+
+    def __repr__(self) -> str:
+        title = re.search("<title>(.*?)</title>", self)
+        return f"<Svg {title[1] if title else ''!r}: {len(self)} characters>"
 
     def save(self, path: Union[str, os.PathLike[str]]) -> None:
         """Writes the text as a file."""

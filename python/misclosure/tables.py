@@ -32,7 +32,8 @@ class Table(np.ndarray):
 
     def __reduce__(self) -> Any:
         # Rows alone are pickled by numpy; the names go beside them.
-        make, arguments, state = super().__reduce__()
+        reduced: Any = super().__reduce__()
+        make, arguments, state = reduced
         return _unpickled, (make, arguments, state, self._names)
 
     @property
@@ -47,14 +48,16 @@ class Table(np.ndarray):
         def column(name: str) -> Any:
             values = np.asarray(self[name])
             if name in self._names:
-                return pandas.Categorical.from_codes(values.astype(np.int64), categories=self._names[name])
+                return pandas.Categorical.from_codes(
+                    values.astype(np.int64), categories=pandas.Index(self._names[name])
+                )
             return values.astype(object) if values.dtype.kind == "U" else values
 
         return pandas.DataFrame({name: column(name) for name in self.columns})
 
 
 def _unpickled(make: Any, arguments: Any, state: Any, names: dict[str, list[str]]) -> Table:
-    table = make(*arguments)
+    table: Table = make(*arguments)
     table.__setstate__(state)
     table._names = names
     return table
