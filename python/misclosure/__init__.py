@@ -27,6 +27,7 @@ __all__ = [
     "Effect",
     "Mended",
     "MisclosureError",
+    "Plan",
     "Record",
     "Records",
     "Run",
@@ -41,6 +42,7 @@ __all__ = [
 _LATER = {
     "Covariance": "run",
     "Diagnosis": "diagnosis",
+    "Plan": "plan",
     "Record": "tables",
     "Records": "tables",
     "Run": "run",

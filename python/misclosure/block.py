@@ -17,6 +17,7 @@ from .mistakes import Check, Mended
 
 if TYPE_CHECKING:
     from .diagnosis import Diagnosis
+    from .plan import Plan
     from .run import Run
     from .tables import Table
 
@@ -288,6 +289,25 @@ class Block:
         with reporter(progress, "mend") as told:
             block, report = self._native.mend(kinds, arguments.threads(threads), told)
         return Mended(Block(block), json.loads(report))
+
+    def plan(
+        self,
+        *,
+        significance: Optional[float] = None,
+        free: Any = None,
+        tie: Optional[str] = None,
+        datum: Optional[str] = None,
+        threads: Optional[int] = None,
+        progress: Progress = None,
+    ) -> Plan:
+        """What the block would show if it were measured without errors, as `misclosure plan`. Nothing is random: sizes
+        follow from the geometry and from the standard deviations that the block states. Options are those of
+        `improve`."""
+        from .plan import Plan
+
+        line = words(significance=significance, free=free, tie=tie, datum=datum)
+        with reporter(progress, "plan") as told:
+            return Plan(json.loads(self._native.plan(line, arguments.threads(threads), told)))
 
     def adjust(
         self,

@@ -2,18 +2,18 @@
 
 use crate::block_tables::{cameras, control, images, measurements, points};
 use crate::errors::{input, raised};
+use crate::figure::plan_and_profile;
 use crate::job::work;
 use crate::made::made;
 use crate::run::{Result, Run};
 use crate::simulated::{disturb, measured_again, read_scenario};
 use crate::table::Packed;
 use anyhow::Context;
-use misclosure::block::{Role, Sigma};
+use misclosure::block::Sigma;
 use misclosure::diagnose::handed_on::Keep;
 use misclosure::inject::mistakes;
 use misclosure::io::block::{BLOCK_FILE, Loaded, SetAside, read_block, write_block};
 use misclosure::io::foreign::{ExportOptions, ImportOptions, registry};
-use misclosure::report::figures::{FlightPlan, MapFrame, Station, flights_plan_profile};
 use misclosure::scenario::simulate;
 use misclosure::shared::{self, Output, Usage};
 use pyo3::prelude::*;
@@ -271,6 +271,24 @@ impl Block {
         Ok(Run::new(Result::Found(Box::new(found)), messages, self.source.clone()))
     }
 
+    /// What the block would show, if it were measured without errors; `words`: options as on the command line.
+    fn plan(
+        &self,
+        py: Python<'_>,
+        words: Vec<String>,
+        threads: Option<usize>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<String> {
+        let asked: shared::PlanOptions = shared::options(&words).map_err(|error| raised(py, &error.into()))?;
+        let block = self.block.clone();
+        let planned = work(py, threads, progress, move |options, host| {
+            let twin = shared::error_free(misclosure::block::Block::clone(&block))?;
+            let planned = asked.planned(&twin, options.clone(), &|what| host.step(what))?;
+            Ok(serde_json::to_string(&planned)?)
+        })?;
+        Ok(planned.0)
+    }
+
     /// One of the block's tables.
     fn table<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Packed<'py>> {
         let block = &self.block;
@@ -328,24 +346,6 @@ impl Block {
 
     /// Images and surveyed points in plan and from the side, SVG.
     fn figure(&self) -> String {
-        let block = &self.block;
-        let of_role = |role: Role| block.surveyed.iter().filter(move |point| point.role == role);
-        let places = |role: Role| of_role(role).map(|point| point.position.into()).collect();
-        let station = |image: &misclosure::block::Image| Station {
-            position_m: image.pose.centre.into(),
-            flight: image.flight.index(),
-            name: image.name.clone(),
-            ..Station::default()
-        };
-        flights_plan_profile(&FlightPlan {
-            title: format!("Block {}: projection centres, control and check points", block.name),
-            images: block.images.iter().map(station).collect(),
-            control_m: places(Role::Control),
-            control_names: of_role(Role::Control).map(|point| point.name.clone()).collect(),
-            check_m: places(Role::Check),
-            frame: MapFrame::Local,
-            flights: block.flights.clone(),
-            width: None,
-        })
+        plan_and_profile(&self.block)
     }
 }

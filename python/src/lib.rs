@@ -6,7 +6,7 @@
 //! | `errors` | an exception for each kind of error |
 //! | `job` | long work: progress, Ctrl-C, panics |
 //! | `table` | rows as the bytes of a structured array |
-//! | `block`, `block_tables` | blocks and their tables |
+//! | `block`, `block_tables`, `figure` | blocks, their tables and their picture |
 //! | `simulated`, `made` | simulated blocks; blocks from columns |
 //! | `checked` | what a block of columns must keep |
 //! | `run`, `run_tables` | results and their tables |
@@ -17,6 +17,7 @@ mod block_tables;
 mod checked;
 mod effects;
 mod errors;
+mod figure;
 mod job;
 mod made;
 mod program;

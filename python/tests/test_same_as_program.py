@@ -36,6 +36,15 @@ def as_written(table, written, names):
         np.testing.assert_array_equal(np.asarray(table[name], float), own, err_msg=name)
 
 
+def test_plan(folder, program):
+    told = json.loads(program("plan", folder, "--json", "--free", "f,pp", "--significance", "0.01").stdout)
+    planned = misclosure.Block.read(folder).plan(free=["f", "pp"], significance=0.01)
+    assert planned.json == told
+    sizes = planned.sizes.to_pandas().set_index("effect")
+    assert sizes.loc["rolling-shutter", "size"] > 0 and planned.precision.height_m["worst"] > 0
+    assert {own.effect for own in planned.effects}.isdisjoint(own.effect for own in planned.hidden)
+
+
 def test_adjustment(folder, tmp_path, program):
     words = ["--datum", "all", "--add", "rolling-shutter", "--fix", "k3"]
     told = json.loads(program("adjust", folder, "-o", tmp_path / "run", "--json", *words).stdout)

@@ -28,6 +28,7 @@ mod mistakes;
 pub mod model_options;
 mod output;
 mod pdf;
+mod plan;
 mod plugins;
 mod report;
 mod reproduce;
@@ -105,6 +106,7 @@ struct Global {
 enum Command {
     Simulate(simulate::Arguments),
     Inject(inject::Arguments),
+    Plan(plan::Arguments),
     Check(check::Arguments),
     Compare(compare::Arguments),
     Mend(mend::Arguments),
@@ -207,6 +209,7 @@ impl Command {
         match self {
             Command::Simulate(arguments) => simulate::run(&arguments, console),
             Command::Inject(arguments) => inject::run(&arguments),
+            Command::Plan(arguments) => plan::run(&arguments, console, threads),
             Command::Check(arguments) => check::run(&arguments, console, threads),
             Command::Compare(arguments) => compare::run(&arguments),
             Command::Mend(arguments) => mend::run(&arguments, console, threads),

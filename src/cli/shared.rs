@@ -10,6 +10,7 @@ pub use super::mend::{Mended, mend};
 pub use super::mistakes::{SIGNIFICANCE, of_block};
 pub use super::model_options::ModelOptions;
 pub use super::output::Output;
+pub use super::plan::{PlanOptions, error_free};
 pub use super::summary_text::text as summary_text;
 pub use super::{error_chain, run_line};
 

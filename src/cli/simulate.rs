@@ -82,7 +82,8 @@ pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
             twin_of(&loaded.block.about_its_centre())?
         }
         None => {
-            let scenario = scenario(arguments)?;
+            // Clap asks for it where `--from` is absent.
+            let scenario = scenario(arguments.scenario.as_deref().unwrap_or(Path::new("")), &arguments.set)?;
             let progress = console.progress("simulate");
             progress.step(&format!("flying `{}`", scenario.name));
             simulate(&scenario, arguments.seed)?
@@ -104,11 +105,10 @@ pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
     Ok(Answer { text, json: as_json(&simulation.block, &simulation.report), failure: None })
 }
 
-fn scenario(arguments: &Arguments) -> anyhow::Result<Scenario> {
-    // Clap asks for it where `--from` is absent.
-    let path = arguments.scenario.as_deref().unwrap_or(Path::new(""));
+/// A preset, or a scenario's file; `set`: parameters as `KEY=VALUE`.
+pub(super) fn scenario(path: &Path, set: &[String]) -> anyhow::Result<Scenario> {
     let name = path_text(path);
-    let overrides = overrides(&arguments.set)?;
+    let overrides = overrides(set)?;
     if preset_names().contains(&name.as_str()) {
         return Ok(Scenario::preset(&name, &overrides)?);
     }

@@ -6,15 +6,15 @@ use super::impact;
 use super::improvement::Improvement;
 use super::ledger::Confirmation;
 use super::linearised::Linearised;
-use super::select::Judged;
+use super::select::{Beside, Judged};
 use super::settings::Settings;
 use super::verdict::{CandidateEntry, ConfirmedEntry, DetectableEntry, EstimateEntry, FoundEntry, LeftEntry};
 use crate::block::Block;
 use crate::effects::{Need, Parameter, Role, Scope, Words};
 use crate::problem::Problem;
 use crate::problem::velocities::derived;
-use crate::score::power;
 use crate::score::separability::{self, INSEPARABLE};
+use crate::score::{power, random};
 use std::collections::BTreeMap;
 
 /// Typical standard deviation of the image measurements, px.
@@ -156,7 +156,7 @@ pub(super) fn candidates(
             family_p_value: Some(sidak(one.ln_p, first.family())),
             significant: one.ln_p < level,
             predicted_drop: one.drop,
-            detectable: detectable(first, one, hypotheses.iter().find(|own| own.set == one.set), change),
+            detectable: detectable(first, &beside, one, hypotheses.iter().find(|own| own.set == one.set), change),
             estimate,
             predicted_check_change_m: change,
             size_px: size_px(first.null.problem(), one.drop),
@@ -239,16 +239,8 @@ fn estimates(linearised: &Linearised, judged: &Judged) -> BTreeMap<String, Estim
     }
     let variances = judged.pivoted.variances();
     for (position, (column, value)) in judged.pivoted.kept.iter().zip(judged.pivoted.estimate().iter()).enumerate() {
+        let (name, unit) = linearised.parameter(*column);
         let unknown = linearised.null.unknown(*column);
-        let (name, unit) = match unknown.checked_sub(theta) {
-            None => (problem.unknown_name(unknown), crate::camera::UNITS[unknown % 12].to_string()),
-            Some(t) => {
-                let entry = &problem.theta[t];
-                let descriptor = problem.effects[entry.effect as usize].effect.descriptor();
-                let name = entry.name.strip_prefix(&format!("{}.", descriptor.id)).unwrap_or(&entry.name);
-                (name.to_string(), descriptor.parameters[entry.parameter as usize].unit.to_string())
-            }
-        };
         let scale = linearised.unit(*column);
         // A place or a lag is a column for its change from where it is.
         let searched = |t: &usize| {
@@ -280,14 +272,18 @@ fn confirmed_entry(confirmation: &Confirmation) -> ConfirmedEntry {
 /// Of one size alone. That of a flaw depends on its place and width, which a search chooses where there is none.
 fn detectable(
     linearised: &Linearised,
+    beside: &Beside,
     judged: &Judged,
     hypothesis: Option<&Hypothesis>,
     change: Option<f64>,
 ) -> Option<DetectableEntry> {
     let estimate = estimates(linearised, judged).into_values().next()?;
+    let columns = &linearised.sets[judged.set].columns;
     let size = match (&judged.component, judged.pivoted.kept.as_slice(), hypothesis?) {
-        (Some(component), ..) => component.detectable * linearised.unit(linearised.sets[judged.set].columns[0]),
-        (None, [_], own) if !own.placed => power::detectable(own.price / own.design_effect) * estimate.sigma,
+        (Some(_), _, own) => random::smallest_seen(beside, columns, own.price)? * linearised.unit(columns[0]),
+        (None, [_], own) if !own.placed => {
+            power::noncentrality(own.price / own.design_effect, 1.0).sqrt() * estimate.sigma
+        }
         _ => return None,
     };
     // The change is linear in the size of the effect.

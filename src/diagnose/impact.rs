@@ -66,6 +66,14 @@ pub fn of_taken(block: &Block, linearised: &Linearised, situation: &Situation<'_
     situation.taken.iter().map(of).collect()
 }
 
+/// How far points move when columns take some values instead of none, for each of several lists of values.
+pub fn of_values(block: &Block, linearised: &Linearised, values: &[Vec<f64>]) -> Vec<Option<Impact>> {
+    let probe = Probe::new(block, linearised);
+    let none = vec![0.0; linearised.values.len()];
+    let before = probe.positions(&linearised.moved(&none));
+    values.iter().map(|values| probe.impact(&before, &probe.positions(&linearised.moved(values)))).collect()
+}
+
 /// Points whose moves are looked at.
 struct Probe<'a> {
     problem: &'a Problem,

@@ -92,10 +92,13 @@ pub fn beyond(block: &Block, fit: &Fit, significance: f64) -> Result<Vec<Impreci
     let any = |_: usize| true;
     let group = |name: &str, factor, residuals| Group { name: name.into(), factor, residuals };
     let mut groups: Vec<Group> = Vec::new();
-    if image > FINDING {
-        groups.push(group("image measurements", image, residuals.images(any)?));
-    } else if image * mark > FINDING {
-        groups.push(group("marks of control points", image * mark, residuals.marks()?));
+    // Marks share the factor of the images. Where none is large, no residual is looked at.
+    if image.max(image * mark) > FINDING {
+        let images = group("image measurements", image, residuals.images(any)?);
+        groups.push(match images.is_finding(significance) {
+            true => images,
+            false => group("marks of control points", image * mark, residuals.marks()?),
+        });
     }
     groups.push(group("control in plan", control, residuals.control(PLAN)));
     groups.push(group("control in height", control_z, residuals.control(HEIGHT)));

@@ -192,17 +192,7 @@ impl Base {
 pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Base, DiagnoseError> {
     let tell = settings.tell;
     tell("adjusting the base model and searching outliers");
-    let model = &with_priors(whole, model)?;
-    let mut search = Snooping::new(whole, model);
-    let fitted = match settle(whole, &mut search, model, None, Strictness::Loose, settings) {
-        Err(error) if undetermined_centre(&error, model) => {
-            tell(CENTRE_TIED);
-            let tied = tied(model);
-            search = Snooping::new(whole, &tied);
-            settle(whole, &mut search, &tied, None, Strictness::Loose, settings)?
-        }
-        fitted => fitted?,
-    };
+    let (search, fitted) = base_as_stated(whole, model, settings)?;
     tell("estimating the weights");
     let added = Added { own: fitted.model.effects.len(), ..Default::default() };
     let block = search.block(whole);
@@ -214,6 +204,25 @@ pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Bas
     };
     drop(block);
     Ok(Base { search, fit, objective })
+}
+
+/// `model` fitted without outliers, every measurement as precise as stated.
+///
+/// # Errors
+/// A fit that fails.
+pub fn base_as_stated(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<(Snooping, Fit), DiagnoseError> {
+    let model = &with_priors(whole, model)?;
+    let mut search = Snooping::new(whole, model);
+    let fitted = match settle(whole, &mut search, model, None, Strictness::Loose, settings) {
+        Err(error) if undetermined_centre(&error, model) => {
+            (settings.tell)(CENTRE_TIED);
+            let tied = tied(model);
+            search = Snooping::new(whole, &tied);
+            settle(whole, &mut search, &tied, None, Strictness::Loose, settings)?
+        }
+        fitted => fitted?,
+    };
+    Ok((search, fitted))
 }
 
 /// The search for the weights of a base.

@@ -5,10 +5,16 @@
 //! (1997), variance component testing in generalised linear models with random effects; Liu, Tang and Zhang (2009) for
 //! the tail of a sum of weighted chi-squares.
 
+use super::power::POWER_QUANTILE;
 use super::{System, variance_factor};
 use crate::math::statistics::chi_square_ln_sf;
 use crate::math::variance_component::RandomValues;
-use faer::Mat;
+use faer::{Mat, Side};
+
+/// Information of a typical value, as multiples of its prior's, between which a variance is seen first.
+const SEEN: [f64; 2] = [1e-5, 1e9];
+/// Halvings of an interval that it lies in.
+const HALVINGS: usize = 60;
 
 /// A variance component at zero and away from it.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,8 +27,6 @@ pub struct Component {
     pub deviation: f64,
     /// Standard deviation of `t`.
     pub sigma: f64,
-    /// Smallest `t` that the test sees with 80 % power at the level asked for.
-    pub detectable: f64,
     /// Variance factor, design effect included.
     pub variance: f64,
 }
@@ -33,8 +37,8 @@ pub fn values(system: &System, set: &[usize]) -> Option<RandomValues> {
 }
 
 /// Tests that the variance is zero. `design_effect`: factor on the variance of the scores from measurements that err
-/// together; `ln_level`: level of the smallest detectable deviation. `None` where the base leaves nothing.
-pub fn test(system: &System, set: &[usize], design_effect: f64, ln_level: f64) -> Option<Component> {
+/// together. `None` where the base leaves nothing.
+pub fn test(system: &System, set: &[usize], design_effect: f64) -> Option<Component> {
     let variance = design_effect * variance_factor(system.chi_square, system.redundancy);
     let n = set.len();
     let information = Mat::from_fn(n, n, |i, j| system.information[(set[i], set[j])]);
@@ -61,7 +65,6 @@ pub fn test(system: &System, set: &[usize], design_effect: f64, ln_level: f64) -
         ln_p: ln_tail(q, moments),
         deviation,
         sigma: if deviation > 0.0 { of_variance / (2.0 * deviation) } else { of_variance.sqrt() },
-        detectable: smallest_deviation(moments, ln_level) * variance.sqrt(),
         variance,
     })
 }
@@ -95,16 +98,29 @@ fn ln_tail(q: f64, moments: [f64; 4]) -> f64 {
     chi_square_ln_sf((standard * (2.0 * dof).sqrt() + dof).max(0.0), dof).min(0.0)
 }
 
-/// Standard deviation (unit weight) at which the mean of the sum reaches the threshold plus 0.84 of its own spread
-/// (80 % power).
-fn smallest_deviation(moments: [f64; 4], ln_level: f64) -> f64 {
-    let spread = (2.0 * moments[1]).sqrt();
-    let (mut low, mut high) = (moments[0], moments[0] + 100.0 * spread);
-    for _ in 0..100 {
-        let middle = 0.5 * (low + high);
-        if ln_tail(middle, moments) > ln_level { low = middle } else { high = middle }
+/// Smallest standard deviation `t` of values whose likelihood ratio exceeds `price` with a power of 80 %. Where `t^2`
+/// is `rho` times the variance factor, twice its logarithm is `sum rho l_i X_i - ln(1 + rho l_i)` with chi-squares
+/// `X_i` of one degree of freedom; taken as normal. `None` where the base leaves nothing.
+pub fn smallest_seen(system: &System, set: &[usize], price: f64) -> Option<f64> {
+    let n = set.len();
+    let information = Mat::from_fn(n, n, |i, j| system.information[(set[i], set[j])]);
+    let eigenvalues = information.self_adjoint_eigenvalues(Side::Lower).ok()?;
+    let mean = eigenvalues.iter().map(|l| l.max(0.0)).sum::<f64>() / n as f64;
+    let lower_bound = |ratio: f64| {
+        let of = |l: &f64| ratio * l.max(0.0);
+        let drop: f64 = eigenvalues.iter().map(|l| of(l) - of(l).ln_1p()).sum();
+        let spread = (2.0 * eigenvalues.iter().map(|l| of(l).powi(2)).sum::<f64>()).sqrt();
+        drop - POWER_QUANTILE * spread
+    };
+    let [mut low, mut high] = SEEN.map(|share| (share / mean).ln());
+    if mean <= 0.0 || lower_bound(high.exp()) < price {
+        return None;
     }
-    ((high + super::power::POWER_QUANTILE * spread - moments[0]) / moments[1]).max(0.0).sqrt()
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if lower_bound(middle.exp()) < price { low = middle } else { high = middle }
+    }
+    Some((high.exp() * variance_factor(system.chi_square, system.redundancy)).sqrt())
 }
 
 #[cfg(test)]
@@ -147,7 +163,7 @@ mod tests {
         // Uncertainty of a variance from 200 values: a tenth.
         let size = super::values(&system, &values).expect("an eigenbasis").variance(1.0, 0.0);
         assert!((size / 4.0 - 1.0).abs() < 0.3, "{size}");
-        let component = test(&system, &values, 1.0, -10.0).expect("a test");
+        let component = test(&system, &values, 1.0).expect("a test");
         assert!((component.deviation / 2.0 - 1.0).abs() < 0.2 && component.ln_p < -100.0, "{component:?}");
     }
 
@@ -156,18 +172,31 @@ mod tests {
         let values: Vec<usize> = (0..200).collect();
         for seed in 0..40 {
             let system = images(200, 4.0, 0.0, 0.25, seed);
-            let found = test(&system, &values, 1.0, -10.0).expect("a test").ln_p < -10.0;
+            let found = test(&system, &values, 1.0).expect("a test").ln_p < -10.0;
             assert!(!found || may_vary(&system, &values, 1.0, -10.0), "seed {seed}");
         }
         assert!(!may_vary(&images(200, 4.0, 0.0, 0.0, 1), &values, 1.0, -10.0));
     }
 
     #[test]
+    fn four_of_five_samples_reach_the_price() {
+        let values: Vec<usize> = (0..60).collect();
+        let (none, price) = (images(60, 4.0, 0.0, 0.0, 1), 15.0);
+        let t = smallest_seen(&none, &values, price).expect("values");
+        let drop = |seed: &u64| {
+            let of = super::values(&images(60, 4.0, 0.0, t, *seed), &values).expect("an eigenbasis");
+            of.likeliest_ratio(1.0).map_or(0.0, |ratio| of.likelihood_ratio(1.0, ratio))
+        };
+        let found = (0..400).filter(|seed| drop(seed) > price).count();
+        // Standard deviation of the share: 0.02; the largest likelihood lies half a unit above that of the true size.
+        assert!((0.76..=0.88).contains(&(found as f64 / 400.0)), "{found} of 400");
+    }
+
+    #[test]
     fn nothing_is_nothing() {
         let values: Vec<usize> = (0..200).collect();
-        let small = (0..40).filter(|seed| {
-            test(&images(200, 4.0, 0.0, 0.0, *seed), &values, 1.0, -10.0).expect("a test").ln_p < 0.05f64.ln()
-        });
+        let small = (0..40)
+            .filter(|seed| test(&images(200, 4.0, 0.0, 0.0, *seed), &values, 1.0).expect("a test").ln_p < 0.05f64.ln());
         // Two of 40 expected; more than seven once in a thousand sets of seeds.
         assert!(small.count() <= 7);
     }

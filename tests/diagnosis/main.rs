@@ -14,6 +14,7 @@ mod check_points;
 mod fresh;
 mod hidden;
 mod mistakes;
+mod plan;
 mod residuals;
 mod score;
 mod snooping;

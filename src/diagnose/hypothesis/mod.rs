@@ -12,6 +12,7 @@
 
 mod price;
 
+pub use price::PLACE_PARAMETERS;
 pub(super) use price::of_option;
 
 use super::candidate::lower_terms;

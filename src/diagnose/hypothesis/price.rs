@@ -9,7 +9,7 @@ use crate::score::multiple::{best_of, best_over_range};
 const HALVINGS: usize = 60;
 /// Parameters of a place on the sensor that a finer search moves after the grid that is counted: two of the place and a
 /// width. Each takes one unit of `v'Pv` in the mean.
-const PLACE_PARAMETERS: f64 = 3.0;
+pub const PLACE_PARAMETERS: f64 = 3.0;
 
 /// What the price of a law depends on.
 pub struct Law {

@@ -17,6 +17,7 @@ use super::select::{Known, Nature, Searched, Set, Situation, Taken};
 use super::settings::Settings;
 use super::squares::Surveyed;
 use crate::block::Block;
+use crate::camera;
 use crate::effects::{Role, Stage};
 use crate::model::EffectTerm;
 use crate::null_model::{Columns, NoColumns, NullModel, ScoreSystem};
@@ -97,6 +98,28 @@ pub fn linearise(
     scan::place(fit, &mut tested, &mut untested, settings.options.threads)?;
     let asked = Questions { tested, untested, clustered: true, ..Questions::nothing() };
     with_candidates(block, fit, added, asked, settings)
+}
+
+/// Linearises a fit of error-free measurements, as measurements that err as stated are expected to be: nothing is left
+/// over but a variance of unit weight of one.
+///
+/// # Errors
+/// A fit that cannot be linearised.
+pub fn linearise_expected(
+    block: &Block,
+    fit: &Fit,
+    added: &Added,
+    settings: &Settings<'_>,
+) -> Result<Linearised, DiagnoseError> {
+    let (mut tested, mut untested) = catalogue::candidates(block, fit, added, settings.plugins, |_| true);
+    scan::place_in_the_middle(fit, &mut tested, &mut untested, settings.options.threads)?;
+    let asked = Questions { tested, untested, clustered: false, ..Questions::nothing() };
+    let mut linearised = with_candidates(block, fit, added, asked, settings)?;
+    linearised.system.score.fill(0.0);
+    linearised.system.chi_square = linearised.system.redundancy;
+    linearised.design_effects.fill(1.0);
+    linearised.known = Known::default();
+    Ok(linearised)
 }
 
 /// Linearises a fit with what was taken in alone.
@@ -276,6 +299,19 @@ impl Linearised {
         let unknown = self.null.unknown(*self.sets[set].columns.first()?);
         let entry = &problem.theta[unknown.checked_sub(problem.layout().theta(0))?];
         Some(problem.effects[entry.effect as usize].effect.descriptor().stage)
+    }
+
+    /// Name and unit of the parameter that a column changes.
+    pub fn parameter(&self, column: usize) -> (String, String) {
+        let problem = self.null.problem();
+        let unknown = self.null.unknown(column);
+        let Some(t) = unknown.checked_sub(problem.layout().theta(0)) else {
+            return (problem.unknown_name(unknown), camera::UNITS[unknown % camera::PARAMETER_COUNT].to_string());
+        };
+        let entry = &problem.theta[t];
+        let descriptor = problem.effects[entry.effect as usize].effect.descriptor();
+        let name = entry.name.strip_prefix(&format!("{}.", descriptor.id)).unwrap_or(&entry.name);
+        (name.to_string(), descriptor.parameters[entry.parameter as usize].unit.to_string())
     }
 
     /// What the tests see.

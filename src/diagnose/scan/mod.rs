@@ -82,6 +82,31 @@ pub fn place(
     Ok(())
 }
 
+/// Puts every candidate that has a place into the middle of the sensor, with a middle one of its widths: before
+/// anything is measured no place fits best.
+pub fn place_in_the_middle(
+    fit: &Fit,
+    tested: &mut Vec<(Candidate, Searched)>,
+    untested: &mut Vec<Candidate>,
+    threads: usize,
+) -> Result<(), DiagnoseError> {
+    let (scanned, others): (Vec<_>, Vec<_>) = tested.drain(..).partition(|(candidate, _)| candidate.scanned());
+    *tested = others;
+    let Fit { problem, solution, null_base, .. } = fit;
+    for (candidate, _) in scanned {
+        let Some(search) = Scan::new(problem, &candidate) else {
+            untested.push(candidate);
+            continue;
+        };
+        let null = NullModel::sharing(null_base, problem.clone(), solution.state.clone(), Vec::new(), threads)?;
+        let (count, _) = Grid::new(&search, &null)?.promising(&null);
+        let (least, most) = search.widths;
+        let shape = Shape { variant: 0, place: search.sensor.map(|length| 0.5 * length), width: (least * most).sqrt() };
+        tested.push((search.candidate(shape), Searched::Places { count, drop: 0.0, elsewhere: 1.0 }));
+    }
+    Ok(())
+}
+
 /// The candidate at the best place of each of its variants.
 fn best_places(search: &Scan<'_>, null: &NullModel) -> Result<Vec<(Candidate, Searched)>, DiagnoseError> {
     let grid = Grid::new(search, null)?;

@@ -22,6 +22,7 @@ pub use focal::of_focal_lengths;
 pub use own_cameras::{OF_IMAGES, several_cameras, with_own_cameras};
 pub use precision::of_weights;
 pub use rays::of_own_points;
+pub use values::{of_datum, of_values};
 
 use crate::adjust::Options;
 use crate::block::Block;

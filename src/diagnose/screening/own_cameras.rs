@@ -34,7 +34,7 @@ fn values(base: &Linearised, effect: &str, images: usize) -> Option<Vec<[f64; 2]
     if of_second.is_none() && set.len() != images {
         return None;
     }
-    let component = random::test(&base.system, set, 1.0, 0.0).filter(|component| component.deviation > 0.0)?;
+    let component = random::test(&base.system, set, 1.0).filter(|component| component.deviation > 0.0)?;
     let system = base.system.excerpt(set);
     let ridge = component.variance / component.deviation.powi(2);
     let normal = DMatrix::clone(&system.information) + DMatrix::identity(set.len(), set.len()) * ridge;

@@ -187,7 +187,7 @@ impl Situation<'_> {
         match nature {
             Nature::Law => self.judge_law(set, columns, *search, beside),
             Nature::Chance => {
-                let component = random::test(beside, columns, self.design_effects[set], self.ln_level)?;
+                let component = random::test(beside, columns, self.design_effects[set])?;
                 let variance = component.deviation.powi(2) / component.variance;
                 let values = Penalised { columns: columns.clone(), variance };
                 Some(Judged {

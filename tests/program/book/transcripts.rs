@@ -52,6 +52,11 @@ fn the_mistakes_show_what_the_program_prints() {
 }
 
 #[test]
+fn the_plan_shows_what_the_program_prints() {
+    runs("docs/planning.md", false);
+}
+
+#[test]
 fn the_tutorial_on_a_colmap_model_shows_what_the_program_prints() {
     runs("docs/your-own-block.md", true);
 }

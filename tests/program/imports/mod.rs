@@ -19,7 +19,7 @@ enum May {
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
 #[rustfmt::skip] // Lists of names side by side.
-const TABLE: [(&str, May); 33] = [
+const TABLE: [(&str, May); 34] = [
     ("files", May::Only(&[])),
     ("math", May::Only(&[])),
     ("score", May::Only(&["math"])),
@@ -55,6 +55,7 @@ const TABLE: [(&str, May); 33] = [
         "math", "score", "geodesy", "camera", "block", "effects", "model", "problem", "measure", "adjust", "null_model",
         "evaluate", "mistakes", "run", "snooping", "residuals",
     ])),
+    ("plan", May::Only(&["score", "block", "effects", "model", "adjust", "problem", "run", "diagnose"])),
     ("compare", May::Only(&["camera", "io", "evaluate", "diagnose", "run"])),
     ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "validate", "lab", "cli"])),
     ("study", May::AllBut(&["snooping", "residuals", "diagnose", "validate", "lab", "cli"])),

@@ -1,0 +1,51 @@
+//! Does a diagnosis find what a plan says? `cargo run --release --example planned_power -- 60` plans a small dike, puts
+//! an error of the planned size into so many blocks, effect by effect, and counts how often it is named.
+
+use misclosure::adjust::Options;
+use misclosure::diagnose::{run::diagnose, settings::Settings};
+use misclosure::inject;
+use misclosure::model::{Datum, Model};
+use misclosure::plan::plan;
+use misclosure::scenario::{Scenario, simulate};
+use std::error::Error;
+
+/// Effect, its parameter, and the error that causes it, without its size.
+const EFFECTS: [[&str; 3]; 8] = [
+    ["rolling-shutter", "t", "rolling-shutter:readout="],
+    ["gnss-shift", "tz", "gnss-shift:z="],
+    ["gnss-lever-arm", "lx", "gnss-lever-arm:y=0,z=0,x="],
+    ["gnss-delay", "dt", "gnss-delay:dt="],
+    ["focal-temperature", "a", "temperature-focal:alpha="],
+    ["pp-time", "ax", "pp-drift:x="],
+    ["focal-image", "s", "focus-hunting:size="],
+    ["local-flaw", "lambda", "local-flaw:CENTRE,lambda="],
+];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let blocks: u64 = std::env::args().nth(1).unwrap_or("60".into()).parse()?;
+    let few = [("points".to_string(), 400.0), ("check".to_string(), 60.0)].into();
+    let truth = simulate(&Scenario::preset("dike", &few)?, 1)?.block;
+    let model = Model { datum: Datum::All, ..Model::default() };
+    let options = Options::default();
+    let settings = Settings { plugins: &[], options, significance: 1e-3, snoop: true, tell: &|_| {} };
+    let planned = plan(&truth, &model, &settings)?;
+    println!("| effect | planned size | found in |");
+    println!("|---|---|---|");
+    for [effect, parameter, error] in EFFECTS {
+        let own = planned.effects.iter().find(|own| own.effect == effect).ok_or(effect)?;
+        let size = own.sizes.iter().find(|size| size.parameter == parameter).ok_or(parameter)?;
+        let places = own.at.iter().map(|(name, value)| format!("{name}={value}"));
+        let places = places.collect::<Vec<_>>().join(",");
+        let error = format!("{}{}", error.replace("CENTRE", &places), size.size);
+        let errors = [inject::parse(&error)?, inject::parse("noise:gnss=1,control=1")?];
+        let mut found = 0;
+        for seed in 0..blocks {
+            let block = inject::apply(&truth, &truth, &errors, seed)?.block;
+            let named = diagnose(&block, &model, &settings)?.diagnosis.recommended;
+            found += u64::from(named.iter().any(|own| own == effect));
+        }
+        let share = 1e2 * found as f64 / blocks as f64;
+        println!("| `{effect}` | {parameter} = {:.3e} {} | {share:.0} % |", size.size, size.unit);
+    }
+    Ok(())
+}

@@ -1,0 +1,41 @@
+"""What a block would show before it is measured."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .tables import Record, Records
+
+
+class Plan:
+    """The smallest size of each effect that a diagnosis of a block would find with a probability of 80 %."""
+
+    def __init__(self, planned: dict[str, Any]) -> None:
+        #: Everything, as `misclosure plan --json` says it.
+        self.json = planned
+
+    @property
+    def effects(self) -> Records:
+        """Effects that the block can show: effect, sizes (parameter, size, unit, moves_m, moves_height_m), at, absorbed,
+        inseparable_from, tell. What hides most of the points' error comes first."""
+        return Records(self.json["effects"])
+
+    @property
+    def sizes(self) -> Records:
+        """One record per effect and parameter, for a table: effect, parameter, size, unit, moves_m (what it does to the
+        points while it is not seen, 3D RMS), moves_height_m."""
+        own = self.json["effects"]
+        return Records([{"effect": one["effect"], **size} for one in own for size in one["sizes"]])
+
+    @property
+    def hidden(self) -> Records:
+        """Effects that the block cannot show: effect, needs."""
+        return Records(self.json["hidden"])
+
+    @property
+    def precision(self) -> Record:
+        """Standard deviations if nothing is wrong: plan_m and height_m of tie points (typical, worst: 95 %), parameters."""
+        return Record(self.json["precision"])
+
+    def __repr__(self) -> str:
+        return f"<Plan of {self.json['block']!r}: {len(self.json['effects'])} effects can be seen>"

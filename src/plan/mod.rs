@@ -1,0 +1,161 @@
+//! What a block would show before it is measured.
+//!
+//! The null model of an error-free block has the answer without a random number. Of the column `c` of an effect (the
+//! derivative of the measurements by one of its parameters) everything that an adjustment estimates leaves the
+//! information `m = c'Qc`. An effect of size `a` lowers `v'Pv` by a noncentral chi-square variable of noncentrality
+//! `a^2 m`. The diagnosis takes the effect in where that exceeds its price:
+//!
+//! ```text
+//!   density of the drop of v'Pv
+//!        ▲      without the effect      of size a
+//!        │ ╲                          ╭───────╮
+//!        │  ╲                  ╭──────╯ 80 %  ╰──────╮
+//!        └───────────────┼──────────────┼────────────────►
+//!                      price          a^2 m
+//! ```
+//!
+//! The smallest size is the one of a power of 80 %: `a = sqrt(noncentrality(price, dof) / m)`. An effect just below it
+//! may be there unseen; what it would do to the points follows from the same linearisation. Reliability by Baarda (1968)
+//! is the same of one wrong measurement.
+
+mod precision;
+mod visible;
+
+pub use precision::{Precision, Spread};
+pub use visible::{Hidden, Size, Visible};
+
+use crate::adjust::AdjustError;
+use crate::adjust::native::pool::Pool;
+use crate::block::{Block, Role};
+use crate::diagnose::added::Added;
+use crate::diagnose::error::DiagnoseError;
+use crate::diagnose::knowledge::{Known, with_known};
+use crate::diagnose::linearised::linearise_expected;
+use crate::diagnose::run::base_as_stated;
+use crate::diagnose::screening;
+use crate::diagnose::settings::Settings;
+use crate::model::Model;
+use crate::score::power::POWER;
+use serde::Serialize;
+
+/// What a block would show.
+#[derive(Debug, Clone, Serialize)]
+pub struct Plan {
+    /// Version of these keys.
+    pub format: u32,
+    /// Name of the block.
+    pub block: String,
+    /// Images.
+    pub images: usize,
+    /// Tie points.
+    pub tie_points: usize,
+    /// Measurements of tie points.
+    pub tie_measurements: usize,
+    /// Control points.
+    pub control: usize,
+    /// Check points.
+    pub check: usize,
+    /// Images with a GNSS position.
+    pub gnss: usize,
+    /// Family-wise significance of the diagnosis.
+    pub significance: f64,
+    /// Probability with which an effect of the smallest size is found.
+    pub power: f64,
+    /// Is the centre of distortion held at the principal point, because the block does not determine it?
+    pub tied_centre: bool,
+    /// Effects that the block can show; what hides most of the points' error first.
+    pub effects: Vec<Visible>,
+    /// Effects that it cannot show, whatever their size.
+    pub hidden: Vec<Hidden>,
+    /// Standard deviations of points and cameras.
+    pub precision: Precision,
+    /// Effects whose size is known from the coordinate system.
+    pub known: Vec<Known>,
+}
+
+/// Measurements without which an image has no orientation.
+const FEWEST: usize = 3;
+/// Images that an error names.
+const NAMED: usize = 3;
+/// Mistakes of a block that was measured which are faults of one that is planned.
+const FAULTS: [&str; 4] = ["unconnected", "too-few", "in-line", "collapsed"];
+
+/// Why a block has no plan.
+#[derive(Debug, thiserror::Error)]
+pub enum PlanError {
+    /// It cannot be adjusted, for a reason that its tables show.
+    #[error("{0}")]
+    Refused(String),
+    /// An adjustment that failed.
+    #[error(transparent)]
+    Diagnose(#[from] DiagnoseError),
+}
+
+impl From<AdjustError> for PlanError {
+    fn from(error: AdjustError) -> Self {
+        Self::Diagnose(error.into())
+    }
+}
+
+/// What `block` would show, whose measurements are free of errors, where they err as it states.
+///
+/// # Errors
+/// A block that cannot be adjusted: the error names what it does not determine.
+pub fn plan(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<Plan, PlanError> {
+    Pool::new(settings.options.threads)?.install(|| plan_in_pool(block, model, settings))
+}
+
+fn plan_in_pool(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<Plan, PlanError> {
+    refuse_faults(block, model)?;
+    // Nothing errs, so nothing is set aside.
+    let settings =
+        &Settings { plugins: settings.plugins, options: settings.options.clone(), snoop: false, ..*settings };
+    let (model, known) = with_known(block, model);
+    (settings.tell)("adjusting the error-free block");
+    let (_, fit) = base_as_stated(block, &model, settings)?;
+    (settings.tell)("testing what it would show of each effect");
+    let added = Added { own: fit.model.effects.len(), ..Added::default() };
+    let linearised = linearise_expected(block, &fit, &added, settings)?;
+    let (effects, hidden) = visible::of_effects(block, &linearised, settings);
+    (settings.tell)("computing the precision of points");
+    let precision = precision::of_fit(&fit, &settings.options)?;
+    Ok(Plan {
+        format: 1,
+        block: block.name.clone(),
+        images: block.images.len(),
+        tie_points: block.tie_points.len(),
+        tie_measurements: block.ties.len(),
+        control: block.count(Role::Control),
+        check: block.count(Role::Check),
+        gnss: block.images.iter().filter(|image| image.gnss.is_some()).count(),
+        significance: settings.significance,
+        power: POWER,
+        tied_centre: fit.model.tie_dc_to_pp && !model.tie_dc_to_pp,
+        effects,
+        hidden,
+        precision,
+        known,
+    })
+}
+
+/// Refuses a block that no adjustment can hold together.
+fn refuse_faults(block: &Block, model: &Model) -> Result<(), PlanError> {
+    let mut seen = vec![0; block.images.len()];
+    block.ties.iter().chain(&block.marks).for_each(|row| seen[row.image.index()] += 1);
+    let blind: Vec<&str> =
+        block.images.iter().zip(&seen).filter(|(_, seen)| **seen < FEWEST).map(|(image, _)| &*image.name).collect();
+    if !blind.is_empty() {
+        let more = if blind.len() > NAMED { ", ..." } else { "" };
+        return Err(PlanError::Refused(format!(
+            "{} of {} images have fewer than {FEWEST} measurements ({}{more}): look at flying height, overlap \
+             and where the camera looks",
+            blind.len(),
+            block.images.len(),
+            blind[..blind.len().min(NAMED)].join(", ")
+        )));
+    }
+    let mistakes = screening::of_values(block).into_iter().chain(screening::of_datum(block, model));
+    let faults: Vec<String> =
+        mistakes.filter(|own| FAULTS.contains(&own.kind.as_str())).map(|own| own.sentence).collect();
+    if faults.is_empty() { Ok(()) } else { Err(PlanError::Refused(faults.join(" "))) }
+}

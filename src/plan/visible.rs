@@ -1,0 +1,195 @@
+//! The smallest size of each effect that a block would show.
+
+use crate::block::Block;
+use crate::diagnose::candidate::Candidate;
+use crate::diagnose::hypothesis::{self, Hypothesis, PLACE_PARAMETERS, Prices};
+use crate::diagnose::impact;
+use crate::diagnose::linearised::Linearised;
+use crate::diagnose::select::{Beside, Judged};
+use crate::diagnose::settings::Settings;
+use crate::effects::{self, Role};
+use crate::score::power::noncentrality;
+use crate::score::random;
+use crate::score::separability::{self, INSEPARABLE};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Share of its statistic that a flaw has at the next place of the grid, in the mean: four fifths half-way between two
+/// places, all of it at one.
+const SHARE_ON_GRID: f64 = 0.9;
+
+/// An effect that a block can show.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Visible {
+    /// Its id.
+    pub effect: String,
+    /// Of each of its parameters, the others of it zero.
+    pub sizes: Vec<Size>,
+    /// Where it is supposed to act, by parameter: the place and width of a flaw, a lag.
+    pub at: BTreeMap<String, f64>,
+    /// Parameters that the block absorbs: whatever their size, other unknowns take them up.
+    pub absorbed: Vec<String>,
+    /// Effects that could stand for it: a correlation above 0.9.
+    pub inseparable_from: Vec<String>,
+    /// What would tell it from those that look like it.
+    pub tell: Option<String>,
+}
+
+/// The smallest size of a parameter that is found with the power of the plan.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Size {
+    /// Parameter. Of values that are random by image it is their standard deviation.
+    pub parameter: String,
+    /// In `unit`.
+    pub size: f64,
+    /// Unit.
+    pub unit: String,
+    /// What an effect of this size, unseen, does to check points (without any, to tie points): 3D RMS, m. Not known of
+    /// random values.
+    pub moves_m: Option<f64>,
+    /// The same in height alone, m.
+    pub moves_height_m: Option<f64>,
+}
+
+/// An effect that a block cannot show.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Hidden {
+    /// Its id.
+    pub effect: String,
+    /// What the block lacks.
+    pub needs: Vec<String>,
+}
+
+impl Visible {
+    /// What it does to the points while it is not seen, m: the worst of its parameters.
+    pub fn worst_m(&self) -> Option<f64> {
+        self.sizes.iter().filter_map(|size| size.moves_m).reduce(f64::max)
+    }
+}
+
+/// Physical effects that a linearised block shows, and those that it does not.
+pub(super) fn of_effects(
+    block: &Block,
+    linearised: &Linearised,
+    settings: &Settings<'_>,
+) -> (Vec<Visible>, Vec<Hidden>) {
+    let situation = linearised.situation(settings);
+    let beside = situation.beside();
+    let hypotheses = hypothesis::all(linearised, &Prices::new(), settings);
+    let physical = |judged: &Judged| linearised.sets[judged.set].physical;
+    let judged: Vec<Judged> = situation.judge_all(&beside).into_iter().filter(physical).collect();
+    let seen = |a: &Judged, b: &Judged| -> f64 {
+        if a.component.is_some() || b.component.is_some() {
+            return 0.0;
+        }
+        let one = separability::seen_by(&beside, &a.pivoted, &b.pivoted);
+        one.max(separability::seen_by(&beside, &b.pivoted, &a.pivoted))
+    };
+    let id = |judged: &Judged| linearised.sets[judged.set].id.clone();
+    let mut shown: Vec<Visible> = Vec::new();
+    for (position, one) in judged.iter().enumerate() {
+        let Some(hypothesis) = hypotheses.iter().find(|own| own.set == one.set) else { continue };
+        let partners = judged.iter().enumerate().filter(|(other, b)| *other != position && seen(one, b) > INSEPARABLE);
+        let inseparable_from: Vec<String> = partners.map(|(_, b)| id(b)).collect();
+        let kept = &one.pivoted.kept;
+        let absorbed = match one.component {
+            Some(_) => Vec::new(),
+            None => {
+                let columns = linearised.sets[one.set].columns.iter();
+                columns.filter(|c| !kept.contains(c)).map(|c| linearised.parameter(*c).0).collect()
+            }
+        };
+        let words = effects::find(&id(one)).and_then(|effect| effect.descriptor().words.as_ref());
+        shown.push(Visible {
+            effect: id(one),
+            sizes: sizes(block, linearised, &beside, one, hypothesis),
+            at: at(linearised, one.set),
+            absorbed,
+            tell: words.filter(|_| !inseparable_from.is_empty()).map(|words| words.tell.to_string()),
+            inseparable_from,
+        });
+    }
+    shown.retain(|own| !own.sizes.is_empty());
+    shown.sort_by(|a, b| b.worst_m().unwrap_or(0.0).total_cmp(&a.worst_m().unwrap_or(0.0)));
+    let hidden = hidden(linearised, &shown);
+    (shown, hidden)
+}
+
+fn sizes(
+    block: &Block,
+    linearised: &Linearised,
+    beside: &Beside,
+    judged: &Judged,
+    hypothesis: &Hypothesis,
+) -> Vec<Size> {
+    let first = linearised.sets[judged.set].columns[0];
+    if judged.component.is_some() {
+        let (_, unit) = linearised.parameter(first);
+        let seen = random::smallest_seen(beside, &linearised.sets[judged.set].columns, hypothesis.price);
+        let parameter = deviation_of(linearised, first);
+        let sized = |size: f64| Size {
+            parameter,
+            size: size * linearised.unit(first),
+            unit,
+            moves_m: None,
+            moves_height_m: None,
+        };
+        return seen.map(sized).into_iter().collect();
+    }
+    let kept = &judged.pivoted.kept;
+    let noncentrality = match hypothesis.placed {
+        // Its price is that on the grid of places, and what the finer search finds by chance.
+        true => noncentrality(hypothesis.price - PLACE_PARAMETERS, 1.0) / SHARE_ON_GRID,
+        false => noncentrality(hypothesis.price, kept.len() as f64),
+    };
+    let scaled: Vec<f64> = kept.iter().map(|c| (noncentrality / beside.information[(*c, *c)]).sqrt()).collect();
+    let values_of = |(column, size): (&usize, &f64)| {
+        let mut values = vec![0.0; linearised.values.len()];
+        values[*column] = *size;
+        values
+    };
+    let impacts = impact::of_values(block, linearised, &kept.iter().zip(&scaled).map(values_of).collect::<Vec<_>>());
+    let size = |((column, scaled), impact): ((&usize, &f64), Option<impact::Impact>)| {
+        let (parameter, unit) = linearised.parameter(*column);
+        let size = scaled * linearised.unit(*column);
+        let (moves_m, moves_height_m) = (impact.as_ref().map(|own| own.rms_m), impact.map(|own| own.height_m));
+        Size { parameter, size, unit, moves_m, moves_height_m }
+    };
+    kept.iter().zip(&scaled).zip(impacts).map(size).collect()
+}
+
+/// Values of the parameters that an effect is given.
+fn at(linearised: &Linearised, set: usize) -> BTreeMap<String, f64> {
+    let term = linearised.candidates[set].as_ref().and_then(Candidate::term);
+    term.map(|term| term.values.clone()).unwrap_or_default()
+}
+
+/// Name of the standard deviation of random values.
+fn deviation_of(linearised: &Linearised, column: usize) -> String {
+    let problem = linearised.null.problem();
+    let entry = &problem.theta[linearised.null.unknown(column) - problem.layout().theta(0)];
+    let parameters = &problem.effects[entry.effect as usize].effect.descriptor().parameters;
+    let name = parameters.iter().find_map(|own| match &own.role {
+        Role::Random(name) => Some(name.to_string()),
+        _ => None,
+    });
+    name.unwrap_or_default()
+}
+
+/// Physical candidates that are not shown, with what they need.
+fn hidden(linearised: &Linearised, shown: &[Visible]) -> Vec<Hidden> {
+    let mut hidden: Vec<Hidden> = Vec::new();
+    let mut add = |effect: &str, needs: Vec<String>| {
+        let known = |own: &Hidden| own.effect == effect;
+        if !shown.iter().any(|own| own.effect == effect) && !hidden.iter().any(known) {
+            hidden.push(Hidden { effect: effect.to_owned(), needs });
+        }
+    };
+    for set in linearised.sets.iter().filter(|set| set.physical) {
+        add(&set.id, vec!["a block whose other unknowns do not take it up".into()]);
+    }
+    for candidate in linearised.untested.iter().filter(|candidate| candidate.physical) {
+        add(&candidate.id, candidate.needs.clone());
+    }
+    hidden
+}

@@ -1,0 +1,99 @@
+//! What a plan says of a block is what a diagnosis of that block does, once it is measured.
+
+use crate::common;
+use misclosure::adjust::{CovarianceOf, Options};
+use misclosure::block::Block;
+use misclosure::diagnose::run::diagnose;
+use misclosure::diagnose::settings::Settings;
+use misclosure::inject;
+use misclosure::model::{Datum, Model};
+use misclosure::plan::{Plan, plan};
+use misclosure::score::power::POWER;
+
+/// Blocks of each size: by chance at the stated power seven of eight or fewer are found beyond it, one or more below.
+const BLOCKS: u64 = 8;
+
+fn model() -> Model {
+    Model { datum: Datum::All, ..Model::default() }
+}
+
+fn settings() -> Settings<'static> {
+    let options = Options::default();
+    Settings { plugins: &[], options, significance: 1e-3, snoop: true, tell: &|_| {} }
+}
+
+fn truth() -> Block {
+    common::preset("closerange", &[("points", 100.0)], 1).block
+}
+
+fn planned(block: &Block) -> Plan {
+    plan(block, &model(), &settings()).expect("a plan")
+}
+
+/// In how many blocks an error of a size is named as `effect`.
+fn found(truth: &Block, effect: &str, error: &str, size: f64) -> usize {
+    let errors = [format!("{error}={size}"), "noise:gnss=1,control=1".to_owned()];
+    let errors = errors.map(|text| inject::parse(&text).expect("an error"));
+    let is_found = |seed: &u64| {
+        let block = inject::apply(truth, truth, &errors, *seed).expect("a block").block;
+        let options = Options { covariance: CovarianceOf::Nothing, ..Options::default() };
+        common::solve_native(&block, &model(), &options);
+        let found = diagnose(&block, &model(), &settings()).expect("a diagnosis").diagnosis;
+        found.recommended.iter().any(|own| own == effect)
+    };
+    (0..BLOCKS).filter(is_found).count()
+}
+
+#[test]
+fn a_diagnosis_finds_what_the_plan_says_that_it_shows() {
+    let truth = truth();
+    let planned = planned(&truth);
+    assert_eq!((planned.power, planned.images), (POWER, truth.images.len()));
+    for (effect, error) in [("rolling-shutter", "rolling-shutter:readout"), ("focal-image", "focus-hunting:size")] {
+        let own = planned.effects.iter().find(|own| own.effect == effect).expect("it can be seen");
+        let size = own.sizes[0].size;
+        let [below, above] = [0.5, 1.5].map(|times| found(&truth, effect, error, times * size));
+        assert!(below <= 2, "{effect} of half of {size}: in {below} of {BLOCKS} blocks");
+        assert!(above >= 7, "{effect} of one and a half times {size}: in {above} of {BLOCKS} blocks");
+    }
+}
+
+/// Precision grows with the square root of the number of measurements, and with it what a block shows.
+#[test]
+fn more_points_show_smaller_effects() {
+    let of = |points: f64| planned(&common::preset("dike", &[("points", points), ("check", 60.0)], 1).block);
+    let [few, many] = [400.0, 1600.0].map(of);
+    for effect in ["rolling-shutter", "pp-time", "radial-high"] {
+        let size = |plan: &Plan| plan.effects.iter().find(|own| own.effect == effect).expect("it").sizes[0].size;
+        let ratio = size(&few) / size(&many);
+        assert!(ratio > 1.4 && ratio < 4.5, "{effect}: {ratio} with four times as many points");
+    }
+    let height = |plan: &Plan| plan.precision.height_m.expect("a small block").typical;
+    assert!(height(&many) <= height(&few), "of a point, which its own rays determine most");
+    // Control and positions determine a part of both.
+    assert!(few.precision.parameters["f"] > many.precision.parameters["f"]);
+}
+
+#[test]
+fn what_a_block_cannot_show_is_said_with_what_it_lacks() {
+    let truth = truth();
+    let planned = planned(&truth);
+    let needs = |effect: &str| planned.hidden.iter().find(|own| own.effect == effect).map(|own| own.needs.join(" "));
+    assert!(needs("gnss-shift").is_some_and(|needs| needs.contains("GNSS")), "{:?}", planned.hidden);
+    let mut alone = truth;
+    alone.ties.retain(|row| row.image.index() > 0);
+    alone.marks.retain(|row| row.image.index() > 0);
+    let error = plan(&alone, &model(), &settings()).expect_err("an image without measurements").to_string();
+    assert!(error.contains(&alone.images[0].name) && error.contains("fewer than 3 measurements"), "{error}");
+}
+
+#[test]
+fn strips_that_do_not_meet_are_refused() {
+    let mut block = common::preset("mapping", &[("points", 400.0)], 1).block;
+    // Of each point the images of one flight alone, of the points in turn.
+    let flights: Vec<usize> = block.images.iter().map(|image| image.flight.index()).collect();
+    block.ties.retain(|row| row.point.index() % block.flights.len() == flights[row.image.index()]);
+    block.marks.clear();
+    let error = plan(&block, &model(), &settings()).expect_err("two parts").to_string();
+    assert!(error.contains("no common tie points"), "{error}");
+}
