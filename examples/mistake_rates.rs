@@ -37,11 +37,13 @@ const SURVEYED: [&str; 3] = ["control", "check", "gnss"];
 ///
 /// - Marks of two points exchanged are two points exchanged.
 /// - An offset of all tie points, against marks without it, is one of all marks.
-/// - Positions a few metres off are those of a base station with other coordinates, an effect of the catalogue.
-const ALIKE: [[&str; 3]; 3] = [
+/// - Positions a few metres off are those of a base station with other coordinates, an effect of the catalogue; those
+///   of one flight are off by wrong ambiguities, another one.
+const ALIKE: [[&str; 3]; 4] = [
     ["exchanged", "marks", "exchanged of control"],
     ["offset", "ties", "offset of marks"],
     ["plan-offset", "gnss", "missing gnss-shift"],
+    ["flight-offset", "gnss", "missing gnss-drift"],
 ];
 
 /// What became of the blocks with one mistake.

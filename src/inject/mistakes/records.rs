@@ -93,6 +93,10 @@ fn precision(files: &mut Files, values: &Values) -> Result<Notes> {
         "control" => (&["control_xy_m", "control_z_m"], "control.csv", &["sigma_xy", "sigma_z"]),
         _ => (&["gnss_xy_m", "gnss_z_m"], "images.csv", &["gnss_sigma_xy", "gnss_sigma_z"]),
     };
+    if values.word("of") == "gnss" {
+        // Without a position nothing has the precision.
+        files.table("images.csv")?.column("gnss_x")?;
+    }
     files.multiply_sigmas(keys, factor)?;
     files.each_table(&[file], |table| {
         let there: Vec<usize> = columns.iter().filter_map(|name| table.find_column(name)).collect();

@@ -14,8 +14,10 @@ const SHARED_ROWS: usize = 2;
 const SHARE: f64 = 0.3;
 /// Fewest points with a twin that are named.
 const FEWEST: usize = 10;
-/// Rows that two images must share: a handful of equal coordinates is chance where they are rounded.
-const SHARED_POINTS: usize = 10;
+/// Rows that two images must share: one may be a slip of a matcher, two equal coordinates with decimals are no chance.
+const SHARED_POINTS: usize = 3;
+/// The same where all coordinates are whole or half pixels: a handful of them is equal by chance.
+const SHARED_ROUNDED: usize = 10;
 /// Share of an image's rows that are equal to those of its twin.
 const SAME: f64 = 0.9;
 
@@ -68,9 +70,11 @@ pub fn images(tables: &Tables) -> Option<Mistake> {
     });
     let mut count = vec![0; tables.images.len()];
     ties.iter().for_each(|row| count[row.image] += 1);
+    let is_rounded = ties.iter().all(|row| row.xy.iter().all(|own| (2.0 * own).fract() == 0.0));
+    let needed = if is_rounded { SHARED_ROUNDED } else { SHARED_POINTS };
     let same = |((first, second), shared): &((usize, usize), usize)| {
         let least = count[*first].min(count[*second]);
-        *shared >= SHARED_POINTS && *shared as f64 >= SAME * least as f64
+        *shared >= needed && *shared as f64 >= SAME * least as f64
     };
     let second: BTreeSet<usize> = pairs.into_iter().filter(same).map(|((_, second), _)| second).collect();
     if second.is_empty() {
@@ -149,6 +153,19 @@ mod tests {
         let mark = Row { image: 5, point: 0, xy: [10.0, 20.0], sigma: 0.5 };
         tables.marks = made::table(Measured::Marks, vec![mark]);
         assert!(images(&tables).expect("a twin").mend.is_empty());
+    }
+
+    #[test]
+    fn few_equal_coordinates_are_a_twin_where_they_have_decimals() {
+        let of_five = |round: bool| {
+            let kept = rows().into_iter().filter(|row| row.image != 1 || row.point < 5);
+            let rounded = |own: f64| if round { own.round() } else { own };
+            let mut own: Vec<Row> = kept.map(|row| Row { xy: row.xy.map(rounded), ..row }).collect();
+            own.extend(own.clone().into_iter().filter(|row| row.image == 1).map(|row| Row { image: 5, ..row }));
+            images(&made::with_rows(own))
+        };
+        assert_eq!(of_five(false).expect("a twin").names, ["i5"]);
+        assert!(of_five(true).is_none());
     }
 
     #[test]
