@@ -1,5 +1,6 @@
-//! Does a diagnosis find what a plan says? `cargo run --release --example planned_power -- 60` plans a small dike, puts
-//! an error of the planned size into so many blocks, effect by effect, and counts how often it is named.
+//! Does a diagnosis find what a plan says? `cargo run --release --example planned_power -- 60` plans a small dike and
+//! puts errors of the planned sizes into so many blocks, effect by effect. It counts in how many anything is named, and
+//! how often the right effect is.
 
 use misclosure::adjust::Options;
 use misclosure::diagnose::{run::diagnose, settings::Settings};
@@ -29,23 +30,32 @@ fn main() -> Result<(), Box<dyn Error>> {
     let options = Options::default();
     let settings = Settings { plugins: &[], options, significance: 1e-3, snoop: true, tell: &|_| {} };
     let planned = plan(&truth, &model, &settings)?;
-    println!("| effect | planned size | found in |");
-    println!("|---|---|---|");
+    println!("| effect | seen from | anything named | named from | named |");
+    println!("|---|---|---|---|---|");
     for [effect, parameter, error] in EFFECTS {
         let own = planned.effects.iter().find(|own| own.effect == effect).ok_or(effect)?;
         let size = own.sizes.iter().find(|size| size.parameter == parameter).ok_or(parameter)?;
         let places = own.at.iter().map(|(name, value)| format!("{name}={value}"));
-        let places = places.collect::<Vec<_>>().join(",");
-        let error = format!("{}{}", error.replace("CENTRE", &places), size.size);
-        let errors = [inject::parse(&error)?, inject::parse("noise:gnss=1,control=1")?];
-        let mut found = 0;
-        for seed in 0..blocks {
-            let block = inject::apply(&truth, &truth, &errors, seed)?.block;
-            let named = diagnose(&block, &model, &settings)?.diagnosis.recommended;
-            found += u64::from(named.iter().any(|own| own == effect));
+        let error = error.replace("CENTRE", &places.collect::<Vec<_>>().join(","));
+        let share = |size: f64, counts: &dyn Fn(&[String]) -> bool| -> Result<f64, Box<dyn Error>> {
+            let errors = [inject::parse(&format!("{error}{size}"))?, inject::parse("noise:gnss=1,control=1")?];
+            let mut found = 0;
+            for seed in 0..blocks {
+                let block = inject::apply(&truth, &truth, &errors, seed)?.block;
+                found += u64::from(counts(&diagnose(&block, &model, &settings)?.diagnosis.recommended));
+            }
+            Ok(1e2 * found as f64 / blocks as f64)
+        };
+        let seen = share(size.size, &|named| !named.is_empty())?;
+        let unit = &size.unit;
+        print!("| `{effect}` | {parameter} = {:.2e} {unit} | {seen:.0} % |", size.size);
+        match size.named_size {
+            None => println!(" - | - |"),
+            Some(size) => {
+                let named = share(size, &|named| named.iter().any(|own| own == effect))?;
+                println!(" {size:.2e} {unit} | {named:.0} % |");
+            }
         }
-        let share = 1e2 * found as f64 / blocks as f64;
-        println!("| `{effect}` | {parameter} = {:.3e} {} | {share:.0} % |", size.size, size.unit);
     }
     Ok(())
 }

@@ -19,7 +19,7 @@ use crate::scenario::{simulate, twin_of};
 use anyhow::{Context, bail};
 use std::path::{Path, PathBuf};
 
-/// Parameters of an effect that the table shows one by one.
+/// Parameters of an effect, and names of others, that the table shows one by one.
 const SHOWN: usize = 3;
 
 /// Says what a block would show, before it is measured: the smallest size of each effect that a diagnosis would find
@@ -127,12 +127,12 @@ pub fn error_free(block: Block) -> anyhow::Result<Block> {
 fn write(planned: &Plan, folder: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
     write_json(&folder.join("plan.json"), planned)?;
-    let header = ["effect", "parameter", "size", "unit", "moves_m", "moves_height_m", "inseparable_from"];
+    let header = ["effect", "parameter", "size", "named_size", "unit", "moves_m", "moves_height_m", "looks_like"];
     let mut table = TableWriter::create(&folder.join("effects.csv"), &header)?;
     for own in &planned.effects {
-        for Size { parameter, size, unit, moves_m, moves_height_m } in &own.sizes {
-            table.text(&own.effect).text(parameter).number(*size).text(unit);
-            table.optional(*moves_m).optional(*moves_height_m).text(&own.inseparable_from.join(" "));
+        for Size { parameter, size, named_size, looks_like, unit, moves_m, moves_height_m } in &own.sizes {
+            table.text(&own.effect).text(parameter).number(*size).optional(*named_size).text(unit);
+            table.optional(*moves_m).optional(*moves_height_m).text(&looks_like.join(" "));
             table.end_row()?;
         }
     }
@@ -153,10 +153,11 @@ fn text(planned: &Plan) -> String {
     let mut table = Table::new("")
         .text("effect", "")
         .text("parameter", "")
-        .number("smallest size", "")
+        .number("seen from", "")
+        .number("named from", "")
         .text("unit", "")
         .number("unseen it moves points by", "mm")
-        .text("looks like", "");
+        .text("till then it may be called", "");
     for own in &planned.effects {
         rows(own, &mut table);
     }
@@ -166,7 +167,7 @@ fn text(planned: &Plan) -> String {
     }
     let told = planned.effects.iter().filter_map(|own| Some((own, own.tell.as_ref()?)));
     for (own, tell) in told {
-        let others = own.inseparable_from.join(", ");
+        let others = listed(&others(&own.sizes));
         text += &paragraph("", 2, &format!("To tell {} from {others}: {tell}.", own.effect));
     }
     if planned.tied_centre {
@@ -175,8 +176,8 @@ fn text(planned: &Plan) -> String {
     let precision = &planned.precision;
     if let (Some(plan), Some(height)) = (precision.plan_m, precision.height_m) {
         text += &format!(
-            "\nIf nothing is wrong, tie points have standard deviations of {} mm in plan and {} mm in height (median).\n\
-             95 % of them stay below {} mm and {} mm.\n",
+            "\nIf nothing is wrong, tie points have standard deviations of {} mm in plan and {} mm in height \
+             (median).\n95 % of them stay below {} mm and {} mm.\n",
             short_mm(plan.typical),
             short_mm(height.typical),
             short_mm(plan.worst),
@@ -201,14 +202,16 @@ fn by_needs(planned: &Plan) -> Vec<(String, Vec<&str>)> {
 
 /// A row for each parameter; of many parameters one with their range.
 fn rows(own: &Visible, table: &mut Table) {
-    let alike = match own.inseparable_from.is_empty() {
-        true => "-".into(),
-        false => own.inseparable_from.join(", "),
+    let alike = |sizes: &[Size]| match others(sizes) {
+        none if none.is_empty() => "-".into(),
+        others => listed(&others),
     };
+    let named = |size: &Size| or_dash(size.named_size, |own| significant(own, 3));
     let unit = |size: &Size| unit_of(&size.unit).to_owned();
     if own.sizes.len() <= SHOWN {
         for size in &own.sizes {
-            let numbers = [significant(size.size, 3), unit(size), or_dash(size.moves_m, short_mm), alike.clone()];
+            let alike = alike(std::slice::from_ref(size));
+            let numbers = [significant(size.size, 3), named(size), unit(size), or_dash(size.moves_m, short_mm), alike];
             table.row([own.effect.clone(), size.parameter.clone()].into_iter().chain(numbers));
         }
         return;
@@ -222,7 +225,27 @@ fn rows(own: &Visible, table: &mut Table) {
         false => format!("from {}", significant(least.size, 3)),
     };
     let count = format!("{} parameters", own.sizes.len());
-    table.row([own.effect.clone(), count, range, unit(least), or_dash(own.worst_m(), short_mm), alike]);
+    let alike = alike(&own.sizes);
+    table.row([own.effect.clone(), count, range, "-".into(), unit(least), or_dash(own.worst_m(), short_mm), alike]);
+}
+
+/// Some names, and how many more there are.
+fn listed(names: &[&str]) -> String {
+    match names.len() {
+        0..=SHOWN => names.join(", "),
+        all => format!("{} and {} more", names[..SHOWN].join(", "), all - SHOWN),
+    }
+}
+
+/// Effects that may be named in the place of some sizes.
+fn others(sizes: &[Size]) -> Vec<&str> {
+    let mut all: Vec<&str> = Vec::new();
+    for other in sizes.iter().flat_map(|size| &size.looks_like) {
+        if !all.contains(&other.as_str()) {
+            all.push(other);
+        }
+    }
+    all
 }
 
 fn short_mm(metres: f64) -> String {

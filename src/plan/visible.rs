@@ -8,15 +8,17 @@ use crate::diagnose::linearised::Linearised;
 use crate::diagnose::select::{Beside, Judged};
 use crate::diagnose::settings::Settings;
 use crate::effects::{self, Role};
-use crate::score::power::noncentrality;
-use crate::score::random;
-use crate::score::separability::{self, INSEPARABLE};
+use crate::score::power::{POWER_QUANTILE, noncentrality};
+use crate::score::{System, random};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Share of its statistic that a flaw has at the next place of the grid, in the mean: four fifths half-way between two
 /// places, all of it at one.
 const SHARE_ON_GRID: f64 = 0.9;
+
+/// Times the smallest size that is seen beyond which no size is told by which an effect is named.
+const FAR: f64 = 10.0;
 
 /// An effect that a block can show.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -29,8 +31,6 @@ pub struct Visible {
     pub at: BTreeMap<String, f64>,
     /// Parameters that the block absorbs: whatever their size, other unknowns take them up.
     pub absorbed: Vec<String>,
-    /// Effects that could stand for it: a correlation above 0.9.
-    pub inseparable_from: Vec<String>,
     /// What would tell it from those that look like it.
     pub tell: Option<String>,
 }
@@ -40,8 +40,12 @@ pub struct Visible {
 pub struct Size {
     /// Parameter. Of values that are random by image it is their standard deviation.
     pub parameter: String,
-    /// In `unit`.
+    /// The smallest size that is seen: the diagnosis names it, or an effect that looks like it. In `unit`.
     pub size: f64,
+    /// The smallest size that is named as what it is. Not known where that is beyond ten times `size`.
+    pub named_size: Option<f64>,
+    /// Effects that a diagnosis may name in its place below `named_size`.
+    pub looks_like: Vec<String>,
     /// Unit.
     pub unit: String,
     /// What an effect of this size, unseen, does to check points (without any, to tie points): 3D RMS, m. Not known of
@@ -78,19 +82,10 @@ pub(super) fn of_effects(
     let hypotheses = hypothesis::all(linearised, &Prices::new(), settings);
     let physical = |judged: &Judged| linearised.sets[judged.set].physical;
     let judged: Vec<Judged> = situation.judge_all(&beside).into_iter().filter(physical).collect();
-    let seen = |a: &Judged, b: &Judged| -> f64 {
-        if a.component.is_some() || b.component.is_some() {
-            return 0.0;
-        }
-        let one = separability::seen_by(&beside, &a.pivoted, &b.pivoted);
-        one.max(separability::seen_by(&beside, &b.pivoted, &a.pivoted))
-    };
     let id = |judged: &Judged| linearised.sets[judged.set].id.clone();
     let mut shown: Vec<Visible> = Vec::new();
-    for (position, one) in judged.iter().enumerate() {
+    for one in &judged {
         let Some(hypothesis) = hypotheses.iter().find(|own| own.set == one.set) else { continue };
-        let partners = judged.iter().enumerate().filter(|(other, b)| *other != position && seen(one, b) > INSEPARABLE);
-        let inseparable_from: Vec<String> = partners.map(|(_, b)| id(b)).collect();
         let kept = &one.pivoted.kept;
         let absorbed = match one.component {
             Some(_) => Vec::new(),
@@ -100,13 +95,15 @@ pub(super) fn of_effects(
             }
         };
         let words = effects::find(&id(one)).and_then(|effect| effect.descriptor().words.as_ref());
+        let others: Vec<&Hypothesis> = hypotheses.iter().filter(|own| own.physical && own.id != id(one)).collect();
+        let sizes = sizes(block, linearised, &beside, one, hypothesis, &others);
+        let is_alone = sizes.iter().all(|size| size.looks_like.is_empty());
         shown.push(Visible {
             effect: id(one),
-            sizes: sizes(block, linearised, &beside, one, hypothesis),
+            sizes,
             at: at(linearised, one.set),
             absorbed,
-            tell: words.filter(|_| !inseparable_from.is_empty()).map(|words| words.tell.to_string()),
-            inseparable_from,
+            tell: words.filter(|_| !is_alone).map(|words| words.tell.to_string()),
         });
     }
     shown.retain(|own| !own.sizes.is_empty());
@@ -121,6 +118,7 @@ fn sizes(
     beside: &Beside,
     judged: &Judged,
     hypothesis: &Hypothesis,
+    others: &[&Hypothesis],
 ) -> Vec<Size> {
     let first = linearised.sets[judged.set].columns[0];
     if judged.component.is_some() {
@@ -130,6 +128,8 @@ fn sizes(
         let sized = |size: f64| Size {
             parameter,
             size: size * linearised.unit(first),
+            named_size: Some(size * linearised.unit(first)),
+            looks_like: Vec::new(),
             unit,
             moves_m: None,
             moves_height_m: None,
@@ -152,8 +152,10 @@ fn sizes(
     let size = |((column, scaled), impact): ((&usize, &f64), Option<impact::Impact>)| {
         let (parameter, unit) = linearised.parameter(*column);
         let size = scaled * linearised.unit(*column);
+        let (factor, looks_like) = named(beside, *column, noncentrality, hypothesis, others);
+        let named_size = (factor <= FAR).then_some(factor * size);
         let (moves_m, moves_height_m) = (impact.as_ref().map(|own| own.rms_m), impact.map(|own| own.height_m));
-        Size { parameter, size, unit, moves_m, moves_height_m }
+        Size { parameter, size, named_size, looks_like, unit, moves_m, moves_height_m }
     };
     kept.iter().zip(&scaled).zip(impacts).map(size).collect()
 }
@@ -162,6 +164,37 @@ fn sizes(
 fn at(linearised: &Linearised, set: usize) -> BTreeMap<String, f64> {
     let term = linearised.candidates[set].as_ref().and_then(Candidate::term);
     term.map(|term| term.values.clone()).unwrap_or_default()
+}
+
+/// Times its smallest size at which a column is named as what it is, and the effects that may be named below that.
+///
+/// Another effect takes a share `rho^2` of the noncentrality `l`, and the lower sum of misfit and price wins. The drops
+/// of both differ by `l (1 - rho^2)` in the mean, with a standard deviation of twice its root: with a power of 80 %
+/// that exceeds the difference of prices `d` from `(0.84 + sqrt(0.84^2 + d))^2` on.
+fn named(
+    beside: &Beside,
+    column: usize,
+    noncentrality: f64,
+    own: &Hypothesis,
+    others: &[&Hypothesis],
+) -> (f64, Vec<String>) {
+    let mut of_column: System = (**beside).clone();
+    of_column.score = beside.information.column(column).into_owned();
+    let all = beside.information[(column, column)];
+    let (mut largest, mut alike) = (noncentrality, Vec::new());
+    for other in others.iter().filter(|other| !other.random) {
+        let left = (1.0 - of_column.pivoted(&other.columns).drop() / all).max(f64::EPSILON);
+        let under_root = POWER_QUANTILE.powi(2) + own.price - other.price;
+        if under_root < 0.0 {
+            continue;
+        }
+        let needed = (POWER_QUANTILE + under_root.sqrt()).powi(2) / left;
+        if needed > noncentrality && !alike.contains(&other.id) {
+            alike.push(other.id.clone());
+        }
+        largest = largest.max(needed);
+    }
+    ((largest / noncentrality).sqrt(), alike)
 }
 
 /// Name of the standard deviation of random values.
