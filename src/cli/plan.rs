@@ -170,6 +170,10 @@ fn text(planned: &Plan) -> String {
         let others = listed(&others(&own.sizes));
         text += &paragraph("", 2, &format!("To tell {} from {others}: {tell}.", own.effect));
     }
+    if !planned.blind.is_empty() {
+        let names: Vec<&str> = planned.blind.iter().map(String::as_str).collect();
+        text += &format!("\nToo few measurements to take part: {} images ({}).\n", names.len(), listed(&names));
+    }
     if planned.tied_centre {
         text += "\nThe block does not determine the centre of distortion: it is tied to the principal point.\n";
     }

@@ -47,6 +47,8 @@ pub struct Plan {
     pub block: String,
     /// Images.
     pub images: usize,
+    /// Images that see too little to take part.
+    pub blind: Vec<String>,
     /// Tie points.
     pub tie_points: usize,
     /// Measurements of tie points.
@@ -75,8 +77,6 @@ pub struct Plan {
 
 /// Measurements without which an image has no orientation.
 const FEWEST: usize = 3;
-/// Images that an error names.
-const NAMED: usize = 3;
 /// Mistakes of a block that was measured which are faults of one that is planned.
 const FAULTS: [&str; 4] = ["unconnected", "too-few", "in-line", "collapsed"];
 
@@ -106,7 +106,8 @@ pub fn plan(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<Pla
 }
 
 fn plan_in_pool(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<Plan, PlanError> {
-    refuse_faults(block, model)?;
+    let blind = blind(block);
+    refuse_faults(block, model, &blind)?;
     // Nothing errs, so nothing is set aside.
     let settings =
         &Settings { plugins: settings.plugins, options: settings.options.clone(), snoop: false, ..*settings };
@@ -123,6 +124,7 @@ fn plan_in_pool(block: &Block, model: &Model, settings: &Settings<'_>) -> Result
         format: 1,
         block: block.name.clone(),
         images: block.images.len(),
+        blind: blind.into_iter().map(|image| block.images[image].name.clone()).collect(),
         tie_points: block.tie_points.len(),
         tie_measurements: block.ties.len(),
         control: block.count(Role::Control),
@@ -138,21 +140,23 @@ fn plan_in_pool(block: &Block, model: &Model, settings: &Settings<'_>) -> Result
     })
 }
 
-/// Refuses a block that no adjustment can hold together.
-fn refuse_faults(block: &Block, model: &Model) -> Result<(), PlanError> {
+/// Images that see too little to have an orientation; they take no part.
+fn blind(block: &Block) -> Vec<usize> {
     let mut seen = vec![0; block.images.len()];
     block.ties.iter().chain(&block.marks).for_each(|row| seen[row.image.index()] += 1);
-    let blind: Vec<&str> =
-        block.images.iter().zip(&seen).filter(|(_, seen)| **seen < FEWEST).map(|(image, _)| &*image.name).collect();
-    if !blind.is_empty() {
-        let more = if blind.len() > NAMED { ", ..." } else { "" };
-        return Err(PlanError::Refused(format!(
-            "{} of {} images have fewer than {FEWEST} measurements ({}{more}): look at flying height, overlap \
-             and where the camera looks",
-            blind.len(),
-            block.images.len(),
-            blind[..blind.len().min(NAMED)].join(", ")
-        )));
+    (0..seen.len()).filter(|image| seen[*image] < FEWEST).collect()
+}
+
+/// Refuses a block that no adjustment can hold together, and a flight that sees nothing.
+fn refuse_faults(block: &Block, model: &Model, blind: &[usize]) -> Result<(), PlanError> {
+    for (flight, name) in block.flights.iter().enumerate() {
+        let mut of_flight = (0..block.images.len()).filter(|image| block.images[*image].flight.index() == flight);
+        if of_flight.clone().next().is_some() && of_flight.all(|image| blind.contains(&image)) {
+            return Err(PlanError::Refused(format!(
+                "all images of flight {name} have fewer than {FEWEST} measurements: look at flying height, overlap and \
+                 where the camera looks"
+            )));
+        }
     }
     let mistakes = screening::of_values(block).into_iter().chain(screening::of_datum(block, model));
     let faults: Vec<String> =
