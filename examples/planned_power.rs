@@ -1,6 +1,6 @@
 //! Does a diagnosis find what a plan says? `cargo run --release --example planned_power -- 60` plans a small dike and
-//! puts errors of the planned sizes into so many blocks, effect by effect. It counts in how many anything is named, and
-//! how often the right effect is.
+//! puts an error of each planned size into 60 blocks. It prints the share of blocks in which a diagnosis names anything,
+//! and the share in which it names the right effect.
 
 use misclosure::adjust::Options;
 use misclosure::diagnose::{run::diagnose, settings::Settings};

@@ -1,4 +1,5 @@
-"""Arguments of `Block.from_arrays` as columns of bytes; every refusal names argument, row, column and what was expected.
+"""Arguments of `Block.from_arrays` as columns of bytes; every refusal names argument, row, column and what was
+expected.
 
 What needs the whole block (names that stand twice, measurements beside the sensor) is looked at by the compiled half.
 """

@@ -227,8 +227,8 @@ class Block:
 
     @property
     def images(self) -> Table:
-        """One row per image: image, camera, flight, time_s, temperature_c, x, y, z (m), qw, qx, qy, qz, gnss_x, ... (see
-        `from_arrays`). A read-only copy, shape (images,)."""
+        """One row per image: image, camera, flight, time_s, temperature_c, x, y, z (m), qw, qx, qy, qz, gnss_x, ...
+        (see `from_arrays`). A read-only copy, shape (images,)."""
         return self._table("images")
 
     @property
@@ -270,8 +270,8 @@ class Block:
         self._native.write(arguments.path("folder", folder))
 
     def to_pycolmap(self, reconstruction: Any = None) -> Any:
-        """A new `pycolmap.Reconstruction` of this block; or puts its cameras, poses and points into the one that it came
-        from, and gives that."""
+        """A new `pycolmap.Reconstruction` of this block; or puts its cameras, poses and points into the one that it
+        came from, and gives that."""
         from .interop import to_pycolmap
 
         return to_pycolmap(self, reconstruction)
@@ -336,8 +336,8 @@ class Block:
         - `threads`: one per processor; results do not depend on it
         - `progress`: called with each step as a text; True: tqdm, or standard error
 
-        The GIL is released; Ctrl-C stops it. Raises `AdjustmentError` and its kinds; where blunders bend the adjustment,
-        `BlunderError.result` holds it.
+        The GIL is released; Ctrl-C stops it. Raises `AdjustmentError` and its kinds; where blunders bend the
+        adjustment, `BlunderError.result` holds it.
         """
         from .run import Run
 

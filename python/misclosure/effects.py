@@ -15,7 +15,8 @@ _folder: Optional[tempfile.TemporaryDirectory[str]] = None
 
 
 class Effect:
-    """An effect in a shared library: goes into `add` and `plugins` of `Block.adjust`, `diagnose`, `improve`, `inject`."""
+    """An effect in a shared library: goes into `add` and `plugins` of `Block.adjust`, `diagnose`, `improve`,
+    `inject`."""
 
     def __init__(self, library: Union[str, os.PathLike[str]], header: str = "") -> None:
         #: Path of the library.
@@ -64,8 +65,8 @@ def effect(
       `{"unit", "given"}`; a number alone is a typical size
     - `folder`: where header and library go; without it they last as long as this process
 
-    It needs a C++ compiler and Ceres' headers (`libceres-dev`). Raises `CompilerError` without them, `PluginError` where
-    a law is broken.
+    It needs a C++ compiler and Ceres' headers (`libceres-dev`). Raises `CompilerError` without them, `PluginError`
+    where a law is broken.
     """
     if not isinstance(name, str):
         raise InputError(f"name={name!r}: expected a text", 2)

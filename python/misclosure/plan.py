@@ -16,15 +16,15 @@ class Plan:
 
     @property
     def effects(self) -> Records:
-        """Effects that the block can show: effect, sizes (see `sizes`), at, absorbed, tell. What hides most of the points'
-        error comes first."""
+        """Effects that the block can show: effect, sizes (see `sizes`), at, absorbed, tell. What hides most of the
+        points' error comes first."""
         return Records(self.json["effects"])
 
     @property
     def sizes(self) -> Records:
-        """One record per effect and parameter, for a table: effect, parameter, size (seen from), named_size (named as what
-        it is from), looks_like (what it may be called below), unit, moves_m (what it does to the points while it is not
-        seen, 3D RMS), moves_height_m."""
+        """One record per effect and parameter, for a table: effect, parameter, size (seen from), named_size (named as
+        what it is from), looks_like (what it may be called below), unit, moves_m (what it does to the points while it
+        is not seen, 3D RMS), moves_height_m."""
         own = self.json["effects"]
         return Records([{"effect": one["effect"], **size} for one in own for size in one["sizes"]])
 
@@ -35,7 +35,8 @@ class Plan:
 
     @property
     def precision(self) -> Record:
-        """Standard deviations if nothing is wrong: plan_m and height_m of tie points (typical, worst: 95 %), parameters."""
+        """Standard deviations if nothing is wrong: plan_m and height_m of tie points (typical, worst: 95 %),
+        parameters."""
         return Record(self.json["precision"])
 
     def __repr__(self) -> str:

@@ -125,13 +125,14 @@ class Run:
 
     @property
     def checks(self) -> Table:
-        """One row per surveyed point: point, role, dx, dy, dz (computed minus surveyed, m), x, y, z, sigma_dx, sigma_dy,
-        sigma_dz (m), images, rms_px, easting, northing, height. A read-only copy."""
+        """One row per surveyed point: point, role, dx, dy, dz (computed minus surveyed, m), x, y, z, sigma_dx,
+        sigma_dy, sigma_dz (m), images, rms_px, easting, northing, height. A read-only copy."""
         return table_of(self._native, "checks")
 
     @property
     def gnss(self) -> Table:
-        """One row per GNSS position: image, dx, dy, dz (computed minus measured, m), x, y, z (m), time_s, heading_deg."""
+        """One row per GNSS position: image, dx, dy, dz (computed minus measured, m), x, y, z (m), time_s,
+        heading_deg."""
         return table_of(self._native, "gnss")
 
     @property
@@ -224,8 +225,8 @@ class Run:
         return self._reported()[1]
 
     def figure(self, name: str) -> Svg:
-        """A picture of the report as SVG: `figure("sensor")` is the first whose name begins so, of the final model where
-        there are two. `figures` lists the names."""
+        """A picture of the report as SVG: `figure("sensor")` is the first whose name begins so, of the final model
+        where there are two. `figures` lists the names."""
         found = self._figure(name)
         if found is None:
             raise InputError(f"figure {name!r}: expected one of {', '.join(self.figures)}", 2)

@@ -13,6 +13,7 @@ HERE = Path(__file__).parent
 
 @pytest.mark.parametrize("what", [["-p", "misclosure"], [str(HERE / "typed_use.py")]])
 def test_the_type_checker_finds_nothing(what, tmp_path):
-    command = [sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports", "--cache-dir", str(tmp_path), *what]
+    strictly = ["--strict", "--ignore-missing-imports", "--cache-dir", str(tmp_path)]
+    command = [sys.executable, "-m", "mypy", *strictly, *what]
     checked = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert checked.returncode == 0, checked.stdout + checked.stderr
