@@ -71,11 +71,12 @@
 //! | [`diagnose`] | which effect is missing | math, score, geodesy, camera, block, effects, model, problem, measure, adjust, null_model, evaluate, mistakes, run, snooping, residuals |
 //! | [`plan`] | what a block would show before it is measured | score, block, effects, model, problem, adjust, run, diagnose |
 //! | [`compare`] | runs side by side | camera, io, evaluate, diagnose, run |
-//! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, kit, study, validate, lab |
-//! | [`study`] | the repetition of the study that this began with | all but snooping, residuals, diagnose, validate, lab |
-//! | [`validate`] | problems with certified answers | all but snooping, residuals, diagnose, kit, report, study, lab |
+//! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, kit, study, campaign, validate, lab |
+//! | [`study`] | the repetition of the study that this began with | all but snooping, residuals, diagnose, campaign, validate, lab |
+//! | [`campaign`] | thousands of cases from one grid, by many workers | all but kit, study, validate, lab |
+//! | [`validate`] | problems with certified answers | all but snooping, residuals, diagnose, kit, report, study, campaign, lab |
 //! | [`book`] | the pages of `docs/` as chapters | nothing |
-//! | `lab` | the laboratory, a page of this machine (feature `lab`) | all but study, validate |
+//! | `lab` | the laboratory, a page of this machine (feature `lab`) | all but study, campaign, validate |
 //!
 //! A test holds the sources against this table.
 
@@ -130,6 +131,8 @@ pub mod compare;
 pub mod report;
 
 pub mod study;
+
+pub mod campaign;
 
 pub mod validate;
 

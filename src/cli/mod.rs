@@ -5,6 +5,7 @@
 
 mod adjust;
 mod blunders;
+mod campaign;
 mod check;
 mod compare;
 mod completions;
@@ -116,6 +117,7 @@ enum Command {
     Effects(effects::Arguments),
     Report(report::Arguments),
     Reproduce(reproduce::Arguments),
+    Campaign(campaign::Arguments),
     Import(import::Arguments),
     Export(export::Arguments),
     Validate(validate::Arguments),
@@ -219,6 +221,7 @@ impl Command {
             Command::Effects(arguments) => effects::run(&arguments, console),
             Command::Report(arguments) => report::run(&arguments),
             Command::Reproduce(arguments) => reproduce::run(&arguments, console, threads),
+            Command::Campaign(arguments) => campaign::run(&arguments, console, threads),
             Command::Import(arguments) => import::run(&arguments, console, threads),
             Command::Export(arguments) => export::run(&arguments, console),
             Command::Validate(arguments) => validate::run(&arguments, console, threads),

@@ -33,6 +33,11 @@ pub struct Imprecise {
 }
 
 impl Imprecise {
+    /// Is it a group of control points or GNSS positions?
+    pub fn is_of_survey(&self) -> bool {
+        self.group.starts_with("control") || self.group.starts_with("GNSS")
+    }
+
     /// Does the factor stand at the end of its range, so that it is a bound alone?
     pub fn is_bound(&self) -> bool {
         self.factor == MOST

@@ -3,6 +3,7 @@
 use super::added::Added;
 use super::conclusion::diagnosis;
 use super::error::DiagnoseError;
+use super::imprecise::Imprecise;
 use super::improvement::Improvement;
 use super::knowledge::with_known;
 use super::left;
@@ -19,6 +20,7 @@ use super::weights;
 use crate::adjust::AdjustError;
 use crate::adjust::native::pool::Pool;
 use crate::block::Block;
+use crate::effects::{self, Stage};
 use crate::math::statistics::chi_square_quantile;
 use crate::mistakes::Mistake;
 use crate::model::Model;
@@ -96,6 +98,15 @@ fn diagnose_without_mistakes(
         }
         diagnosed => diagnosed,
     }?;
+    let doubtful = match contradicts_survey(&diagnosed) {
+        true => without_contradiction(block, model, &diagnosed, settings)?,
+        false => None,
+    };
+    let mut mistakes = mistakes;
+    if let Some((other, mistake)) = doubtful {
+        diagnosed = other;
+        mistakes.push(mistake);
+    }
     let fit = &diagnosed.improvement.fit;
     let aside = screening::of_outliers(block, &diagnosed.outliers, fit, &mistakes, settings.significance);
     let focal = screening::of_focal_lengths(block, fit, &mistakes);
@@ -103,6 +114,40 @@ fn diagnose_without_mistakes(
     let imprecise = screening::of_weights(&diagnosed.diagnosis);
     judge_mistakes(&mut diagnosed.diagnosis, imprecise);
     Ok(diagnosed)
+}
+
+/// Does a diagnosis let surveyed groups contradict each other: is one imprecise, or moved by an effect?
+fn contradicts_survey(diagnosed: &Diagnosed) -> bool {
+    let is_moved = |id: &str| effects::find(id).is_some_and(|effect| effect.descriptor().stage == Stage::Position);
+    let Diagnosis { imprecise, recommended, .. } = &diagnosed.diagnosis;
+    imprecise.iter().any(Imprecise::is_of_survey) || recommended.iter().any(|id| is_moved(id))
+}
+
+/// The same without a surveyed group that one mistake sets against another one, and the mistake: where nothing
+/// contradicts the survey then, and no cause is named that was not named before. A known displacement of a group is
+/// simpler than an effect, or a precision, that takes the place of it.
+fn without_contradiction(
+    block: &Block,
+    model: &Model,
+    before: &Diagnosed,
+    settings: &Settings<'_>,
+) -> Result<Option<(Diagnosed, Mistake)>, DiagnoseError> {
+    for mistake in screening::doubtful(block, model, settings.significance, &settings.options) {
+        let Some((block, model)) = screening::without(block, model, std::slice::from_ref(&mistake)) else { continue };
+        (settings.tell)(&format!("the same without the survey that may be wrong ({})", mistake.kind));
+        let other = match diagnose_as_it_is(&block, &model, settings) {
+            Ok(other) => other,
+            Err(error) if settings.options.stop.is_raised() => return Err(error),
+            Err(_) => continue,
+        };
+        let named = &before.diagnosis.recommended;
+        let is_simpler = other.diagnosis.recommended.iter().all(|id| named.contains(id));
+        let explains = matches!(other.diagnosis.verdict, Verdict::Adequate | Verdict::Missing);
+        if explains && is_simpler && !contradicts_survey(&other) {
+            return Ok(Some((other, mistake)));
+        }
+    }
+    Ok(None)
 }
 
 /// A mistake is the verdict, whatever effects stand beside it: sizes and coordinates may be wrong with it.

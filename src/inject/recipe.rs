@@ -294,6 +294,11 @@ impl Recipe {
         self.mistakes.iter().map(|text| mistakes::parse(text)).collect()
     }
 
+    /// The same, with `scenario.file` in another folder.
+    pub fn in_folder(self, folder: &Path) -> Self {
+        Self { folder: folder.to_path_buf(), ..self }
+    }
+
     fn scenario(&self) -> Result<Scenario> {
         let Source { preset, file, set, crs } = &self.scenario;
         let scenario = match (preset, file) {

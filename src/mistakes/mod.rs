@@ -44,13 +44,14 @@ mod undo;
 pub mod values;
 mod words;
 
+use pair::Gate;
 pub use pair::with_value;
 pub use survey::{Focal, Group, Member, Subject, Survey};
 
 pub use crate::block::edit;
 use crate::math::null_is_nan;
 use edit::Edit;
-use judged::Few;
+use judged::{Few, Judged};
 use serde::{Deserialize, Serialize};
 
 /// How many times a mistake exceeds what stays unexplained beside it: an order of magnitude.
@@ -152,6 +153,13 @@ pub fn ln_p(drop: f64, alternatives: usize) -> f64 {
     (-0.5 * drop + (KINDS * alternatives.max(1) as f64).ln()).min(0.0)
 }
 
+/// Mistakes between surveyed groups that a bent network could make, too: an adjustment without one of the two has to
+/// tell.
+pub fn doubtful(survey: &Survey, alpha: f64) -> Vec<Mistake> {
+    let judged: Vec<Judged> = survey.groups.iter().filter_map(|group| group::judge(group, survey, alpha)).collect();
+    pair::judge_all(&judged, &[], survey, alpha, Gate::Doubtful)
+}
+
 /// Mistakes of the surveyed groups; none where the survey agrees with the images.
 pub fn screen(survey: &Survey, alpha: f64) -> Vec<Mistake> {
     let mut found = Vec::new();
@@ -166,7 +174,7 @@ pub fn screen(survey: &Survey, alpha: f64) -> Vec<Mistake> {
         }
     }
     found.extend(members::exchanged_between(&judged, alpha));
-    found.extend(pair::judge_all(&judged, &few, survey, alpha));
+    found.extend(pair::judge_all(&judged, &few, survey, alpha, Gate::Certain));
     // An exchange between two groups takes the place of what each of the two points was called alone.
     members::without_repetition(found)
 }

@@ -54,8 +54,17 @@ impl<'a> Tested<'a> {
     }
 }
 
+/// Which differences are told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Gate {
+    /// Those that no bent network makes.
+    Certain,
+    /// Smaller ones, too, of which a relation leaves nothing: an adjustment has to tell whether they are mistakes.
+    Doubtful,
+}
+
 /// Differences between the groups that were judged, and of those that are too small for that from the others.
-pub fn judge_all(judged: &[Judged], few: &[Few], survey: &Survey, alpha: f64) -> Vec<Mistake> {
+pub fn judge_all(judged: &[Judged], few: &[Few], survey: &Survey, alpha: f64, gate: Gate) -> Vec<Mistake> {
     let find = |subject: Subject| judged.iter().find(|one| one.group.subject == subject && one.placed);
     let tested = |subject: Subject| {
         let small = || few.iter().find(|one| one.subject == subject).map(Tested::few);
@@ -66,15 +75,15 @@ pub fn judge_all(judged: &[Judged], few: &[Few], survey: &Survey, alpha: f64) ->
     // between.
     let points = tested(Subject::Control).or_else(|| tested(Subject::Check));
     if let (Some(gnss), Some(points)) = (find(Subject::Gnss), points) {
-        found.extend(judge(gnss, &points, survey, alpha));
+        found.extend(judge(gnss, &points, survey, alpha, gate));
     }
     if let (Some(control), Some(check)) = (find(Subject::Control), tested(Subject::Check)) {
         // Of two lists of points the one that is further from the antennas is held against the other one.
         let apart = |points: &Tested<'_>| find(Subject::Gnss).map_or(0.0, |gnss| Held::new(gnss, points).apart());
         let other = find(Subject::Check).filter(|_| apart(&Tested::judged(control)) > apart(&check));
         found.extend(match other {
-            Some(check) => judge(check, &Tested::judged(control), survey, alpha),
-            None => judge(control, &check, survey, alpha),
+            Some(check) => judge(check, &Tested::judged(control), survey, alpha, gate),
+            None => judge(control, &check, survey, alpha, gate),
         });
     }
     // What contradicts both other groups has one mistake.
@@ -116,14 +125,15 @@ impl Held {
 }
 
 /// Holds `tested` against the place that `reference` gives it.
-fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64) -> Option<Mistake> {
+fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64, gate: Gate) -> Option<Mistake> {
     let held = Held::new(reference, tested);
     let variance = |misfits: &[Vector3<f64>]| held.variance(misfits);
     let Held { right, recorded, expected, deviation } = &held;
     let before = Relation::Same.misfits(recorded, expected);
-    if variance(&before) < BEYOND * BEYOND {
+    if gate == Gate::Certain && variance(&before) < BEYOND * BEYOND {
         return None;
     }
+    let explains = |before: f64, after: f64| explains(before, after, gate);
     let all = relations().into_iter().map(|relation| (relation, relation.misfits(recorded, expected)));
     let mut all: Vec<(Relation, Vec<Vector3<f64>>)> = all.collect();
     // Small numbers fit flat ground, whatever was recorded: heights in another unit restore the relief or the level.
@@ -163,14 +173,20 @@ fn judge(reference: &Judged, tested: &Tested<'_>, survey: &Survey, alpha: f64) -
         let is_of_one = |own: &Mistake| right.len() == 1 && own.kind == "height-offset";
         return found.map(|own| if is_of_one(&own) { words::of_one_point(own) } else { own });
     }
+    if gate == Gate::Doubtful {
+        return None;
+    }
     let drop = before.iter().map(|misfit| square(misfit, deviation).min(cap)).sum();
     other_frame(reference, tested, shift, drop)
 }
 
 /// Does a relation that leaves the variance `after` explain `before`? What is left beside it is less than what would be
-/// a mistake by itself, and an order of magnitude less than it.
-fn explains(before: f64, after: f64) -> bool {
-    after < BEYOND * BEYOND && before >= BEYOND * BEYOND * after
+/// a mistake by itself, and an order of magnitude less than it. Of a doubtful one, a tenth of its variance.
+fn explains(before: f64, after: f64, gate: Gate) -> bool {
+    match gate {
+        Gate::Certain => after < BEYOND * BEYOND && before >= BEYOND * BEYOND * after,
+        Gate::Doubtful => before >= BEYOND * after,
+    }
 }
 
 /// A height offset against GNSS positions with a better value; `focal`: see `words::height_offset`.

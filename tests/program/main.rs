@@ -9,6 +9,7 @@ mod transcript;
 // Pages show what a build with both solvers prints.
 #[cfg(feature = "ceres")]
 mod book;
+mod campaign;
 mod cli;
 #[cfg(feature = "ceres")]
 mod cli_adjust;

@@ -26,7 +26,7 @@ pub use values::{of_datum, of_values};
 
 use crate::adjust::Options;
 use crate::block::Block;
-use crate::mistakes::{Mistake, screen};
+use crate::mistakes::{self, Mistake, screen};
 use crate::model::Model;
 use network::{Oriented, free_network};
 use std::borrow::Cow;
@@ -45,6 +45,14 @@ pub fn mistakes(block: &Block, model: &Model, significance: f64, options: &Optio
     let of_survey = of_survey(&block, model, significance, options);
     add(&mut found, places::with_network(values::of_places(&block), of_survey));
     found
+}
+
+/// What the survey of a diagnosed block may be wrong in where the diagnosis contradicts it: see
+/// [`mistakes::doubtful`].
+pub fn doubtful(block: &Block, model: &Model, significance: f64, options: &Options) -> Vec<Mistake> {
+    let Some(oriented) = free_network(block, model, options) else { return Vec::new() };
+    let Some(network) = Network::new(&oriented) else { return Vec::new() };
+    mistakes::doubtful(&network.survey(block), significance)
 }
 
 /// Adds mistakes of a kind and subject that nothing found before.

@@ -80,3 +80,20 @@ fn control_is_not_accused_of_what_a_shift_of_gnss_does() {
     assert_eq!(found.recommended, ["gnss-shift"]);
     assert_eq!((found.mistakes.len(), found.outliers), (0, 0), "{:?}", found.mistakes);
 }
+
+/// Less than a bent network does to single positions, and far too much for the survey: no effect takes its place.
+#[test]
+fn a_small_tilt_of_the_positions_is_no_shift() {
+    for preset in ["dike", "mapping"] {
+        let mut tilted = block(preset, 3);
+        let positions: Vec<_> = tilted.images.iter().filter_map(|image| image.gnss).map(|own| own.position).collect();
+        let middle = positions.iter().sum::<Vector3<f64>>() / positions.len() as f64;
+        let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::x_axis(), 0.3f64.to_radians());
+        gnss(&mut tilted, |_, p| middle + turn * (p - middle));
+        let found = diagnosis(&tilted);
+        let kinds: Vec<&str> = found.mistakes.iter().map(|own| own.kind.as_str()).collect();
+        assert_eq!((kinds, found.recommended.len()), (vec!["tilt"], 0), "{preset}: {:?}", found.recommended);
+        let angle = found.mistakes[0].value.expect("an angle");
+        assert!((angle - 0.3).abs() < 0.03, "{preset}: {angle} degrees");
+    }
+}

@@ -6,7 +6,10 @@ use std::fs;
 use std::process::Command;
 
 /// Commands that have commands of their own.
-const WITH_PARTS: [(&str, &[&str]); 1] = [("effects", &["new", "build", "check", "reference", "book"])];
+const WITH_PARTS: [(&str, &[&str]); 2] = [
+    ("effects", &["new", "build", "check", "reference", "book"]),
+    ("campaign", &["plan", "run", "status", "gather", "analyse", "script"]),
+];
 
 /// Help on commands, each asked for once.
 #[derive(Default)]

@@ -11,7 +11,9 @@ use std::process::Command;
 fn runs(page: &str, said: bool) {
     let text = fs::read_to_string(root().join(page)).unwrap_or_else(|error| panic!("{page}: {error}"));
     let folder = tempfile::tempdir().expect("a folder");
-    symlink(root().join("data"), folder.path().join("data")).expect("a link to the data");
+    for name in ["data", "campaigns"] {
+        symlink(root().join(name), folder.path().join(name)).expect("a link into the repository");
+    }
     let program = folder.path().join("bin");
     fs::create_dir(&program).expect("a folder");
     symlink(env!("CARGO_BIN_EXE_misclosure"), program.join("misclosure")).expect("a link to the program");
@@ -54,6 +56,11 @@ fn the_mistakes_show_what_the_program_prints() {
 #[test]
 fn the_plan_shows_what_the_program_prints() {
     runs("docs/planning.md", false);
+}
+
+#[test]
+fn the_campaigns_show_what_the_program_prints() {
+    runs("docs/campaigns.md", false);
 }
 
 #[test]

@@ -19,7 +19,7 @@ enum May {
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
 #[rustfmt::skip] // Lists of names side by side.
-const TABLE: [(&str, May); 34] = [
+const TABLE: [(&str, May); 35] = [
     ("files", May::Only(&[])),
     ("math", May::Only(&[])),
     ("score", May::Only(&["math"])),
@@ -57,13 +57,14 @@ const TABLE: [(&str, May); 34] = [
     ])),
     ("plan", May::Only(&["score", "block", "effects", "model", "adjust", "problem", "run", "diagnose"])),
     ("compare", May::Only(&["camera", "io", "evaluate", "diagnose", "run"])),
-    ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "validate", "lab", "cli"])),
-    ("study", May::AllBut(&["snooping", "residuals", "diagnose", "validate", "lab", "cli"])),
-    ("validate", May::AllBut(&["snooping", "residuals", "diagnose", "kit", "report", "study", "lab", "cli"])),
+    ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "campaign", "validate", "lab", "cli"])),
+    ("study", May::AllBut(&["snooping", "residuals", "diagnose", "campaign", "validate", "lab", "cli"])),
+    ("campaign", May::AllBut(&["kit", "study", "validate", "lab", "cli"])),
+    ("validate", May::AllBut(&["snooping", "residuals", "diagnose", "kit", "report", "study", "campaign", "lab", "cli"])),
     ("book", May::Only(&[])),
     ("faults", May::Only(&[])),
     ("memory", May::Only(&["faults"])),
-    ("lab", May::AllBut(&["study", "validate", "cli"])),
+    ("lab", May::AllBut(&["study", "campaign", "validate", "cli"])),
     ("cli", May::AllBut(&[])),
 ];
 

@@ -1,0 +1,189 @@
+//! The page of a campaign, and its tables in the terminal.
+
+use super::super::gather::Row;
+use super::{
+    Anova, Calibration, Confusion, FalseAlarms, Power, QUANTILES, Share, anova, calibration, confusion, false_alarms,
+    power,
+};
+use crate::campaign::folder::State;
+use crate::report::figures::{Axis, LineChart, LineStyle, Panel, Series, line_chart};
+use crate::report::html::Page;
+use crate::report::numbers::{percent, significant};
+use crate::report::tables::Table;
+
+/// Effects whose p-values are drawn: those furthest from uniform.
+const DRAWN: usize = 5;
+/// Rows of the confusion that the page shows.
+const SHOWN: usize = 200;
+
+/// The tables of a campaign, in their order; `figure`: of the analysis of variance.
+pub fn tables(rows: &[Row], figure: &str) -> Vec<Table> {
+    let mut all = vec![states(rows)];
+    all.extend(false_alarms(rows).map(|alarms| alarm_table(&alarms)));
+    let (power, confusion, calibration) = (power(rows), confusion(rows), calibration(rows));
+    if !power.is_empty() {
+        all.push(power_table(&power));
+    }
+    if !confusion.is_empty() {
+        all.push(confusion_table(&confusion));
+    }
+    if !calibration.is_empty() {
+        all.push(calibration_table(&calibration));
+    }
+    all.extend(anova(rows, figure).map(|anova| anova_table(&anova)));
+    all
+}
+
+/// The page.
+pub fn page(rows: &[Row], about: &str, figure: &str) -> Page {
+    let mut page = Page::new("A campaign");
+    page.subtitle(about);
+    for table in tables(rows, figure) {
+        page.table(&table);
+    }
+    let power = power(rows);
+    if let Some(svg) = power_curves(&power) {
+        let caption = "Power: share of the cases in which what is there is named, with 95 % intervals (Wilson).";
+        page.section("Power").figure("power", svg, caption);
+    }
+    let calibration = calibration(rows);
+    if let Some(svg) = uniformity(&calibration) {
+        let caption = "p-values of blocks without any cause: the share below p against p. On the line they are \
+                       uniform; below it a test is cautious, above it a test is rash.";
+        page.section("Calibration").figure("calibration", svg, caption);
+    }
+    page
+}
+
+fn states(rows: &[Row]) -> Table {
+    let count = |is: fn(&State) -> bool| rows.iter().filter(|row| is(&row.state)).count().to_string();
+    let mut table =
+        Table::new("Cases").number("planned", "").number("done", "").number("failed", "").number("open", "");
+    let open = |state: &State| matches!(state, State::Open | State::Taken);
+    let failed = |state: &State| matches!(state, State::Failed(_));
+    table.row([rows.len().to_string(), count(|state| *state == State::Done), count(failed), count(open)]);
+    table
+}
+
+fn shares(share: Share) -> [String; 2] {
+    let [low, high] = share.interval();
+    [percent(share.value()), format!("{} to {}", percent(low), percent(high))]
+}
+
+fn alarm_table(alarms: &FalseAlarms) -> Table {
+    let mut table = Table::new("Blocks with nothing to find").text("", "").number("blocks", "").number("share", "");
+    table = table.text("95 % interval", "");
+    for (what, share) in [("something is named", alarms.named), ("not adequate", alarms.not_adequate)] {
+        let [value, interval] = shares(share);
+        table.row([what.to_owned(), share.of.to_string(), value, interval]);
+    }
+    table
+}
+
+fn power_table(all: &[Power]) -> Table {
+    let mut table = Table::new("Power: how often what is there is named");
+    let factors: Vec<&String> = all.first().map_or_else(Vec::new, |own| own.levels.keys().collect());
+    for factor in &factors {
+        table = table.text(factor, "");
+    }
+    table = table.text("there", "").number("cases", "").number("anything named", "").number("named", "");
+    table = table.text("95 % interval", "").number("named alone", "");
+    for own in all {
+        let [named, interval] = shares(own.named);
+        let levels = factors.iter().map(|factor| own.levels[*factor].clone());
+        let counts = [own.expected.join(" + "), own.named.of.to_string(), percent(own.seen.value())];
+        table.row(levels.chain(counts).chain([named, interval, percent(own.right.value())]));
+    }
+    table
+}
+
+fn confusion_table(all: &[Confusion]) -> Table {
+    let mut table = Table::new("Confusion").text("there", "").text("named", "").number("cases", "");
+    for own in all.iter().take(SHOWN) {
+        table.row([own.expected.clone(), own.said.clone(), own.count.to_string()]);
+    }
+    if all.len() > SHOWN {
+        table.note(format!("{} rarer answers are left out here; results.csv has every case.", all.len() - SHOWN));
+    }
+    table
+}
+
+fn calibration_table(all: &[Calibration]) -> Table {
+    let mut table = Table::new("p-values of blocks with nothing to find").text("effect", "").number("p-values", "");
+    for q in QUANTILES {
+        table = table.number(&format!("below {q}"), "");
+    }
+    table = table.number("D", "").number("p of D", "");
+    for own in all {
+        let (distance, p) = own.kolmogorov_smirnov;
+        let below = own.below.iter().map(|share| significant(*share, 3));
+        let ends = [significant(distance, 3), significant(p, 2)];
+        table.row([own.effect.clone(), own.count.to_string()].into_iter().chain(below).chain(ends));
+    }
+    table.note("D: largest distance from the uniform distribution (Kolmogorov and Smirnov).");
+    table
+}
+
+fn anova_table(anova: &Anova) -> Table {
+    let caption = format!("Analysis of variance of {} over {} cases", anova.figure, anova.count);
+    let mut table = Table::new(caption).text("factor", "").number("sum of squares", "").number("dof", "");
+    table = table.number("F", "").number("p", "").text("means by level", "");
+    for source in &anova.sources {
+        let means = source.means.iter().map(|(level, mean)| format!("{level}: {}", significant(*mean, 3)));
+        let numbers = [significant(source.squares, 3), source.dof.to_string(), significant(source.f, 3)];
+        let ends = [significant(source.p_value, 2), means.collect::<Vec<_>>().join(", ")];
+        table.row([source.factor.clone()].into_iter().chain(numbers).chain(ends));
+    }
+    let (squares, dof) = anova.residual;
+    table.row(["(rest)".to_owned(), significant(squares, 3), dof.to_string()]);
+    table.note(format!("The factors explain {} of the variation.", percent(anova.explained)));
+    table
+}
+
+/// Against the first factor whose levels are numbers; a curve for each combination of the others.
+fn power_curves(all: &[Power]) -> Option<String> {
+    let number = |own: &Power, factor: &String| own.levels.get(factor).and_then(|level| level.parse::<f64>().ok());
+    let is_size = |factor: &&String| {
+        let levels: Vec<f64> = all.iter().filter_map(|own| number(own, factor)).collect();
+        levels.len() == all.len() && levels.iter().any(|level| *level != levels[0])
+    };
+    let size = all.first()?.levels.keys().find(is_size)?.clone();
+    let mut curves: Vec<(String, Vec<(f64, Share)>)> = Vec::new();
+    for own in all {
+        let others = own.levels.iter().filter(|(factor, _)| **factor != size).map(|(_, level)| level.as_str());
+        let label = others.chain([own.expected.join(" + ").as_str()]).collect::<Vec<_>>().join(", ");
+        let point = (number(own, &size)?, own.named);
+        match curves.iter_mut().find(|(name, _)| *name == label) {
+            Some((_, points)) => points.push(point),
+            None => curves.push((label, vec![point])),
+        }
+    }
+    let series = curves.into_iter().map(|(label, mut points)| {
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let half = |share: Share| 0.5 * (share.interval()[1] - share.interval()[0]);
+        let sigma = points.iter().map(|(_, share)| half(*share)).collect();
+        Series::new(label, points.iter().map(|(x, share)| [*x, share.value()]).collect()).sigma(sigma)
+    });
+    let panel = Panel {
+        x: Axis::new(size, ""),
+        y: Axis { range: Some([0.0, 1.0]), ..Axis::new("named", "") },
+        series: series.collect(),
+        ..Panel::default()
+    };
+    Some(line_chart(&LineChart { panels: vec![panel], columns: 1, ..LineChart::default() }))
+}
+
+fn uniformity(all: &[Calibration]) -> Option<String> {
+    let mut furthest: Vec<&Calibration> = all.iter().collect();
+    furthest.sort_by(|a, b| a.kolmogorov_smirnov.1.total_cmp(&b.kolmogorov_smirnov.1));
+    let curve = |own: &&Calibration| {
+        let n = own.sorted.len();
+        let points = own.sorted.iter().enumerate().map(|(k, p)| [*p, (k + 1) as f64 / n as f64]).collect();
+        Series::new(own.effect.clone(), points).style(LineStyle::Line)
+    };
+    let mut series = vec![Series::new("uniform", vec![[0.0, 0.0], [1.0, 1.0]]).style(LineStyle::Dashed)];
+    series.extend(furthest.iter().take(DRAWN).map(curve));
+    let side = |label: &str| Axis { range: Some([0.0, 1.0]), ..Axis::new(label, "") };
+    let panel = Panel { x: side("p"), y: side("share below"), series, ..Panel::default() };
+    (!all.is_empty()).then(|| line_chart(&LineChart { panels: vec![panel], columns: 1, ..LineChart::default() }))
+}
