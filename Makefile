@@ -4,7 +4,7 @@ export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
 # Tests and demos use the defaults of the program and ignore the user's config.toml.
 export MISCLOSURE_CONFIG :=
 
-.PHONY: help setup build install demo check docs pictures test test-sanitize test-hidden test-cases test-fresh test-null hit-rates test-blunders test-lab fuzz bench dist try-dist wheel test-python notebooks clean
+.PHONY: help setup build install demo check docs pictures test test-sanitize test-hidden test-cases test-fresh test-null hit-rates test-blunders test-lab fuzz bench dist try-dist wheel test-python test-parquet notebooks clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -96,6 +96,9 @@ wheel: ## the Python package: target/wheels/misclosure-*.whl, with the native so
 
 test-python: wheel ## the Python package as others install it: the wheel in a new virtual environment, tests, notebooks
 	scripts/test_python.sh "$$(ls -t target/wheels/misclosure-*.whl | head -n 1)"
+
+test-parquet: setup ## tables of a campaign as Parquet, a feature that make test leaves out
+	cargo test --release --lib --no-default-features --features parquet campaign::frame
 
 notebooks: setup ## the notebooks with their output as pages of the book: docs/notebooks
 	scripts/test_python.sh built pages

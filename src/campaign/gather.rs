@@ -1,19 +1,13 @@
 //! The results of a campaign as tables: one row a case, in the order of the plan, whoever worked it and when.
 
 use super::folder::{Folder, State};
+use super::frame::Frame;
 use super::{Candidate, Estimate, Outcome};
-use crate::io::table::TableWriter;
 use anyhow::Result;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Table of the cases.
-pub const RESULTS: &str = "results.csv";
-/// Table of the tests of the catalogue.
-pub const CANDIDATES: &str = "candidates.csv";
-/// Table of the sizes of what was named.
-pub const ESTIMATES: &str = "estimates.csv";
 /// What separates names in a cell.
 const BETWEEN: &str = " ";
 
@@ -48,63 +42,66 @@ pub fn rows(folder: &Folder) -> Result<Vec<Row>> {
     folder.cases.par_iter().zip(states).map(row).collect()
 }
 
-/// Writes the tables into `to`.
+/// The tables, by the name of their file without its ending.
+pub fn tables(rows: &[Row]) -> [(&'static str, Frame); 3] {
+    let of_outcomes = || rows.iter().filter_map(|row| Some((row, row.outcome.as_ref()?)));
+    let factors: Vec<&String> = rows.first().map_or_else(Vec::new, |row| row.factors.keys().collect());
+    let names: BTreeSet<&String> = of_outcomes().flat_map(|(_, outcome)| outcome.figures.keys()).collect();
+    let text = |of: &dyn Fn(&Row) -> String| rows.iter().map(of).collect::<Vec<_>>().into_iter();
+    let said = |of: &dyn Fn(&Outcome) -> String| {
+        rows.iter().map(|row| row.outcome.as_ref().map_or_else(String::new, of)).collect::<Vec<_>>().into_iter()
+    };
+    let mut results = Frame::default().text("id", text(&|row| row.id.clone()));
+    for factor in factors {
+        results = results.text(factor, text(&|row| row.factors[factor].clone()));
+    }
+    let state = |row: &Row| match row.state {
+        State::Done => "done",
+        State::Failed(_) => "failed",
+        State::Taken => "taken",
+        State::Open => "open",
+    };
+    let reason = |row: &Row| if let State::Failed(reason) = &row.state { reason.clone() } else { String::new() };
+    results = results
+        .text("state", text(&|row| state(row).into()))
+        .text("reason", text(&reason))
+        .text("expected", text(&|row| row.expected.join(BETWEEN)))
+        .text("verdict", said(&|own| own.verdict.clone()))
+        .text("named", said(&|own| own.named.join(BETWEEN)))
+        .text("mistakes", said(&|own| own.mistakes.join("; ")))
+        .flags("right", rows.iter().map(|row| Some(row.outcome.as_ref()?.right)));
+    for name in names {
+        let figure = |row: &Row| row.outcome.as_ref()?.figures.get(name).copied();
+        results = results.numbers(name, rows.iter().map(figure));
+    }
+    let tests: Vec<(&Row, &Candidate)> =
+        of_outcomes().flat_map(|(row, own)| own.candidates.iter().map(move |test| (row, test))).collect();
+    let candidates = Frame::default()
+        .text("id", tests.iter().map(|(row, _)| row.id.clone()))
+        .text("effect", tests.iter().map(|(_, own)| own.effect.clone()))
+        .numbers("p_value", tests.iter().map(|(_, own)| Some(own.p_value)));
+    let sizes: Vec<(&Row, &Estimate)> =
+        of_outcomes().flat_map(|(row, own)| own.estimates.iter().map(move |size| (row, size))).collect();
+    let estimates = Frame::default()
+        .text("id", sizes.iter().map(|(row, _)| row.id.clone()))
+        .text("effect", sizes.iter().map(|(_, own)| own.effect.clone()))
+        .text("parameter", sizes.iter().map(|(_, own)| own.parameter.clone()))
+        .numbers("value", sizes.iter().map(|(_, own)| Some(own.value)))
+        .numbers("sigma", sizes.iter().map(|(_, own)| Some(own.sigma)))
+        .text("unit", sizes.iter().map(|(_, own)| own.unit.clone()));
+    [("results", results), ("candidates", candidates), ("estimates", estimates)]
+}
+
+/// Writes the tables into `to`, as CSV, and as Parquet where that is asked for.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn write(rows: &[Row], to: &Path) -> Result<()> {
-    let of_outcomes = || rows.iter().filter_map(|row| Some((row, row.outcome.as_ref()?)));
-    let factors: Vec<&String> = rows.first().map_or_else(Vec::new, |row| row.factors.keys().collect());
-    let figures: BTreeSet<&String> = of_outcomes().flat_map(|(_, outcome)| outcome.figures.keys()).collect();
-    let own = ["state", "reason", "expected", "verdict", "named", "mistakes", "right"].map(String::from);
-    let header: Vec<&str> = std::iter::once("id")
-        .chain(factors.iter().map(|name| name.as_str()))
-        .chain(own.iter().map(String::as_str))
-        .chain(figures.iter().map(|name| name.as_str()))
-        .collect();
-    let mut table = TableWriter::create(&to.join(RESULTS), &header)?;
-    for row in rows {
-        table.text(&row.id);
-        for factor in &factors {
-            table.text(&row.factors[*factor]);
-        }
-        let (state, reason) = match &row.state {
-            State::Done => ("done", ""),
-            State::Failed(reason) => ("failed", reason.as_str()),
-            State::Taken => ("taken", ""),
-            State::Open => ("open", ""),
-        };
-        table.text(state).text(reason).text(&row.expected.join(BETWEEN));
-        match &row.outcome {
-            None => {
-                table.text("").text("").text("").text("");
-            }
-            Some(own) => {
-                let mistakes = own.mistakes.join("; ");
-                table.text(&own.verdict).text(&own.named.join(BETWEEN)).text(&mistakes);
-                table.text(if own.right { "true" } else { "false" });
-            }
-        }
-        for figure in &figures {
-            table.optional(row.outcome.as_ref().and_then(|own| own.figures.get(*figure).copied()));
-        }
-        table.end_row()?;
-    }
-    table.finish()?;
-    let mut table = TableWriter::create(&to.join(CANDIDATES), &["id", "effect", "p_value"])?;
-    for (row, outcome) in of_outcomes() {
-        for Candidate { effect, p_value } in &outcome.candidates {
-            table.text(&row.id).text(effect).number(*p_value);
-            table.end_row()?;
+pub fn write(rows: &[Row], to: &Path, parquet: bool) -> Result<()> {
+    for (name, frame) in tables(rows) {
+        frame.write_csv(&to.join(format!("{name}.csv")))?;
+        if parquet {
+            frame.write_parquet(&to.join(format!("{name}.parquet")))?;
         }
     }
-    table.finish()?;
-    let mut table = TableWriter::create(&to.join(ESTIMATES), &["id", "effect", "parameter", "value", "sigma", "unit"])?;
-    for (row, outcome) in of_outcomes() {
-        for Estimate { effect, parameter, value, sigma, unit } in &outcome.estimates {
-            table.text(&row.id).text(effect).text(parameter).number(*value).number(*sigma).text(unit);
-            table.end_row()?;
-        }
-    }
-    Ok(table.finish()?)
+    Ok(())
 }

@@ -13,7 +13,7 @@
 //! seed = "1..200"                          # whole numbers from the first to the last
 //! readout = [0.001, 0.002, 0.004]          # levels
 //! preset = ["dike", "mapping"]
-//! control = { choose = 4, of = ["a", "b", "c", "d", "e"] }     # every choice of four
+//! control = { choose = 4, of = ["a", "b", "c", "d", "e"] }     # every four
 //! [[factors.error]]                        # levels of several values: {error.cause}, {error.effect}; {error}: the name
 //! name = "flaw"
 //! cause = "local-flaw"

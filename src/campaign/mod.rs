@@ -12,6 +12,7 @@ pub mod analyse;
 mod case;
 mod execute;
 pub mod folder;
+pub mod frame;
 pub mod gather;
 pub mod grid;
 pub mod lease;

@@ -63,6 +63,9 @@ enum Command {
     Gather {
         /// Folder of the campaign
         folder: PathBuf,
+        /// Also as Parquet (a build with Cargo's feature parquet)
+        #[arg(long)]
+        parquet: bool,
     },
     /// Power, confusion, calibration and analysis of variance: tables, and analysis/report.html
     #[command(
@@ -141,11 +144,14 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
         }
         Command::Run(arguments) => arguments.run(console, threads),
         Command::Status { folder } => status(&open(folder)?),
-        Command::Gather { folder } => {
+        Command::Gather { folder, parquet } => {
+            if *parquet && !cfg!(feature = "parquet") {
+                bail!(Usage("--parquet: this build has none; build it with Cargo's feature parquet".into()));
+            }
             let rows = gather::rows(&open(folder)?)?;
-            gather::write(&rows, folder)?;
+            gather::write(&rows, folder, *parquet)?;
             let done = rows.iter().filter(|row| row.outcome.is_some()).count();
-            let text = format!("{done} of {} cases: {}\n", rows.len(), folder.join(gather::RESULTS).display());
+            let text = format!("{done} of {} cases: {}\n", rows.len(), folder.join("results.csv").display());
             Ok(Answer { text, json: json!({ "format": 1, "cases": rows.len(), "done": done }), failure: None })
         }
         Command::Analyse { folder, figure } => analyse(folder, figure),

@@ -144,6 +144,7 @@ impl Seen<'_> {
 
     /// Predicts at the places at which the chain ends; see [`super::place`]. A measurement whose place is near stays
     /// there while others move, so that it has the numbers that it has alone.
+    #[inline(always)]
     fn predict_at_own_place<S: Simd>(
         &self,
         eight: &mut Eight<'_, S>,
@@ -181,6 +182,7 @@ impl Seen<'_> {
     }
 
     /// The image points alone, at the places at which the chain ends.
+    #[inline(always)]
     fn point_at_own_place<S: Simd>(
         &self,
         simd: S,
@@ -197,6 +199,7 @@ impl Seen<'_> {
 
     /// Looks for the places from those where the plain camera sees the points: until all are found, or so many
     /// answers were heard.
+    #[inline(always)]
     fn search<S: Simd>(
         &self,
         eight: &mut Eight<'_, S>,

@@ -25,8 +25,8 @@ pub struct Calibration {
     pub sorted: Vec<f64>,
 }
 
-/// By effect, over the cases in which nothing is expected. The p-values of one block are of the same noise and depend on
-/// each other; the last row has one of each block.
+/// By effect, over the cases in which nothing is expected. The p-values of one block are of the same noise, and depend
+/// on each other; the last row has one of each block.
 pub fn calibration(rows: &[Row]) -> Vec<Calibration> {
     let mut values: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     let mut pooled = Vec::new();
