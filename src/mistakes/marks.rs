@@ -132,8 +132,9 @@ pub struct Moved {
     pub points: usize,
 }
 
-/// An offset that all marks share: the centre of a pixel for its corner, a template that is off.
-pub fn offset(moved: &Moved, alpha: f64) -> Option<Mistake> {
+/// An offset that all marks share: the centre of a pixel for its corner, a template that is off. `most`: what marks
+/// without it leave at most, px.
+pub fn offset(moved: &Moved, most: f64, alpha: f64) -> Option<Mistake> {
     if moved.points < FEWEST_POINTS {
         return None;
     }
@@ -155,7 +156,8 @@ pub fn offset(moved: &Moved, alpha: f64) -> Option<Mistake> {
     let sigma = (variance * along.dot(&(inverse * along))).sqrt();
     let sigmas = (inverse.diagonal() * variance).map(f64::sqrt);
     // What a lens does at the places of few marks looks like an offset, too, and is no chance.
-    if !(ln_p < alpha.ln() && value.norm() >= LEAST_OFFSET_PX && value.norm() >= BEYOND * sigma) {
+    let explains = variance.sqrt() < most;
+    if !(explains && ln_p < alpha.ln() && value.norm() >= LEAST_OFFSET_PX && value.norm() >= BEYOND * sigma) {
         return None;
     }
     let near_half = |(own, sigma): (&f64, &f64)| (own.abs() - HALF_PIXEL).abs() <= SIGMAS * sigma;
@@ -217,17 +219,18 @@ mod tests {
             let residuals = (0..60).map(|k| by_x[k] * offset.x + by_y[k] * offset.y + noise(k)).collect();
             Moved { residuals, by_x, by_y, points: 10 }
         };
-        let found = offset(&all(Vector2::new(0.5, -0.5)), 1e-3).expect("an offset");
+        let found = offset(&all(Vector2::new(0.5, -0.5)), 3.0, 1e-3).expect("an offset");
         assert!(found.sentence.contains("half a pixel") && found.sigma.is_none(), "{}", found.sentence);
-        let template = offset(&all(Vector2::new(1.5, 0.0)), 1e-3).expect("an offset");
+        let template = offset(&all(Vector2::new(1.5, 0.0)), 3.0, 1e-3).expect("an offset");
         assert!((template.value.expect("a size") - 1.5).abs() < 3.0 * template.sigma.expect("a sigma"));
         // The length is along x here, and y is known half as well: by its own standard deviation alone.
         let mut uneven = all(Vector2::new(1.5, 0.0));
         uneven.by_y.iter_mut().for_each(|own| *own *= 0.5);
-        let uneven = offset(&uneven, 1e-3).expect("an offset").sigma.expect("a sigma");
+        let uneven = offset(&uneven, 3.0, 1e-3).expect("an offset").sigma.expect("a sigma");
         assert!((uneven / template.sigma.expect("a sigma") - 1.0).abs() < 0.2, "{uneven}");
-        assert!(offset(&all(Vector2::zeros()), 1e-3).is_none());
+        assert!(offset(&all(Vector2::zeros()), 3.0, 1e-3).is_none());
         let few = Moved { points: 2, ..all(Vector2::new(1.5, 0.0)) };
-        assert!(offset(&few, 1e-3).is_none(), "two points say nothing of all marks");
+        assert!(offset(&few, 3.0, 1e-3).is_none(), "two points say nothing of all marks");
+        assert!(offset(&all(Vector2::new(1.5, 0.0)), 0.01, 1e-3).is_none(), "the rest is not explained");
     }
 }

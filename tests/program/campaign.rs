@@ -95,13 +95,13 @@ fn a_campaign_is_planned_worked_gathered_and_analysed() {
 #[test]
 fn kills_lose_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
-    let grid = GRID.replace("1..6", "1..15");
+    let grid = GRID.replace("1..6", "1..10");
     let (whole, killed) = (planned(folder.path(), "whole", &grid), planned(folder.path(), "killed", &grid));
     done(&["campaign", "run", &whole]);
     let mut workers: Vec<Child> = (0..3).map(|_| worker(&killed)).collect();
     let begun = Instant::now();
     let mut kills = 0;
-    while begun.elapsed() < Duration::from_secs(4) {
+    while begun.elapsed() < Duration::from_secs(3) {
         // Moments that repeat: the ninth part of a second that grows.
         std::thread::sleep(Duration::from_millis(110 + 37 * (kills % 7)));
         let one = (kills % 3) as usize;
@@ -113,7 +113,7 @@ fn kills_lose_nothing() {
     for mut one in workers {
         assert!(one.wait().expect("its end").success());
     }
-    assert!(kills >= 5, "{kills} kills");
+    assert!(kills >= 4, "{kills} kills");
     assert!(gathered(&killed) == gathered(&whole), "tables differ");
 }
 

@@ -4,6 +4,7 @@ use super::survey::{Network, size_px};
 use crate::block::edit::Edit;
 use crate::block::{Block, Measurement};
 use crate::evaluate::intersection::{Failure, Intersection};
+use crate::math::statistics::median;
 use crate::mistakes::marks::{self, Meeting, Moved, Recorded};
 use crate::mistakes::{BEYOND, Mistake};
 use std::borrow::Cow;
@@ -24,28 +25,29 @@ impl Network<'_> {
         };
         let own = meeting(Recorded::Rightly);
         let meets = own.sizes.iter().filter(|size| **size < BEYOND * usual).count();
+        let mut typical = usual;
         // Alternatives are asked for where the rays of most points do not meet.
         if 2 * meets < own.sizes.len() {
+            typical = median(&own.sizes);
             let others = Recorded::all().into_iter().skip(1).map(meeting);
             let trials: Vec<Meeting> = std::iter::once(own).chain(others).collect();
-            return match marks::convention(&trials, usual) {
-                Some((recorded, mistake)) => {
-                    let rightly = block.marks.iter().map(|mark| {
-                        let [x, y] = recorded.undone([mark.x, mark.y], size(mark));
-                        Measurement { x, y, ..*mark }
-                    });
-                    let rightly = block.with_measurements(block.ties.clone(), rightly.collect());
-                    let mend = of_each_size(block, recorded);
-                    (Cow::Owned(rightly), vec![mistake.undone_by(mend)])
-                }
-                None => (Cow::Borrowed(block), Vec::new()),
-            };
+            if let Some((recorded, mistake)) = marks::convention(&trials, usual) {
+                let rightly = block.marks.iter().map(|mark| {
+                    let [x, y] = recorded.undone([mark.x, mark.y], size(mark));
+                    Measurement { x, y, ..*mark }
+                });
+                let rightly = block.with_measurements(block.ties.clone(), rightly.collect());
+                let mend = of_each_size(block, recorded);
+                return (Cow::Owned(rightly), vec![mistake.undone_by(mend)]);
+            }
         }
-        let mistake = marks::offset(&self.moved(block, usual), significance);
+        // A large offset keeps the rays of all points apart alike.
+        let mistake = marks::offset(&self.moved(block, typical), BEYOND * usual, significance);
         (Cow::Borrowed(block), mistake.into_iter().collect())
     }
 
-    /// Residuals of points whose rays meet, and how they change where all marks move.
+    /// Residuals of points whose rays meet about as those of most do (`usual`, px), and how they change where all marks
+    /// move.
     fn moved(&self, block: &Block, usual: f64) -> Moved {
         let by = |offset: [f64; 2]| self.intersected(block, |mark| [mark.x + offset[0], mark.y + offset[1]]).points;
         let [own, x, y] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(by);

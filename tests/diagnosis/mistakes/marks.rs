@@ -28,7 +28,7 @@ fn conventions() {
 #[test]
 fn offsets() {
     for (preset, seed) in BLOCKS {
-        for (offset, known) in [([0.5, 0.5], true), ([1.5, -0.2], false)] {
+        for (offset, known) in [([0.5, 0.5], true), ([1.5, -0.2], false), ([0.0, 4.0], false)] {
             let what = format!("{preset} {seed}, {offset:?} px");
             let mut moved = block(preset, seed);
             marks(&mut moved, |[x, y], _| [x + offset[0], y + offset[1]]);
