@@ -43,7 +43,7 @@ pub fn page(rows: &[Row], about: &str, figure: &str) -> Page {
     }
     let power = power(rows);
     if let Some(svg) = power_curves(&power) {
-        let caption = "Power: share of the cases in which what is there is named, with 95 % intervals (Wilson).";
+        let caption = "Power: share of the cases in which what is there is named. The table has the intervals.";
         page.section("Power").figure("power", svg, caption);
     }
     let calibration = calibration(rows);
@@ -160,9 +160,7 @@ fn power_curves(all: &[Power]) -> Option<String> {
     }
     let series = curves.into_iter().map(|(label, mut points)| {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let half = |share: Share| 0.5 * (share.interval()[1] - share.interval()[0]);
-        let sigma = points.iter().map(|(_, share)| half(*share)).collect();
-        Series::new(label, points.iter().map(|(x, share)| [*x, share.value()]).collect()).sigma(sigma)
+        Series::new(label, points.iter().map(|(x, share)| [*x, share.value()]).collect())
     });
     let panel = Panel {
         x: Axis::new(size, ""),
