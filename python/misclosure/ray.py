@@ -4,8 +4,8 @@ Each shard of the campaign is a task. A task whose node is lost runs again on an
 has kept: the state is the campaign's folder, which every node has to see under the same path.
 
 Without ``--address`` a Ray of this machine alone is started, which listens on 127.0.0.1 and has no dashboard. Usage
-statistics are off. Ray's interfaces ask for no password: whoever reaches them may run anything (see the book's chapter
-on campaigns).
+statistics are off. Ray's interfaces need no password: everybody who reaches them can run code (see the book's chapter on
+campaigns).
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def _work(folder: str, shard: str, jobs: int) -> int:
         text=True,
         check=False,
     )
-    # 1: cases were given up; their reasons stand in the folder. Anything else, Ray tries again.
+    # 1: cases were given up; the folder has their reasons. Any other failure ends the campaign with the message.
     if done.returncode not in (0, 1):
         raise RuntimeError(f"shard {shard} of {folder}: {done.stderr.strip()}")
     return done.returncode
@@ -68,7 +68,7 @@ def work_off(folder: str, address: str | None = None, shards: int | None = None,
             ray.init(address=address, log_to_driver=False)
     processors = int(ray.cluster_resources().get("CPU", 1))
     shards = shards or max(1, min(begun_with["cases"], SHARDS_PER_CPU * processors // jobs))
-    # A task runs again as often as its node is lost; a shard that fails, three times.
+    # Ray runs a task again whenever its node is lost.
     task = ray.remote(num_cpus=jobs, max_retries=-1)(_work)
     waiting = [task.remote(folder, f"{shard}/{shards}", jobs) for shard in range(1, shards + 1)]
     begun = time.monotonic()

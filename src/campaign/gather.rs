@@ -1,4 +1,5 @@
-//! The results of a campaign as tables: one row a case, in the order of the plan, whoever worked it and when.
+//! The results of a campaign as tables: one row a case, in the order of the plan. Neither the worker nor
+//! the time of the work changes them.
 
 use super::folder::{Folder, State};
 use super::frame::Frame;
@@ -92,7 +93,7 @@ pub fn tables(rows: &[Row]) -> [(&'static str, Frame); 3] {
     [("results", results), ("candidates", candidates), ("estimates", estimates)]
 }
 
-/// Writes the tables into `to`, as CSV, and as Parquet where that is asked for.
+/// Writes the tables into `to`, as CSV and with `parquet` also as Parquet.
 ///
 /// # Errors
 /// A file that cannot be written.

@@ -1,9 +1,9 @@
 //! Leases: who works which case. No server, no lock of the file system, no clock that two machines would have to share.
 //!
 //! The lease of a case is a file that is made exclusively, `<id>.<generation>`. While its worker lives, it changes the
-//! file every [`HEARTBEAT`]. Who waits for the case looks whether it changes, by a clock of his own that never jumps.
-//! A lease that stands still longer than a worker may sleep is that of a dead one, and whoever makes the next
-//! generation first takes the case over. A worker that was only slow gives the same bytes as its successor.
+//! file every [`HEARTBEAT`]. A worker that waits for the case measures by its own monotonic clock how long the file has
+//! not changed. After [`LEASE`] the holder counts as dead, and the worker that creates the next generation takes the
+//! case over. A holder that was only slow gives the same bytes as its successor.
 
 use anyhow::{Context, Result};
 use std::collections::BTreeMap;
@@ -70,7 +70,7 @@ impl Lease {
     }
 }
 
-/// Shows that the leases of this process are held, from a thread of its own.
+/// Heartbeat: a thread that changes the lease files of this process.
 pub struct Heart {
     held: Arc<Mutex<Vec<PathBuf>>>,
     end: Option<Sender<()>>,

@@ -14,7 +14,7 @@ pub struct Confusion {
     pub expected: String,
     /// What was named.
     pub said: String,
-    /// In so many cases.
+    /// Number of cases.
     pub count: usize,
 }
 

@@ -60,7 +60,9 @@ const TABLE: [(&str, May); 35] = [
     ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "campaign", "validate", "lab", "cli"])),
     ("study", May::AllBut(&["snooping", "residuals", "diagnose", "campaign", "validate", "lab", "cli"])),
     ("campaign", May::AllBut(&["kit", "study", "validate", "lab", "cli"])),
-    ("validate", May::AllBut(&["snooping", "residuals", "diagnose", "kit", "report", "study", "campaign", "lab", "cli"])),
+    ("validate", May::AllBut(&[
+        "snooping", "residuals", "diagnose", "kit", "report", "study", "campaign", "lab", "cli",
+    ])),
     ("book", May::Only(&[])),
     ("faults", May::Only(&[])),
     ("memory", May::Only(&["faults"])),
