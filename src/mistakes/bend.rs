@@ -19,6 +19,11 @@ const ROUNDS: usize = 10;
 /// Share of right members that a round keeps.
 const KEPT: f64 = 0.99;
 
+/// Terms of the surface that so many members allow; 0: the similarity alone.
+pub fn surface_terms(members: usize) -> usize {
+    TERMS.into_iter().find(|terms| members >= terms + REDUNDANT).unwrap_or(0)
+}
+
 /// A group beside the bent network.
 #[derive(Debug, Clone)]
 pub struct Bend {

@@ -44,6 +44,7 @@ mod undo;
 pub mod values;
 mod words;
 
+pub use bend::surface_terms;
 use pair::Gate;
 pub use pair::with_value;
 pub use survey::{Focal, Group, Member, Subject, Survey};

@@ -67,7 +67,7 @@ pub struct Member {
     pub recorded: Vector3<f64>,
     /// In the free network; `None` where the images do not give it.
     pub computed: Option<Vector3<f64>>,
-    /// Of `computed`: an image that few tie points hold is where nobody knows.
+    /// Of `computed`, where it was asked for: an image that few tie points hold is where nobody knows.
     pub covariance: Matrix3<f64>,
     /// Flight of an image; 0 for points.
     pub flight: usize,

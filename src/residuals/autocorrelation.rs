@@ -12,7 +12,7 @@ use super::context::Context;
 use super::found::Found;
 use crate::block::neighbours::Neighbours;
 use crate::math::statistics::{normal_ln_sf, normal_sf};
-use nalgebra::{Matrix2x6, Matrix6};
+use nalgebra::Matrix2x6;
 use rayon::prelude::*;
 
 /// Neighbours of each measurement.
@@ -72,8 +72,6 @@ struct Products<'a> {
     context: &'a Context<'a>,
     /// Point of each measurement.
     owner: Vec<u32>,
-    /// Covariance of the pose of each image, known from the image alone.
-    covariance: Vec<Matrix6<f64>>,
 }
 
 impl<'a> Products<'a> {
@@ -83,22 +81,17 @@ impl<'a> Products<'a> {
         for j in 0..problem.point_sources.len() {
             owner[problem.point_start[j]..problem.point_start[j + 1]].fill(j as u32);
         }
-        let mut normal = context.antenna_normals.clone();
-        for (k, local) in context.measurements.iter().enumerate() {
-            normal[context.image(k)] += local.by_pose.transpose() * moved(context, k);
-        }
-        let covariance = normal.iter().map(|normal| normal.try_inverse().unwrap_or_else(Matrix6::zeros)).collect();
-        Self { context, owner, covariance }
+        Self { context, owner }
     }
 
     /// Sums them over pairs of points, in an order that does not depend on the number of threads. Runs in the pool of
     /// its caller.
     fn sum<I: Iterator<Item = usize>>(&self, neighbours: impl Fn(usize) -> I + Sync) -> Sum {
-        let Self { context, owner, covariance } = self;
+        let Self { context, owner } = self;
         let observations = &context.problem.observations;
         let variance = context.variance();
         let of_one = |k: usize| {
-            let pulled = moved(context, k) * covariance[context.image(k)];
+            let pulled = moved(context, k) * context.pose_covariances[context.image(k)];
             let others = neighbours(k).filter(move |other| owner[*other] != owner[k]);
             others.map(move |other| {
                 let (a, b) = (context.measurements[k].residual, context.measurements[other].residual);

@@ -25,10 +25,13 @@ pub(super) struct Context<'a> {
     pub(super) problem: &'a Problem,
     pub(super) state: &'a State,
     pub(super) measurements: &'a [Local],
+    /// That of the image measurements. Cameras and poses are taken as known from these alone until the redundancy of
+    /// the positions is known ([`super::Layout::analyse`]).
     pub(super) noise: Noise,
     pub(super) antenna_residuals: Vec<Vector3<f64>>,
-    /// Normal matrix of each image's pose (rotation `w`, projection centre) from its antenna alone.
-    pub(super) antenna_normals: Vec<Matrix6<f64>>,
+    /// Covariance of each image's pose (rotation `w`, projection centre) from its own measurements and its antenna, the
+    /// other images held.
+    pub(super) pose_covariances: Vec<Matrix6<f64>>,
     pub(super) gnss_noise: Noise,
     /// Its threads are those that the tests have.
     pub(super) pool: Pool,
@@ -49,10 +52,9 @@ impl<'a> Context<'a> {
         let squares = problem.observations.iter().zip(measurements).map(|(observation, local)| {
             (local.residual[0].powi(2) + local.residual[1].powi(2)) * observation.inverse_sigma.powi(2)
         });
-        let layout = problem.layout();
-        let cameras = problem.free().iter().take(layout.point(0, 0)).filter(|free| **free).count();
-        // GNSS and control determine a part of the cameras, so this is a little too small: on the safe side.
-        let degrees = (2 * problem.observations.len()) as f64 - (3 * layout.points + cameras) as f64;
+        let shared = problem.free().iter().take(problem.layout().point(0, 0)).filter(|free| **free).count();
+        let by_points: f64 = measurements.iter().map(|local| local.redundancy.trace()).sum();
+        let degrees = by_points - shared as f64;
         let predictor = Predictor::new(problem, state)?;
         let antenna_residuals = problem.gnss.iter().map(|observation| {
             let computed = predictor.antenna(observation.index as usize);
@@ -69,6 +71,10 @@ impl<'a> Context<'a> {
             }
             antenna_normals[image] += by_pose.transpose() * by_pose;
         }
+        let mut pose_normals = antenna_normals;
+        for (observation, local) in problem.observations.iter().zip(measurements) {
+            pose_normals[observation.image as usize] += local.by_pose.transpose() * local.redundancy * local.by_pose;
+        }
         let of_gnss = problem.gnss.iter().zip(&antenna_residuals);
         let sum_of_squares = of_gnss.map(|(observation, d)| d.component_div(&observation.sigma).norm_squared()).sum();
         Ok(Self {
@@ -77,7 +83,7 @@ impl<'a> Context<'a> {
             measurements,
             noise: Noise { sum_of_squares: squares.sum(), degrees },
             antenna_residuals,
-            antenna_normals,
+            pose_covariances: pose_normals.iter().map(inverse_where_determined).collect(),
             gnss_noise: Noise { sum_of_squares, degrees: f64::NAN },
             pool: Pool::new(threads)?,
         })
@@ -108,4 +114,18 @@ impl<'a> Context<'a> {
         };
         self.pool.install(|| firsts.into_par_iter().map(of_points).collect())
     }
+}
+
+/// Smallest eigenvalue of a normal matrix of unit diagonal that is more than rounding.
+const LEAST_EIGENVALUE: f64 = 1e-10;
+
+/// Inverse of a normal matrix, zero in directions that it does not determine: unknowns that are held, poses of too few
+/// measurements.
+fn inverse_where_determined(normal: &Matrix6<f64>) -> Matrix6<f64> {
+    let scale = normal.diagonal().map(|diagonal| if diagonal > 0.0 { diagonal.sqrt().recip() } else { 0.0 });
+    let unit = Matrix6::from_fn(|i, j| scale[i] * normal[(i, j)] * scale[j]);
+    let mut eigen = unit.symmetric_eigen();
+    eigen.eigenvalues.apply(|value| *value = if *value > LEAST_EIGENVALUE { value.recip() } else { 0.0 });
+    let inverse = eigen.recompose();
+    Matrix6::from_fn(|i, j| scale[i] * inverse[(i, j)] * scale[j])
 }

@@ -85,20 +85,22 @@ impl<'a> Layout<'a> {
         let ranges: Vec<Range<usize>> =
             families.ranges().into_iter().map(|range| first + range.start..first + range.end).collect();
         drop(families);
-        let asked = |name: &str| {
-            let position = names.iter().position(|other| *other == name)?;
-            Some(Asked { system: &system, spread: &spread, range: ranges[position].clone(), noise: self.context.noise })
-        };
-        if let Some(rows) = asked(REDUNDANCY).filter(|rows| !rows.range.is_empty()) {
-            let share = rows.range.clone().map(|c| system.information[(c, c)]).sum::<f64>() / rows.range.len() as f64;
+        let range_of = |name: &str| Some(ranges[names.iter().position(|other| *other == name)?].clone());
+        if let Some(rows) = range_of(REDUNDANCY).filter(|rows| !rows.is_empty()) {
+            let share = rows.clone().map(|c| system.information[(c, c)]).sum::<f64>() / rows.len() as f64;
+            let coordinates = (3 * self.context.problem.gnss.len()) as f64;
+            // What the positions determine of the poses, the image measurements do not give up.
+            self.context.noise.degrees += (1.0 - share) * coordinates;
             let noise = &mut self.context.gnss_noise;
-            noise.degrees = share * (3 * self.context.problem.gnss.len()) as f64;
+            noise.degrees = share * coordinates;
             // A residual has a share of the images' errors, too, and its mean over a flight has little else where
             // positions are far better than their weights say: they may be worse than stated here, and no better.
             noise.sum_of_squares = noise.sum_of_squares.max(noise.degrees);
         }
         let context = &self.context;
-        if context.noise.degrees > 0.0 {
+        let noise = context.noise;
+        let asked = |name: &str| Some(Asked { system: &system, spread: &spread, range: range_of(name)?, noise });
+        if noise.degrees > 0.0 {
             asked("sensor").iter().for_each(|asked| self.cells.judge(asked, &mut found));
             if let (Some(spectrum), Some(asked)) = (&self.spectrum, asked("spectrum")) {
                 spectrum.judge(&asked, &mut found);
@@ -116,7 +118,7 @@ impl<'a> Layout<'a> {
                 found.push(name, asked.test(&all), covariate.description.clone());
             }
             covariates::draw(context, &self.covariates, &mut found);
-            if is_noise(context.noise.sum_of_squares, context.noise.degrees) {
+            if is_noise(noise.sum_of_squares, noise.degrees) {
                 context.pool.install(|| {
                     autocorrelation::test(context, &mut found);
                     row_spectrum::test(context, &mut found);

@@ -266,6 +266,18 @@ fn poses_that_gnss_holds_leave_no_correlation_behind() {
 }
 
 #[test]
+fn images_of_few_points_leave_no_pattern_behind() {
+    // Eight points an image: positions and control determine so much of the poses that a redundancy which forgets them
+    // is a third too small, and the noise as much too large.
+    for seed in 1..=10 {
+        let block = block("mapping", 150.0, seed);
+        let run = common::solve_native(&block, &Model { datum: Datum::All, ..Model::default() }, &options());
+        let structure = structure_of(&run);
+        assert!(structure.family_wise().is_none(), "{seed}: {:?}", structure.describe_unexplained());
+    }
+}
+
+#[test]
 fn a_late_antenna_shows_along_the_track_alone() {
     let mut block = block("dike", 2000.0, 7);
     let centres: Vec<_> = block.images.iter().map(|image| image.pose.centre).collect();

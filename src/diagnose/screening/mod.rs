@@ -13,6 +13,7 @@ mod own_cameras;
 mod places;
 mod precision;
 mod rays;
+mod surroundings;
 mod survey;
 mod undone;
 mod values;
@@ -26,7 +27,7 @@ pub use values::{of_datum, of_values};
 
 use crate::adjust::Options;
 use crate::block::Block;
-use crate::mistakes::{self, Mistake, screen};
+use crate::mistakes::{self, Mistake};
 use crate::model::Model;
 use network::{Oriented, free_network};
 use std::borrow::Cow;
@@ -52,7 +53,7 @@ pub fn mistakes(block: &Block, model: &Model, significance: f64, options: &Optio
 pub fn doubtful(block: &Block, model: &Model, significance: f64, options: &Options) -> Vec<Mistake> {
     let Some(oriented) = free_network(block, model, options) else { return Vec::new() };
     let Some(network) = Network::new(&oriented) else { return Vec::new() };
-    mistakes::doubtful(&network.survey(block), significance)
+    mistakes::doubtful(&network.screened(block, significance).0, significance)
 }
 
 /// Adds mistakes of a kind and subject that nothing found before.
@@ -92,7 +93,7 @@ fn of_groups(block: &Block, oriented: &Oriented, model: &Model, significance: f6
         let images = block.to_mut().images.iter_mut();
         images.filter(|image| wrong(&image.name)).for_each(|image| image.gnss = None);
     }
-    let survey = network.survey(&block);
-    found.extend(screen(&survey, significance));
+    let (survey, wrong) = network.screened(&block, significance);
+    found.extend(wrong);
     heights::refined(found, &block, model, &survey, options)
 }

@@ -11,7 +11,6 @@ use crate::mistakes::Focal;
 use crate::model::{Datum, Model};
 use crate::run::fit::Fit;
 use crate::snooping::{Snooping, Strictness, robust_fit};
-use nalgebra::{Matrix3, SMatrix};
 use std::ops::ControlFlow;
 
 /// Tie points of each image that orient it: ten times as many as an orientation needs, over the sensor.
@@ -22,8 +21,6 @@ const TOLD_M: f64 = 10.0 / 3.0;
 /// Variance factor with the camera held as stated, over that with a free one, up to which the ties allow the stated
 /// one: residuals twice as large.
 const AS_GOOD: f64 = 4.0;
-/// Images up to which the covariance of every pose is computed: it grows with the square of their number.
-const MOST_COVARIANCES: usize = 1000;
 
 /// The block by some of its tie points, with a loss that single false matches cannot bend. Where they do not tell the
 /// focal length well enough for heights, the camera is held as stated if the ties allow that.
@@ -69,28 +66,25 @@ fn fit_of_most(block: &Block, search: &mut Snooping, model: &Model, options: &Op
     settle(block, search, model, None, Strictness::Loose, &settings).ok()
 }
 
-/// A free network with its precision.
+/// A free network.
 pub struct Oriented {
     /// The fit.
     pub fit: Fit,
     /// What it knows of the focal length.
     pub focal: Focal,
-    /// Of each projection centre; empty where it was not computed.
-    pub centres: Vec<Matrix3<f64>>,
+    /// Threads that it may be asked with.
+    pub threads: usize,
 }
 
 impl Oriented {
     fn new(fit: Fit, options: &Options) -> Self {
-        let whole = fit.problem.image_names.len() <= MOST_COVARIANCES;
-        let covariance = if whole { CovarianceOf::Everything } else { CovarianceOf::Shared };
-        let options = Options { covariance, may_stay_unconverged: true, ..options.clone() };
+        let threads = options.threads;
+        let options = Options { covariance: CovarianceOf::Shared, may_stay_unconverged: true, ..options.clone() };
         let mut problem = fit.problem.clone();
         problem.start = fit.solution.state.clone();
         let solution = Native.solve(&problem, &options, &mut |_| ControlFlow::Continue(())).ok();
         let variance = (fit.chi_square() / problem.redundancy().2 as f64).max(1.0);
         let covariance = solution.and_then(|solution| solution.covariance);
-        let of_pose = |pose: &SMatrix<f64, 6, 6>| pose.fixed_view::<3, 3>(3, 3) * variance;
-        let centres = covariance.iter().flat_map(|own| own.poses.iter().map(of_pose)).collect();
         let share = |covariance: &Covariance| {
             let layout = problem.layout();
             let of = |(k, unknown): (usize, &usize)| {
@@ -101,7 +95,7 @@ impl Oriented {
             covariance.shared_unknowns.iter().enumerate().filter_map(of).fold(0.0, f64::max)
         };
         let focal = covariance.as_ref().map_or(Focal::Stated, |covariance| Focal::Determined(share(covariance)));
-        Self { fit, focal, centres }
+        Self { fit, focal, threads }
     }
 }
 

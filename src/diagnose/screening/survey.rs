@@ -1,12 +1,13 @@
 //! Surveyed positions beside those that the network of tie points gives.
 
 use super::network::{Oriented, distance};
+use super::surroundings::screened;
 use crate::block::{Block, Measurement, Role};
 use crate::camera::F;
 use crate::evaluate::intersection::{Intersection, Intersections, Method, intersect_surveyed};
 use crate::math::statistics::{mean, median, rms};
 use crate::measure::Predictor;
-use crate::mistakes::{BEYOND, Group, Member, Subject, Survey};
+use crate::mistakes::{BEYOND, Group, Member, Mistake, Subject, Survey};
 use crate::run::FittedModel;
 use crate::run::fit::Fit;
 use nalgebra::{Matrix3, Vector3};
@@ -31,12 +32,17 @@ impl<'f> Network<'f> {
 
     /// Surveyed points from marks that are moved in the images that took part.
     pub fn intersected(&self, block: &Block, moved: impl Fn(&Measurement) -> [f64; 2]) -> Intersections {
+        intersect_surveyed(&self.fitted, &self.seen(block, moved), Method::Image)
+    }
+
+    /// The block with marks in the images that took part alone.
+    fn seen(&self, block: &Block, moved: impl Fn(&Measurement) -> [f64; 2]) -> Block {
         let marks = block.marks.iter().filter(|mark| self.took_part[mark.image.index()]);
         let marks = marks.map(|mark| {
             let [x, y] = moved(mark);
             Measurement { x, y, ..*mark }
         });
-        intersect_surveyed(&self.fitted, &block.with_measurements(Vec::new(), marks.collect()), Method::Image)
+        block.with_measurements(Vec::new(), marks.collect())
     }
 
     /// What marks that fit leave, px: as stated, and what the ties of the network leave where that is more.
@@ -47,11 +53,18 @@ impl<'f> Network<'f> {
         [block.sigma.mark_px, ties].into_iter().filter(|own| own.is_finite()).fold(0.0, f64::max)
     }
 
-    /// The surveyed groups beside the network.
-    pub fn survey(&self, block: &Block) -> Survey {
-        let Self { oriented: Oriented { fit, focal, centres }, fitted, took_part } = self;
-        let found = self.intersected(block, |mark| [mark.x, mark.y]);
-        let places = places(block, &found);
+    /// The surveyed groups beside the network, and what is wrong in them.
+    pub fn screened(&self, block: &Block, alpha: f64) -> (Survey, Vec<Mistake>) {
+        let seen = self.seen(block, |mark| [mark.x, mark.y]);
+        let found = intersect_surveyed(&self.fitted, &seen, Method::Image);
+        let mut survey = self.survey(&seen, &found);
+        let mistakes = screened(&mut survey, &seen, self.oriented, &found, alpha);
+        (survey, mistakes)
+    }
+
+    fn survey(&self, block: &Block, found: &Intersections) -> Survey {
+        let Self { oriented: Oriented { fit, focal, .. }, fitted, took_part } = self;
+        let places = places(block, found);
         // In metres as far as the approximate orientation is.
         let marked = |axis: usize| {
             let sigmas: Vec<f64> = found.points.iter().map(|point| point.covariance[(axis, axis)].sqrt()).collect();
@@ -81,7 +94,7 @@ impl<'f> Network<'f> {
                 name: image.name.clone(),
                 recorded: image.gnss?.position + block.origin,
                 computed: took_part[k].then(|| fitted.predictor.centre(k)),
-                covariance: centres.get(k).copied().unwrap_or_else(Matrix3::zeros),
+                covariance: Matrix3::zeros(),
                 flight: image.flight.index(),
                 time: image.time_s,
             })

@@ -22,6 +22,15 @@ const SIGNIFICANCE: f64 = 1e-3;
 pub fn block(preset: &str, seed: u64) -> Block {
     let mut block = common::preset(preset, &[("points", 1500.0)], seed).block;
     few_checks(&mut block);
+    with_noise(block, seed)
+}
+
+/// The same of so many tie points, with all check points.
+pub fn noisy(preset: &str, points: f64, seed: u64) -> Block {
+    with_noise(common::preset(preset, &[("points", points)], seed).block, seed)
+}
+
+fn with_noise(mut block: Block, seed: u64) -> Block {
     add_noise(&mut block, NOISE, seed).expect("noise");
     add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: true }, seed);
     block

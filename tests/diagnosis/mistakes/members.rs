@@ -1,6 +1,6 @@
 //! Mistakes of single points and images.
 
-use super::made::{BLOCKS, assert_value, block, named, only};
+use super::made::{BLOCKS, assert_value, block, named, noisy, only};
 use misclosure::block::Role;
 use nalgebra::Vector3;
 
@@ -44,5 +44,14 @@ fn gnss_positions_without_a_fix() {
         let found = named(&wrong);
         let names = [11, 56].map(|k| wrong.images[k].name.clone());
         assert_eq!(only(&found, "wrong-position", "gnss", &what).names, names, "{what}");
+    }
+}
+
+#[test]
+fn a_place_that_few_tie_points_hold_contradicts_nobody() {
+    // Eight tie points an image, and check points and positions that their noise leaves decimetres off.
+    for seed in 1..=20 {
+        let found = named(&noisy("mapping", 150.0, seed));
+        assert!(found.is_empty(), "{seed}: {found:?}");
     }
 }
