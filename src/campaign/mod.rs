@@ -4,9 +4,9 @@
 //! grid.toml ──plan──► cases.jsonl ──run, run, run──► leases/ results/ failures/ ──gather──► tables ──analyse──► report.html
 //! ```
 //!
-//! The state is a folder, not a server: every process that sees the folder may work. A worker takes a case by an exclusive file
-//! ([`lease`]), and its result appears whole or not at all ([`folder`]). A result depends on its case alone, so that a
-//! case that was worked twice (its first worker was thought dead) gives the same bytes.
+//! The state is a folder, not a server: every process that sees the folder may work. A worker takes a case by an
+//! exclusive file ([`lease`]), and its result appears whole or not at all ([`folder`]). A result depends on its case
+//! alone, so that a case that was worked twice (its first worker was thought dead) gives the same bytes.
 
 pub mod analyse;
 mod case;

@@ -19,7 +19,7 @@ const ROUNDS: usize = 10;
 /// Share of right members that a round keeps.
 const KEPT: f64 = 0.99;
 
-/// Terms of the surface that so many members allow; 0: the similarity alone.
+/// Number of terms of the surface that `members` can determine; 0 means that there is a similarity alone.
 pub fn surface_terms(members: usize) -> usize {
     TERMS.into_iter().find(|terms| members >= terms + REDUNDANT).unwrap_or(0)
 }

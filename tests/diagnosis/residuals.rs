@@ -267,8 +267,8 @@ fn poses_that_gnss_holds_leave_no_correlation_behind() {
 
 #[test]
 fn images_of_few_points_leave_no_pattern_behind() {
-    // Eight points an image: positions and control determine so much of the poses that a redundancy which forgets them
-    // is a third too small, and the noise as much too large.
+    // Eight points an image. GNSS positions and control determine a large part of the poses. A redundancy that ignores
+    // them is a third too small, and overestimates the variance factor.
     for seed in 1..=10 {
         let block = block("mapping", 150.0, seed);
         let run = common::solve_native(&block, &Model { datum: Datum::All, ..Model::default() }, &options());

@@ -12,7 +12,8 @@
 //! with `dx_i` the errors of the members of its group around it (an S-transformation, Baarda 1973). So what bends a
 //! large network, or moves all points against all images, stays out: it moves neighbours together.
 //!
-//! That costs a solution with the factor for each place, so it is asked for those alone that a mistake was found at.
+//! Each covariance costs a solution with the factored normal matrix. So the screening computes it only for members that
+//! a mistake names.
 
 use super::network::Oriented;
 use crate::block::Block;
@@ -31,12 +32,14 @@ const AROUND: usize = 24;
 const UNTOLD: f64 = 1e-6;
 /// Columns of the common movement: a similarity, and six terms of each coordinate.
 const COMMON: usize = 7 + 18;
-/// More places that a group contradicts are not the imprecision of single ones.
+/// Above this number of named members the disagreement is no matter of single imprecise places.
 const MOST: usize = 100;
 /// Kinds of mistakes of single members.
 const OF_MEMBERS: [&str; 3] = ["wrong-position", "wrong-coordinate", "exchanged"];
 
-/// What is wrong in a survey, with the precision of the places that are said to be wrong. The survey gets it.
+/// Screens a survey, computes the covariance of each member that a mistake names, and screens again with it until no
+/// mistake names another member. The survey keeps the covariances. A member whose place the network does not determine
+/// loses it: nothing contradicts a place that is unknown.
 pub fn screened(
     survey: &mut Survey,
     block: &Block,
@@ -234,6 +237,6 @@ mod tests {
         let left: Vector3<f64> = shares.iter().map(|(k, share)| share * moved(&places[*k])).sum();
         assert!(left.norm() < 1e-9, "{left}");
         let own: Vector3<f64> = shares.iter().filter(|(k, _)| *k == 11).map(|(_, share)| share * shift).sum();
-        assert_eq!(own, shift, "an error of its own stays");
+        assert_eq!(own, shift, "the member keeps its own error");
     }
 }

@@ -25,7 +25,7 @@ pub fn block(preset: &str, seed: u64) -> Block {
     with_noise(block, seed)
 }
 
-/// The same of so many tie points, with all check points.
+/// A block with `points` tie points, all its check points, and noise.
 pub fn noisy(preset: &str, points: f64, seed: u64) -> Block {
     with_noise(common::preset(preset, &[("points", points)], seed).block, seed)
 }
