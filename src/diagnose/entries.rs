@@ -45,10 +45,10 @@ pub(super) fn found(
         let inseparable_from = alternatives.get(&id).cloned().unwrap_or_default();
         Some(FoundEntry {
             estimate: estimates(last, &judged),
-            drop: judged.drop,
+            drop: drop_of_all(last, &judged),
             p_value: judged.ln_p.exp(),
             ln_p_value: judged.ln_p,
-            size_px: size_px(last.null.problem(), judged.drop),
+            size_px: size_px(last.null.problem(), drop_of_all(last, &judged)),
             impact,
             inseparable_from,
             plausible: !judged.implausible,
@@ -60,6 +60,11 @@ pub(super) fn found(
     };
     let physical = |id: &String| last.sets.iter().any(|set| set.id == *id && set.physical);
     impacts.into_iter().filter(|(id, _)| physical(id)).filter_map(entry).collect()
+}
+
+/// Drop of `v'Pv` by all values of a set of which columns are a sample.
+fn drop_of_all(linearised: &Linearised, judged: &Judged) -> f64 {
+    judged.drop * linearised.values_per_column(judged.set)
 }
 
 /// Options of an effect in the model that are not the default, by name.
@@ -155,11 +160,11 @@ pub(super) fn candidates(
             ln_p_value: one.ln_p,
             family_p_value: Some(sidak(one.ln_p, first.family())),
             significant: one.ln_p < level,
-            predicted_drop: one.drop,
+            predicted_drop: drop_of_all(first, one),
             detectable: detectable(first, &beside, one, hypotheses.iter().find(|own| own.set == one.set), change),
             estimate,
             predicted_check_change_m: change,
-            size_px: size_px(first.null.problem(), one.drop),
+            size_px: size_px(first.null.problem(), drop_of_all(first, one)),
             plausible: !one.implausible,
             impact: impacts[position].clone(),
             inseparable_from,
@@ -288,7 +293,9 @@ fn detectable(
     };
     // The change is linear in the size of the effect.
     let check_change_m = change.filter(|_| estimate.value != 0.0).map(|change| change * size / estimate.value.abs());
-    Some(DetectableEntry { size, unit: estimate.unit, check_change_m })
+    // The statistic of a variance grows with its square, and with the square root of the number of values.
+    let factor_of_sample = hypothesis?.values_per_column.powf(0.25);
+    Some(DetectableEntry { size, unit: estimate.unit, check_change_m, factor_of_sample })
 }
 
 #[cfg(test)]

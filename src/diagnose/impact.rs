@@ -29,6 +29,14 @@ pub struct Impact {
     pub surveyed: bool,
 }
 
+impl Impact {
+    /// Of all values of a set of which columns are a sample: values of images are independent, and so are their moves.
+    fn of_all_values(self, linearised: &Linearised, set: usize) -> Self {
+        let factor = linearised.values_per_column(set).sqrt();
+        Self { rms_m: factor * self.rms_m, height_m: factor * self.height_m, ..self }
+    }
+}
+
 /// Impact of each candidate beside what is in.
 pub fn of_candidates(
     block: &Block,
@@ -47,7 +55,7 @@ pub fn of_candidates(
             return None;
         }
         let after = probe.positions(&linearised.moved(&linearised.solution(&with)));
-        probe.impact(&before, &after)
+        Some(probe.impact(&before, &after)?.of_all_values(linearised, one.set))
     };
     judged.iter().map(of).collect()
 }
@@ -61,7 +69,7 @@ pub fn of_taken(block: &Block, linearised: &Linearised, situation: &Situation<'_
         let without = situation.without(&id);
         let without = probe.positions(&linearised.moved(&linearised.solution(&without)));
         let impact = probe.impact(&without, &with);
-        (id, impact)
+        (id, impact.map(|impact| impact.of_all_values(linearised, taken.set)))
     };
     situation.taken.iter().map(of).collect()
 }

@@ -88,6 +88,8 @@ pub(super) struct Conditional {
     pub system: System,
     /// `ln|I + t^2 M_RR|`, and the prices of the random effects.
     pub cost: f64,
+    /// `ln|I + t^2 M_RR|` of all values, where columns are a sample of them.
+    log_determinant: f64,
 }
 
 /// A random configuration and the system conditional on it.
@@ -187,10 +189,9 @@ impl<'a> Objective<'a> {
         conditional.system.chi_square - conditional.system.pivoted_in_turn(&columns).drop()
     }
 
-    /// `ln|I + t^2 M_RR|` of the random effects among some members.
+    /// `ln|I + t^2 M_RR|` of all values of the random effects among some members, as a refit has them.
     pub fn log_determinant(&self, members: &Members) -> f64 {
-        let price: f64 = members.random.iter().map(|(h, _)| self.hypotheses[*h].price).sum();
-        self.conditional(&members.random).cost - price
+        self.conditional(&members.random).log_determinant
     }
 
     /// The laws conditional on random effects.
@@ -210,16 +211,19 @@ impl<'a> Objective<'a> {
     fn conditional_on(&self, random: &[(usize, f64)]) -> Conditional {
         let mut system = self.with_columns_of(&random.iter().map(|(h, _)| *h).collect::<Vec<_>>());
         let mut first = self.law_columns.len();
-        let mut cost = 0.0;
+        let (mut cost, mut of_all) = (0.0, 0.0);
         for (h, variance) in random {
-            let count = self.hypotheses[*h].columns.len();
-            let values = Penalised { columns: (first..first + count).collect(), variance: *variance };
-            first += count;
-            cost += self.hypotheses[*h].price + system.log_determinant(&values);
+            let own = &self.hypotheses[*h];
+            let values = Penalised { columns: (first..first + own.columns.len()).collect(), variance: *variance };
+            first += own.columns.len();
+            let log_determinant = system.log_determinant(&values);
+            cost += own.price + log_determinant;
+            of_all += own.values_per_column * log_determinant;
             system = system.beside::<Vec<usize>>(&[], &[values]);
         }
         let laws: Vec<usize> = (0..self.law_columns.len()).collect();
-        Conditional { system: if random.is_empty() { system } else { system.excerpt(&laws) }, cost }
+        let system = if random.is_empty() { system } else { system.excerpt(&laws) };
+        Conditional { system, cost, log_determinant: of_all }
     }
 
     /// The columns of all laws, and behind them those of some random effects.

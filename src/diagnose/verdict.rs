@@ -122,6 +122,14 @@ pub struct DetectableEntry {
     pub unit: String,
     /// What an effect of that size, undetected, does to check points: 3D RMS, m; null without check points.
     pub check_change_m: Option<f64>,
+    /// Factor by which the size is larger because values of a sample of the images are tested, not those of all; 1
+    /// where all are.
+    #[serde(default = "all_are_tested")]
+    pub factor_of_sample: f64,
+}
+
+fn all_are_tested() -> f64 {
+    1.0
 }
 
 /// One candidate.

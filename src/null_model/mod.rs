@@ -32,6 +32,7 @@ mod parts;
 mod products;
 mod propagation;
 mod rows;
+mod sample;
 mod score_system;
 mod source;
 mod sums;
@@ -42,6 +43,7 @@ pub use columns::{Columns, Coordinate, Entries, Measured, NoColumns};
 pub use image_cells::{GROUPINGS, ImageCell, ImageCells};
 pub use measurements::{Local, measurements_at};
 pub use parts::{Part, Parts};
+pub use sample::{MOST_IMAGES, is_column};
 pub use score_system::ScoreSystem;
 
 use crate::adjust::AdjustError;

@@ -20,7 +20,8 @@ impl NullModel {
             (usize::MAX, _) => 0.0,
             (unknown, scale) => gradients[(unknown, column)] * scale,
         });
-        let solved = self.pool.install(|| self.base.normal.solve_columns(&columns));
+        let mut solved = columns.clone();
+        self.pool.install(|| self.base.normal.solve_columns(solved.as_mut()));
         let product = columns.transpose() * &solved;
         // Rounding alone tells the two halves apart.
         DMatrix::from_fn(gradients.ncols(), gradients.ncols(), |i, j| 0.5 * (product[(i, j)] + product[(j, i)]))

@@ -7,7 +7,7 @@ use crate::adjust::AdjustError;
 use crate::math::pieces::{each, pieces};
 use crate::math::symmetric::mirror_lower;
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, Par, Scale};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Scale};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -15,6 +15,8 @@ use std::sync::Arc;
 
 /// Columns of a product that one task computes.
 const TASK_COLUMNS: usize = 64;
+/// Columns that are solved for at a time: what is kept beside the matrix of all columns.
+const BLOCK_COLUMNS: usize = 8 * TASK_COLUMNS;
 
 /// Score and information of columns for unit weight; columns of effects in scaled units.
 #[derive(Debug, Clone)]
@@ -91,23 +93,40 @@ impl NullModel {
             lower
         };
         drop(sums);
-        let solved = self.base.normal.solve_columns(&with_base);
-        let rhs = self.base.normal.rhs();
-        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-        score.par_iter_mut().enumerate().for_each(|(c, score)| *score -= dot(solved.col_as_slice(c), &rhs));
-        if each_alone {
-            information.as_mut_slice().par_iter_mut().enumerate().for_each(|(c, information)| {
-                *information -= dot(with_base.col_as_slice(c), solved.col_as_slice(c));
-            });
-        } else {
-            take_product(&mut information, &with_base, &solved);
+        let moves = self.take_base(with_base, &mut score, &mut information);
+        if !each_alone {
             mirror_lower(&mut information);
         }
-        drop(with_base);
-        // A copy, since what is cut off would stay in memory.
-        let moves = Scale(-1.0) * solved.subcols(0, self.columns.len());
+        // A copy of some columns, since what is cut off would stay in memory.
+        let own = self.columns.len();
+        let moves = if own < q { moves.subcols(0, own).to_owned() } else { moves };
         let (score, information) = (DVector::from_vec(score), Arc::new(information));
         Ok(ScoreSystem { score, information, length, squares, held, moves })
+    }
+
+    /// Takes what the base absorbs from `C'v` and `C'C` (its lower triangle, or its diagonal as a column vector), which
+    /// leaves `s` and `M`. Gives `-S^-1 B` of `B`, the products of the base's unknowns with the columns, in its place:
+    /// block by block, for of many images `B` is the largest matrix.
+    fn take_base(&self, mut with_base: Mat<f64>, score: &mut [f64], information: &mut DMatrix<f64>) -> Mat<f64> {
+        let q = with_base.ncols();
+        let rhs = self.base.normal.rhs();
+        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        for first in (0..q).step_by(BLOCK_COLUMNS) {
+            let count = BLOCK_COLUMNS.min(q - first);
+            let mut solved = with_base.subcols(first, count).to_owned();
+            self.base.normal.solve_columns(solved.as_mut());
+            let scores = score[first..][..count].par_iter_mut().enumerate();
+            scores.for_each(|(c, score)| *score -= dot(solved.col_as_slice(c), &rhs));
+            if information.ncols() == 1 {
+                let diagonal = information.as_mut_slice()[first..][..count].par_iter_mut().enumerate();
+                diagonal.for_each(|(c, own)| *own -= dot(with_base.col_as_slice(first + c), solved.col_as_slice(c)));
+            } else {
+                take_product(information, first, with_base.subcols(first, q - first), solved.as_ref());
+            }
+            // Further blocks are multiplied with the columns behind them.
+            with_base.subcols_mut(first, count).copy_from(Scale(-1.0) * &solved);
+        }
+        with_base
     }
 
     /// Products of the base's reduced unknowns (images by rank, then border) with columns.
@@ -135,13 +154,16 @@ impl NullModel {
     }
 }
 
-/// Takes `a'b` from the lower triangle of `matrix`; the same sums for every number of threads.
-fn take_product(matrix: &mut DMatrix<f64>, a: &Mat<f64>, b: &Mat<f64>) {
-    let q = a.ncols();
-    matrix.as_mut_slice().par_chunks_mut((TASK_COLUMNS * q).max(1)).enumerate().for_each(|(task, columns)| {
-        let (first, count) = (task * TASK_COLUMNS, columns.len() / q.max(1));
-        let columns = MatMut::from_column_major_slice_mut(columns, q, count).subrows_mut(first, q - first);
-        let (left, right) = (a.subcols(first, q - first), b.subcols(first, count));
+/// Takes `a'b` from the columns of `matrix` that begin at `first`, below its diagonal; the same sums for every number
+/// of threads.
+fn take_product(matrix: &mut DMatrix<f64>, first: usize, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
+    let q = matrix.ncols();
+    let columns = &mut matrix.as_mut_slice()[first * q..][..b.ncols() * q];
+    columns.par_chunks_mut((TASK_COLUMNS * q).max(1)).enumerate().for_each(|(task, columns)| {
+        let (own, count) = (task * TASK_COLUMNS, columns.len() / q.max(1));
+        let below = q - first - own;
+        let columns = MatMut::from_column_major_slice_mut(columns, q, count).subrows_mut(first + own, below);
+        let (left, right) = (a.subcols(own, below), b.subcols(own, count));
         matmul(columns, Accum::Add, left.transpose(), right, -1.0, Par::Seq);
     });
 }

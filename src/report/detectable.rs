@@ -3,7 +3,7 @@
 
 use super::headline::{in_words, named, short_mm, short_size};
 use super::html::Page;
-use super::numbers::or_dash;
+use super::numbers::{fixed, or_dash};
 use super::tables::Table;
 use crate::diagnose::verdict::{CandidateEntry, DetectableEntry, Diagnosis};
 
@@ -59,6 +59,14 @@ pub(super) fn section(page: &mut Page, diagnosis: &Diagnosis, scaled: bool) {
         "The smallest size of each effect that this block shows with a probability of 80 %, at the base model. An \
          effect below that size may be there, and the last column says what it would do to the check points (3D RMS).",
     );
+    for (candidate, of) in all.iter().filter(|(_, of)| of.factor_of_sample > 1.0) {
+        page.paragraph(&format!(
+            "The values of {} are tested in a sample of the images. In all images, a standard deviation {} times \
+             smaller would show.",
+            named(&candidate.effect),
+            fixed(of.factor_of_sample, 2)
+        ));
+    }
     let mut table = Table::new("").text("effect", "").number("size found with 80 %", "");
     if scaled {
         table = table.number("moves points by", "mm");

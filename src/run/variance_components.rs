@@ -6,7 +6,7 @@ use super::{Progress, RunError};
 use crate::adjust::{CovarianceOf, Options, Solver};
 use crate::effects::Role;
 use crate::math::variance_component::RandomValues;
-use crate::null_model::{NoColumns, NullModel};
+use crate::null_model::{NoColumns, NullModel, is_column};
 use crate::problem::{Problem, State};
 
 /// Fits at most: the likelihood is that of a linear model, and what bends it is gone after the second.
@@ -54,10 +54,12 @@ pub fn estimate(
     Ok(())
 }
 
-/// Variance of a group's values (scaled units), from the fit `state`; other random values keep their priors.
+/// Variance of a group's values (scaled units), from the fit `state` and, of many images, those of a sample; other
+/// random values keep their priors.
 fn variance(problem: &Problem, state: &State, group: &[usize], threads: usize) -> Result<f64, RunError> {
+    let group: Vec<usize> = group.iter().copied().filter(|t| is_column(problem, &problem.theta[*t])).collect();
     let mut base = problem.clone();
-    for t in group {
+    for t in &group {
         base.theta[*t].free = false;
         base.theta[*t].prior_sigma = None;
     }

@@ -214,31 +214,28 @@ impl Factor {
         (images, border.iter().zip(&self.reduced.scale).map(|(x, s)| x * s).collect())
     }
 
-    /// `S^-1` times columns over all reduced unknowns (images by rank, then border; scaled units). Columns may be
-    /// thousands: beside them and the result nothing of that size is made.
-    pub fn solve_columns(&self, columns: &Mat<f64>) -> Mat<f64> {
+    /// Replaces columns over all reduced unknowns (images by rank, then border; scaled units) by `S^-1` times them.
+    /// Columns may be thousands: beside them nothing of that size is made.
+    pub fn solve_columns(&self, columns: MatMut<'_, f64>) {
         let ReducedBorder { images, scale_images, scale: scale_border, solved_strip, .. } = &self.reduced;
         let (n, m) = (scale_images.len(), scale_border.len());
         let scale = [&scale_images[..], scale_border].concat();
-        let mut solved = Mat::zeros(n + m, columns.ncols());
-        let pieces = pieces(solved.as_mut(), TOGETHER, MatMut::split_at_col_mut, |solved| solved.ncols());
-        each(pieces, |number, mut solved| {
-            let count = solved.ncols();
-            let given = columns.subcols(number * TOGETHER, count);
-            for (mut column, given) in solved.as_mut().col_iter_mut().zip(given.col_iter()) {
-                (0..n + m).for_each(|i| column[i] = given[i] * scale[i]);
+        let scaled = |columns: &mut MatMut<'_, f64>| {
+            for mut column in columns.as_mut().col_iter_mut() {
+                (0..n + m).for_each(|i| column[i] *= scale[i]);
             }
-            let (mut top, mut bottom) = solved.as_mut().split_at_row_mut(n);
+        };
+        each(pieces(columns, TOGETHER, MatMut::split_at_col_mut, |columns| columns.ncols()), |_, mut columns| {
+            scaled(&mut columns);
+            let count = columns.ncols();
+            let (mut top, mut bottom) = columns.as_mut().split_at_row_mut(n);
             let carried = solved_strip.transpose() * top.as_ref();
             let border = self.border_factor.solve(&DMatrix::from_fn(m, count, |l, c| bottom[(l, c)] - carried[(l, c)]));
             bottom.copy_from(MatRef::from_column_major_slice(border.as_slice(), m, count));
             images.solve_together(top.as_mut());
             matmul(top, Accum::Add, solved_strip, bottom.as_ref(), -1.0, Par::Seq);
-            for mut column in solved.col_iter_mut() {
-                (0..n + m).for_each(|i| column[i] *= scale[i]);
-            }
+            scaled(&mut columns);
         });
-        solved
     }
 
     /// Covariance of the border's unknowns (scaled units).

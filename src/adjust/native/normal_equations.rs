@@ -12,7 +12,7 @@ use super::system::System;
 use super::{frames, linearise};
 use crate::adjust::{AdjustError, LinearSolver};
 use crate::problem::{Problem, State};
-use faer::Mat;
+use faer::MatMut;
 
 /// The reduced normal equations of images and border, factorised. Unknowns are scaled: images by rank, then border.
 pub(crate) struct NormalEquations {
@@ -49,8 +49,8 @@ impl NormalEquations {
         self.factor.solve()
     }
 
-    /// Solutions for other right-hand sides, column by column.
-    pub fn solve_columns(&self, columns: &Mat<f64>) -> Mat<f64> {
-        self.factor.solve_columns(columns)
+    /// Replaces other right-hand sides, column by column, by their solutions.
+    pub fn solve_columns(&self, columns: MatMut<'_, f64>) {
+        self.factor.solve_columns(columns);
     }
 }

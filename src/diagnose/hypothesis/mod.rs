@@ -40,6 +40,8 @@ pub struct Hypothesis {
     pub columns: Vec<usize>,
     /// A random effect or a field.
     pub random: bool,
+    /// Values that each of its columns stands for: more than one where columns are a sample of the values per image.
+    pub values_per_column: f64,
     /// Names a cause; a field does not.
     pub physical: bool,
     /// A law at a place that was searched.
@@ -100,8 +102,21 @@ pub fn all(linearised: &Linearised, known: &Prices, settings: &Settings<'_>) -> 
         let lens = physical && !random && own.search == Searched::None && matches!(stage, None | Some(Stage::Image));
         let above = lower_terms(&id);
         let placed = matches!(own.search, Searched::Places { .. });
-        let hypothesis =
-            Hypothesis { id, key, set, columns, random, physical, placed, lens, above, price, design_effect };
+        let values_per_column = linearised.values_per_column(set);
+        let hypothesis = Hypothesis {
+            id,
+            key,
+            set,
+            columns,
+            random,
+            values_per_column,
+            physical,
+            placed,
+            lens,
+            above,
+            price,
+            design_effect,
+        };
         (!hypothesis.columns.is_empty()).then_some(hypothesis)
     };
     sets.into_par_iter().filter_map(hypothesis).collect()

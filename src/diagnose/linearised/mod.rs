@@ -20,7 +20,7 @@ use crate::block::Block;
 use crate::camera;
 use crate::effects::{Role, Stage};
 use crate::model::EffectTerm;
-use crate::null_model::{Columns, NoColumns, NullModel, ScoreSystem};
+use crate::null_model::{Columns, NoColumns, NullModel, ScoreSystem, is_column};
 use crate::problem::{State, ThetaEntry};
 use crate::run::fit::Fit;
 use crate::score::design_effect::Clusters;
@@ -161,14 +161,17 @@ pub fn with_candidates(
     // The base has none of them, neither as unknowns nor by their priors.
     let free = problem.camera_free.clone();
     problem.camera_priors.retain(|prior| free[prior.camera as usize][prior.parameter as usize]);
-    // Errors of velocities stay unknowns of a model that has the effect which multiplies them.
+    // Errors of velocities stay unknowns of a model that has the effect which multiplies them, and so do values of
+    // images that are not in the sample.
     let in_model = model.effects.len();
-    let is_error = |entry: &ThetaEntry| problem.effects[entry.effect as usize].role(entry) == &Role::VelocityError;
-    let errors: Vec<bool> = problem.theta.iter().map(is_error).collect();
-    for (entry, is_error) in
-        problem.theta.iter_mut().zip(errors).filter(|(entry, _)| entry.effect as usize >= added.own)
+    let is_other = |entry: &ThetaEntry| {
+        problem.effects[entry.effect as usize].role(entry) == &Role::VelocityError || !is_column(&problem, entry)
+    };
+    let others: Vec<bool> = problem.theta.iter().map(is_other).collect();
+    for (entry, is_other) in
+        problem.theta.iter_mut().zip(others).filter(|(entry, _)| entry.effect as usize >= added.own)
     {
-        if is_error && (entry.effect as usize) < in_model {
+        if is_other && (entry.effect as usize) < in_model {
             continue;
         }
         entry.free = false;
@@ -299,6 +302,17 @@ impl Linearised {
         let unknown = self.null.unknown(*self.sets[set].columns.first()?);
         let entry = &problem.theta[unknown.checked_sub(problem.layout().theta(0))?];
         Some(problem.effects[entry.effect as usize].effect.descriptor().stage)
+    }
+
+    /// Values that each column of a set stands for, where they are a sample of the values per image.
+    pub fn values_per_column(&self, set: usize) -> f64 {
+        let problem = self.null.problem();
+        let first = self.sets[set].columns.first().map(|column| self.null.unknown(*column));
+        let Some(t) = first.and_then(|unknown| unknown.checked_sub(problem.layout().theta(0))) else { return 1.0 };
+        let entry = &problem.theta[t];
+        let same = |other: &&ThetaEntry| (other.effect, other.parameter) == (entry.effect, entry.parameter);
+        let values = problem.theta.iter().filter(same);
+        values.clone().count() as f64 / values.filter(|value| is_column(problem, value)).count() as f64
     }
 
     /// Name and unit of the parameter that a column changes.

@@ -5,6 +5,7 @@ use super::super::candidate::{Addition, Candidate, is_random};
 use super::super::select::{Nature, Searched, Set, Taken};
 use crate::effects::{Kind, Role};
 use crate::model::{EffectTerm, Model};
+use crate::null_model::is_column;
 use crate::problem::{Problem, State};
 
 /// The sets, and their columns in order.
@@ -96,7 +97,8 @@ impl Laid {
     }
 }
 
-/// Free parameters that are the effect's own; those that are searched where they are not held.
+/// Free parameters that are the effect's own; those that are searched where they are not held, and of values per image
+/// a sample.
 fn thetas(problem: &Problem, effect: usize, held_searched: bool) -> Vec<usize> {
     let of = problem.theta.iter().enumerate().filter(|(_, entry)| entry.effect as usize == effect && entry.free);
     let parameters = &problem.effects[effect].effect.descriptor().parameters;
@@ -105,7 +107,7 @@ fn thetas(problem: &Problem, effect: usize, held_searched: bool) -> Vec<usize> {
         Role::VelocityError => false,
         _ => true,
     };
-    of.filter(|(_, entry)| asked(entry.parameter)).map(|(t, _)| t).collect()
+    of.filter(|(_, entry)| asked(entry.parameter) && is_column(problem, entry)).map(|(t, _)| t).collect()
 }
 
 /// Has a camera an image that takes part?

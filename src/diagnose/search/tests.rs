@@ -66,6 +66,7 @@ impl Regression {
             set: self.hypotheses.len(),
             columns: (first..first + columns.len()).collect(),
             random,
+            values_per_column: 1.0,
             physical: true,
             placed: false,
             lens: false,
@@ -182,6 +183,19 @@ fn two_laws_that_hide_each_other_enter_as_a_pair() {
     let difference: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
     let hidden = Regression::new(5).law("a", vec![a]).law("b", vec![b]).truth(&difference, 2.0);
     assert_eq!(hidden.best(), ["a", "b"]);
+}
+
+#[test]
+fn a_sample_of_the_values_has_the_determinant_of_all() {
+    let of = |columns: Vec<Vec<f64>>| {
+        let mut regression = Regression::new(6).random("image", columns);
+        regression.hypotheses[0].values_per_column = IMAGES as f64 / regression.columns.len() as f64;
+        let members = Members { laws: vec![], random: vec![(0, 0.7)] };
+        regression.objective(&members).log_determinant(&members)
+    };
+    let half = images().into_iter().step_by(2).collect();
+    let [all, half] = [images(), half].map(of);
+    assert!(all > 1.0 && (half / all - 1.0).abs() < 1e-12, "{half} for {all}");
 }
 
 #[test]
