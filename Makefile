@@ -25,7 +25,7 @@ demo: build ## what is missing in a block of the repository, in half a minute
 check: setup ## what to run before every commit: format, lints, unit tests
 	cargo fmt --check
 	cargo clippy --release --all-targets -- -D warnings
-	cargo test --release --lib
+	scripts/unit_tests.sh
 
 docs: build ## the book: target/book/index.html, with a page for each effect of the catalogue
 	command -v mdbook >/dev/null || cargo install --locked mdbook
@@ -78,12 +78,13 @@ fuzz: setup ## libFuzzer on every reader and on simulate -> adjust, SECONDS=60 e
 		cargo fuzz run --sanitizer none $$target -- -max_total_time=$(or $(SECONDS),60) -timeout=60 -rss_limit_mb=4096 || exit 1; \
 	done
 
-bench: setup ## both solvers side by side, with the reference for speed where there is one (time and peak memory, on four blocks); the kernels of the native one; testing the catalogue beside refitting it; testing for structure; plug-ins beside effects built in
+bench: setup ## both solvers side by side, with the reference for speed where there is one (time and peak memory, on four blocks); the kernels of the native one; testing the catalogue beside refitting it; testing for structure; plug-ins beside effects built in; growth with the area
 	cargo bench --bench solvers
 	cargo bench --bench kernels
 	cargo bench --bench screening
 	cargo bench --bench structure
 	cargo bench --bench plugin
+	cargo bench --bench areal
 
 dist: setup ## what others install: a Debian package with both solvers, a tarball with the native one
 	scripts/dist.sh

@@ -57,6 +57,19 @@ pub(crate) fn map_large_allocations() {
     }
 }
 
+/// Memory that is free for this program, swap included, bytes; `None` where the system does not say.
+pub(crate) fn available() -> Option<u64> {
+    let system = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let kilobytes = |name: &str| -> Option<u64> {
+        let line = system.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'))?;
+        line.trim().strip_suffix("kB")?.trim().parse().ok()
+    };
+    let free = 1024 * (kilobytes("MemAvailable")? + kilobytes("SwapFree").unwrap_or(0));
+    // A container may have less than the machine.
+    let group = std::fs::read_to_string("/sys/fs/cgroup/memory.max").ok().and_then(|most| most.trim().parse().ok());
+    Some(group.map_or(free, |group: u64| group.min(free)))
+}
+
 /// A panic for want of memory, such as that of a thread that cannot be started, is no bug: it ends the program with the
 /// message about memory.
 pub(crate) fn watch_panics() {

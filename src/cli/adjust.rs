@@ -2,12 +2,13 @@
 
 use super::blunders;
 use super::exit::Bent;
-use super::host::{Host, Live};
+use super::host::{Host, Live, announce};
 use super::mistakes::SIGNIFICANCE;
 use super::model_options::ModelOptions;
 use super::output::Output;
 use super::plugins::with_faults;
 use super::summary_text::{failure, text};
+use super::text::without_part;
 use super::{Answer, Console};
 use crate::adjust::Options;
 use crate::block::Block;
@@ -16,6 +17,7 @@ use crate::io::block::read_block;
 use crate::model::{Datum, Model};
 use crate::report::numbers::significant;
 use crate::report::run::write_page_of;
+use crate::run::cost::Task;
 use crate::run::folder::OutlierRow;
 use crate::run::summary::Summary;
 use crate::run::{self, Run, TieResiduals, folder, gnss_residuals, residual_rows};
@@ -65,6 +67,7 @@ pub fn adjust(
     output: Option<&Output>,
     host: &dyn Host,
 ) -> anyhow::Result<Adjusted> {
+    announce(host, &block, Task::Adjust)?;
     let (whole, mut outliers) = asked.without_outliers(block.about_its_centre(), host)?;
     let model = asked.model(Datum::Free)?;
     asked.judge_start(&whole, &model, host)?;
@@ -111,7 +114,7 @@ pub fn adjust(
     }
     let idle = run.problem.images_without_part();
     if !idle.is_empty() {
-        host.message(&format!("{} images have too few measurements to take part: {}", idle.len(), idle.join(", ")));
+        host.message(&without_part(&idle));
     }
     Ok(Adjusted { block: changed.unwrap_or(whole), model, run, outliers, failure })
 }

@@ -10,6 +10,7 @@ use crate::camera::F;
 use crate::io::block::{SetAside, read_block};
 use crate::report::numbers::{fixed, significant};
 use crate::report::tables::Table;
+use crate::run::cost::{Cost, Task};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -91,7 +92,9 @@ fn text(block: &Block, inventory: &Inventory, set_aside: &SetAside) -> String {
         let names: Vec<&str> = block.extra_image_columns.iter().map(|(name, _)| name.as_str()).collect();
         text += &format!("Unknown columns, kept and not used: {}\n", names.join(", "));
     }
-    text + &format!("Set aside: {set_aside}\n")
+    let [adjust, diagnose] = [Task::Adjust, Task::Diagnose].map(|task| Cost::of(block, task).in_words());
+    text += &format!("Set aside: {set_aside}\n");
+    text + &format!("Estimated for two threads: adjust --solver native {adjust}, diagnose {diagnose}\n")
 }
 
 /// What is in a block, and what of it was set aside, for programs.
@@ -105,6 +108,10 @@ pub fn as_json(block: &Block, inventory: &Inventory, set_aside: &SetAside) -> Va
         let (width, height) = (camera.width_px, camera.height_px);
         json!({ "camera": camera.id, "width_px": width, "height_px": height, "f": camera.interior[F] })
     });
+    let cost = |task: Task| {
+        let Cost { seconds, bytes, .. } = Cost::of(block, task);
+        json!({ "seconds": seconds, "bytes": bytes })
+    };
     let columns: serde_json::Map<String, Value> =
         inventory.columns.iter().map(|(name, images)| (name.to_string(), json!(images))).collect();
     json!({
@@ -119,5 +126,6 @@ pub fn as_json(block: &Block, inventory: &Inventory, set_aside: &SetAside) -> Va
             "unmarked_checks": set_aside.unmarked_checks, "unused_cameras": set_aside.unused_cameras,
             "positionless_gnss_sigmas": set_aside.positionless_gnss_sigmas,
         },
+        "cost": { "adjust": cost(Task::Adjust), "diagnose": cost(Task::Diagnose) },
     })
 }

@@ -1,13 +1,14 @@
 //! `misclosure diagnose` and `misclosure improve`: what is missing in the model, and the loop that adds it.
 
 use super::diagnosis_text::text;
-use super::host::{Host, Live};
+use super::host::{Host, Live, announce};
 use super::mend::{Mended, mend, undone};
 use super::mistakes::SIGNIFICANCE;
 use super::model_options::{ModelOptions, Treatment};
 use super::output::Output;
 use super::plugins::with_faults;
 use super::summary_text::{failure, one_solver_line, warning};
+use super::text::without_part;
 use super::{Answer, Console, Usage};
 use crate::adjust::Options;
 use crate::block::Block;
@@ -18,6 +19,7 @@ use crate::diagnose::settings::Settings;
 use crate::io::block::read_block;
 use crate::model::Model;
 use crate::report;
+use crate::run::cost::Task;
 use crate::run::folder::OutlierRow;
 use crate::run::summary::Summary;
 use crate::run::{self, Run, folder, residual_rows};
@@ -134,6 +136,7 @@ pub struct Found {
 /// Options that do not fit the block; an adjustment that fails.
 pub fn find(block: Block, asked: &Asked, keep: Keep, options: &Options, host: &dyn Host) -> anyhow::Result<Found> {
     asked.judge()?;
+    announce(host, &block, Task::Diagnose)?;
     let (block, mut outliers) = asked.model.without_outliers(block.about_its_centre(), host)?;
     let mut model = asked.model.model(run::default_diagnosis_datum(&block))?;
     if asked.weights_by_flight {
@@ -168,7 +171,7 @@ pub fn find(block: Block, asked: &Asked, keep: Keep, options: &Options, host: &d
     }
     let idle = run.problem.images_without_part();
     if !idle.is_empty() {
-        host.message(&format!("{} images have too few measurements to take part: {}", idle.len(), idle.join(", ")));
+        host.message(&without_part(&idle));
     }
     let failure = failure(&run);
     Ok(Found { diagnosed, model: final_model, run, outliers, failure })

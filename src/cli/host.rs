@@ -2,7 +2,27 @@
 
 use super::Console;
 use super::console::Progress;
+use crate::block::Block;
+use crate::memory;
+use crate::run::cost::{Cost, Task};
 use std::sync::{Mutex, PoisonError};
+
+/// A diagnosis that is estimated to take longer says so beforehand, s.
+const LONG_S: f64 = 30.0;
+
+/// Refuses a task that this machine has no memory for, and says of a diagnosis how long it will take.
+///
+/// # Errors
+/// Too little memory.
+pub fn announce(host: &dyn Host, block: &Block, task: Task) -> anyhow::Result<()> {
+    let cost = Cost::of(block, task);
+    cost.judge(block.images.len(), memory::available())?;
+    // The other tasks may run a second solver, of which the estimate knows nothing.
+    if task == Task::Diagnose && cost.seconds > LONG_S {
+        host.message(&format!("A diagnosis of this block takes {} (estimated for two threads).", cost.in_words()));
+    }
+    Ok(())
+}
 
 /// Hears messages and steps, from whatever thread tells them.
 pub trait Host: Sync {

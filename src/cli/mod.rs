@@ -21,6 +21,7 @@ mod import;
 mod inject;
 mod inject_list;
 mod inject_text;
+mod interrupt;
 #[cfg(feature = "lab")]
 mod lab;
 mod man;
@@ -161,6 +162,7 @@ pub fn run_line(line: Vec<OsString>) -> Exit {
     #[cfg(feature = "ceres")]
     crate::adjust::ceres::watch_exceptions(faults::memory_was_refused, || faults::end_by_memory());
     memory::watch_panics();
+    interrupt::watch();
     // A panic is a bug; it must still end with a code that scripts know, after the default hook's message.
     let exit = std::panic::catch_unwind(|| execute(arguments)).unwrap_or_else(|_| {
         console::write_error(

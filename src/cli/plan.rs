@@ -3,7 +3,7 @@
 use super::model_options::{ModelOptions, Tie};
 use super::output::writable_beside_blocks;
 use super::simulate::scenario;
-use super::text::{paragraph, path_text};
+use super::text::{listed, paragraph, path_text};
 use super::{Answer, Console, Usage};
 use crate::adjust::Options;
 use crate::block::Block;
@@ -167,12 +167,12 @@ fn text(planned: &Plan) -> String {
     }
     let told = planned.effects.iter().filter_map(|own| Some((own, own.tell.as_ref()?)));
     for (own, tell) in told {
-        let others = listed(&others(&own.sizes));
+        let others = listed(&others(&own.sizes), SHOWN);
         text += &paragraph("", 2, &format!("To tell {} from {others}: {tell}.", own.effect));
     }
     if !planned.blind.is_empty() {
         let names: Vec<&str> = planned.blind.iter().map(String::as_str).collect();
-        text += &format!("\nToo few measurements to take part: {} images ({}).\n", names.len(), listed(&names));
+        text += &format!("\nToo few measurements to take part: {} images ({}).\n", names.len(), listed(&names, SHOWN));
     }
     if planned.tied_centre {
         text += "\nThe block does not determine the centre of distortion: it is tied to the principal point.\n";
@@ -208,7 +208,7 @@ fn by_needs(planned: &Plan) -> Vec<(String, Vec<&str>)> {
 fn rows(own: &Visible, table: &mut Table) {
     let alike = |sizes: &[Size]| match others(sizes) {
         none if none.is_empty() => "-".into(),
-        others => listed(&others),
+        others => listed(&others, SHOWN),
     };
     let named = |size: &Size| or_dash(size.named_size, |own| significant(own, 3));
     let unit = |size: &Size| unit_of(&size.unit).to_owned();
@@ -231,14 +231,6 @@ fn rows(own: &Visible, table: &mut Table) {
     let count = format!("{} parameters", own.sizes.len());
     let alike = alike(&own.sizes);
     table.row([own.effect.clone(), count, range, "-".into(), unit(least), or_dash(own.worst_m(), short_mm), alike]);
-}
-
-/// Some names, and how many more there are.
-fn listed(names: &[&str]) -> String {
-    match names.len() {
-        0..=SHOWN => names.join(", "),
-        all => format!("{} and {} more", names[..SHOWN].join(", "), all - SHOWN),
-    }
 }
 
 /// Effects that may be named in the place of some sizes.

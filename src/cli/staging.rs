@@ -14,7 +14,7 @@
 //! The next command that writes to the place removes the temporary folders of killed programs:
 //! [`crate::files::scratch`].
 
-use crate::files::scratch::{Scratch, is_left, is_unfinished};
+use crate::files::scratch::{Scratch, hold, is_left, is_unfinished};
 use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, Write};
@@ -70,6 +70,7 @@ impl Staging {
     /// # Errors
     /// The system refuses a move.
     pub fn take_place(&self, own: &[&str], last: &str) -> io::Result<()> {
+        let _held = hold();
         if !self.inside {
             if !self.folder.exists() {
                 return fs::rename(self.path(), &self.folder);

@@ -6,6 +6,8 @@ use textwrap::{Options, WordSplitter};
 
 /// Width of a paragraph, characters.
 const WIDTH: usize = 100;
+/// Images that a message names.
+const IMAGES_SHOWN: usize = 10;
 
 /// A path as JSON and messages have it: where it is no UTF-8, with a mark in place of what is none.
 pub fn path_text(path: &Path) -> String {
@@ -22,6 +24,19 @@ pub fn paragraph(label: &str, indent: usize, text: &str) -> String {
         .word_splitter(WordSplitter::NoHyphenation);
     let words: Vec<&str> = text.split_whitespace().collect();
     textwrap::fill(&words.join(" "), options) + "\n"
+}
+
+/// Up to `shown` names, and how many more there are.
+pub fn listed(names: &[&str], shown: usize) -> String {
+    match names.len().checked_sub(shown).filter(|more| *more > 0) {
+        None => names.join(", "),
+        Some(more) => format!("{} and {more} more", names[..shown].join(", ")),
+    }
+}
+
+/// A message that some images have too few measurements to take part.
+pub fn without_part(images: &[&str]) -> String {
+    format!("{} images have too few measurements to take part: {}", images.len(), listed(images, IMAGES_SHOWN))
 }
 
 /// How many images see a tie point; entry `m` of `points`: number of points that `m` images see.

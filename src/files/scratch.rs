@@ -1,16 +1,35 @@
 //! Temporary folders for unfinished results. A program that runs locks its folder. A killed program leaves its folder
-//! behind, without a lock; the next program that makes a folder in the same place removes it.
+//! behind, without a lock; the next program that makes a folder in the same place removes it. A program that a user
+//! interrupts removes its own ([`remove_all`]).
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::TempDir;
 
 /// First characters of the name of a temporary folder.
 const UNFINISHED: &str = ".misclosure-";
 /// Attempts to make a folder that no other program removes before it is locked.
 const TRIES: usize = 10;
+
+/// The temporary folders of this program. Whoever moves results out of one holds the list meanwhile.
+static HELD: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// The list of temporary folders: while a caller has it, [`remove_all`] waits.
+pub(crate) fn hold() -> MutexGuard<'static, Vec<PathBuf>> {
+    HELD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes the temporary folders of this program, which ends now: the list stays locked.
+pub(crate) fn remove_all() {
+    let held = hold();
+    for folder in held.iter() {
+        let _ = fs::remove_dir_all(folder);
+    }
+    std::mem::forget(held);
+}
 
 /// A temporary folder; dropping removes it.
 #[derive(Debug)]
@@ -29,11 +48,15 @@ impl Scratch {
         for _ in 0..TRIES {
             let builder =
                 || tempfile::Builder::new().prefix(UNFINISHED).permissions(permissions.clone()).tempdir_in(parent);
+            let mut held = hold();
             let folder = builder()?;
+            held.push(folder.path().to_owned());
+            drop(held);
             let lock = File::open(folder.path()).and_then(|file| file.lock().map(|()| file)).ok();
             // Another program may have removed it before the lock.
-            if folder.path().exists() {
-                return Ok(Self { folder, _lock: lock });
+            let made = Self { folder, _lock: lock };
+            if made.path().exists() {
+                return Ok(made);
             }
         }
         Err(io::ErrorKind::ResourceBusy.into())
@@ -41,6 +64,14 @@ impl Scratch {
 
     pub(crate) fn path(&self) -> &Path {
         self.folder.path()
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let mut held = hold();
+        let _ = fs::remove_dir_all(self.path());
+        held.retain(|held| held != self.folder.path());
     }
 }
 

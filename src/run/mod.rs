@@ -1,6 +1,7 @@
 //! One run: adjust a block under a model with the chosen solvers, hold them against each other, take the result into
 //! the survey's system and compare it with control and check points.
 
+pub mod cost;
 pub(crate) mod distortion_centre;
 pub mod fit;
 mod fitted;
