@@ -75,12 +75,9 @@ fn simulate(factor: f64, folder: &Path, block: &Path) -> Result<()> {
     std::fs::write(&file, toml::to_string(&scenario)?)?;
     let points = format!("points={}", (POINTS * factor * factor).round());
     let noise = ["--noise-px", "0.3", "--noise-survey", "--seed", SEED, "--set", &points];
-    let made = Command::new(PROGRAM).args(["--quiet", "simulate"]).arg(&file).args(noise).arg("-o").arg(block);
-    run_to_end(made)
-}
-
-fn run_to_end(command: &mut Command) -> Result<()> {
-    let output = command.env("MISCLOSURE_CONFIG", "").output()?;
+    let mut program = Command::new(PROGRAM);
+    program.args(["--quiet", "simulate"]).arg(&file).args(noise).arg("-o").arg(block).env("MISCLOSURE_CONFIG", "");
+    let output = program.output()?;
     ensure!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     Ok(())
 }

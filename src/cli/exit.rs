@@ -7,6 +7,7 @@ use crate::evaluate::similarity::SimilarityError;
 use crate::io;
 use crate::kit::build::BuildError;
 use crate::measure::MeasureError;
+use crate::plan::extras::ExtraError;
 use crate::problem::ProblemError;
 use crate::run::RunError;
 use crate::scenario::ScenarioError;
@@ -58,6 +59,7 @@ impl Exit {
 fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
     let bad_input = cause.is::<Usage>()
         || cause.is::<ScenarioError>()
+        || cause.is::<ExtraError>()
         || cause.is::<SimilarityError>()
         || cause.is::<ProblemError>()
         || cause.is::<MeasureError>()

@@ -31,6 +31,7 @@ pub mod model_options;
 mod output;
 mod pdf;
 mod plan;
+mod plan_goals;
 mod plugins;
 mod report;
 mod reproduce;

@@ -2,7 +2,8 @@
 
 use super::model_options::{ModelOptions, Tie};
 use super::output::writable_beside_blocks;
-use super::simulate::scenario;
+use super::plan_goals::GoalOptions;
+use super::simulate::{overrides, scenario, scenario_text};
 use super::text::{listed, paragraph, path_text};
 use super::{Answer, Console, Usage};
 use crate::adjust::Options;
@@ -29,6 +30,8 @@ const SHOWN: usize = 3;
   misclosure plan corridor --set length_m=500    with a parameter of the scenario
   misclosure plan my.toml -o planned             a flight of your own; effects.csv and plan.json in a folder
   misclosure plan block                          a block that was flown, as if it were measured without errors
+  misclosure plan my.toml --goal 'height 10 mm' --goal 'focal-temperature 0.1 px/K' --extra more.toml
+                                                 the cheapest additions of more.toml that reach two goals
 
 Nothing is random: the sizes follow from the error-free block and the standard deviations that it states.")]
 pub struct Arguments {
@@ -46,6 +49,8 @@ pub struct Arguments {
     seed: u64,
     #[command(flatten)]
     options: PlanOptions,
+    #[command(flatten)]
+    goals: GoalOptions,
 }
 
 /// How the block will be diagnosed.
@@ -91,17 +96,28 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     if let Some(folder) = &arguments.output {
         writable_beside_blocks(folder, read)?;
     }
+    arguments.goals.judge(read)?;
     let progress = console.progress("plan");
-    let block = block(arguments, read)?;
     let options = Options { threads, ..Options::default() };
-    let planned = arguments.options.planned(&block, options, &|what| progress.step(what))?;
+    let planned = |block: &Block| arguments.options.planned(block, options.clone(), &|what| progress.step(what));
+    let base = planned(&block(arguments, read)?)?;
+    let reached = arguments.goals.reach(&base, |extras, chosen| {
+        progress.step(&format!("planning with {}", extras.names(chosen).join(", ")));
+        let (text, name) = scenario_text(&arguments.what)?;
+        let scenario = extras.scenario(&text, &name, &overrides(&arguments.set)?, chosen)?;
+        planned(&simulate(&scenario, arguments.seed)?.block)
+    })?;
     drop(progress);
-    let mut text = text(&planned);
+    let (mut text, mut json) = (text(&base), serde_json::to_value(&base)?);
+    if let Some(reached) = reached {
+        text += &reached.text();
+        json["goals"] = serde_json::to_value(reached)?;
+    }
     if let Some(folder) = &arguments.output {
-        write(&planned, folder)?;
+        write(&base, &json, folder)?;
         text += &format!("\nPlan: {}\n", folder.display());
     }
-    Ok(Answer { text, json: serde_json::to_value(&planned)?, failure: None })
+    Ok(Answer { text, json, failure: None })
 }
 
 /// The error-free block.
@@ -124,9 +140,9 @@ pub fn error_free(block: Block) -> anyhow::Result<Block> {
     Ok(Block { origin: block.origin, ..twin_of(&block)?.block })
 }
 
-fn write(planned: &Plan, folder: &Path) -> anyhow::Result<()> {
+fn write(planned: &Plan, json: &serde_json::Value, folder: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
-    write_json(&folder.join("plan.json"), planned)?;
+    write_json(&folder.join("plan.json"), json)?;
     let header = ["effect", "parameter", "size", "named_size", "unit", "moves_m", "moves_height_m", "looks_like"];
     let mut table = TableWriter::create(&folder.join("effects.csv"), &header)?;
     for own in &planned.effects {

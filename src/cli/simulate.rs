@@ -9,7 +9,7 @@ use crate::report::numbers::{fixed, mm};
 use crate::report::tables::Table;
 use crate::scenario::{
     OverlapReport, Perturbation, Scenario, Simulation, SurveyNoise, add_noise, add_survey_noise, preset_names,
-    simulate, twin_of,
+    preset_text, simulate, twin_of,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -107,10 +107,16 @@ pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
 
 /// A preset, or a scenario's file; `set`: parameters as `KEY=VALUE`.
 pub(super) fn scenario(path: &Path, set: &[String]) -> anyhow::Result<Scenario> {
-    let name = path_text(path);
     let overrides = overrides(set)?;
-    if preset_names().contains(&name.as_str()) {
-        return Ok(Scenario::preset(&name, &overrides)?);
+    let (text, name) = scenario_text(path)?;
+    Ok(Scenario::from_toml_with(&text, &name, &overrides)?)
+}
+
+/// The text of a preset or of a scenario's file, and its name for messages.
+pub(super) fn scenario_text(path: &Path) -> anyhow::Result<(String, String)> {
+    let name = path_text(path);
+    if let Some(text) = preset_text(&name) {
+        return Ok((text.to_string(), name));
     }
     if !path.exists() && !name.ends_with(".toml") {
         let presets = preset_names().join(", ");
@@ -118,11 +124,11 @@ pub(super) fn scenario(path: &Path, set: &[String]) -> anyhow::Result<Scenario> 
     }
     let text =
         crate::files::read_text(path).map_err(|error| Usage(format!("cannot read the scenario {name}: {error}")))?;
-    Ok(Scenario::from_toml_with(&text, &name, &overrides)?)
+    Ok((text, name))
 }
 
 /// Parses `--set key=value`.
-fn overrides(settings: &[String]) -> Result<BTreeMap<String, f64>, Usage> {
+pub(super) fn overrides(settings: &[String]) -> Result<BTreeMap<String, f64>, Usage> {
     let parse = |setting: &String| {
         let (key, value) = setting.split_once('=')?;
         Some((key.trim().to_string(), value.trim().parse::<f64>().ok().filter(|value| value.is_finite())?))

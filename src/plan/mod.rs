@@ -18,6 +18,9 @@
 //! may be there unseen; what it would do to the points follows from the same linearisation. Reliability by Baarda (1968)
 //! is the same of one wrong measurement.
 
+pub mod choose;
+pub mod extras;
+pub mod goal;
 mod precision;
 mod visible;
 

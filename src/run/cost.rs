@@ -1,8 +1,9 @@
 //! What an adjustment or a diagnosis of a block takes: time and memory from counts, before anything is computed.
 //!
-//! The forms follow the work, and a few blocks gave the factors: the presets `dike` and `mapping`, areas of 732 to 19,561
-//! images (`benches/solvers/areal.toml`, enlarged) and a corridor of two million measurements, each on two threads of an
-//! Intel Xeon with AVX-512 (docs/benchmarks.md). They come out within a third in memory and within a half in time.
+//! The forms follow the work, and a few blocks gave the factors: the presets `dike` and `mapping`, areas of 732 to
+//! 19,561 images (`benches/solvers/areal.toml`, enlarged) and a corridor of two million measurements, each on two
+//! threads of an Intel Xeon with AVX-512 (docs/benchmarks.md). They come out within a third in memory and within a half
+//! in time.
 
 use crate::block::Block;
 use crate::null_model::MOST_IMAGES;

@@ -196,6 +196,27 @@ fn simulate_names_what_is_wrong() {
 }
 
 #[test]
+fn goals_and_additions_that_are_none_are_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let extra = path(&folder, "extra.toml");
+    let plan = |more: &[&str]| {
+        let dike = ["plan", "--quiet", "dike", "--set", "points=400", "--set", "check=10"];
+        let (code, _, stderr) = misclosure(&[&dike, more].concat());
+        assert_eq!(code, 2, "{more:?}: {stderr}");
+        stderr
+    };
+    assert!(plan(&["--goal", "height"]).starts_with("error: --goal `height`: expected \"height 10 mm\""));
+    assert!(plan(&["--goal", "sagging 1 px"]).contains("there is no effect `sagging`"));
+    assert!(plan(&["--extra", &extra]).contains("--goal"));
+    let with = ["--goal", "height 1 mm", "--extra", &extra];
+    assert!(plan(&with).contains("cannot read the additions"));
+    fs::write(&extra, "[[extra]]\nname = \"odd\"\ncost = 1\nsurveyed.control.count = -3\n").expect("written");
+    assert!(plan(&with).contains("with odd: "));
+    fs::write(&extra, "[[extra]]\nname = \"odd\"\n").expect("written");
+    assert!(plan(&with).contains("extra `odd`: expected cost = a number above 0"));
+}
+
+#[test]
 fn inject_changes_the_measurements_and_keeps_the_truth() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (clean, bad) = (path(&folder, "clean"), path(&folder, "bad"));

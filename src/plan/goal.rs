@@ -1,0 +1,167 @@
+//! What a plan is wanted to reach, and how far it is from that.
+
+use super::{Plan, Visible};
+use crate::effects;
+use serde::Serialize;
+use std::fmt;
+use std::str::FromStr;
+
+/// Shortfall of a goal that no size reaches: an effect that stays hidden. As large as that of a size a million times
+/// too large, so that whatever shows it comes first.
+const HIDDEN: f64 = 14.0;
+
+/// A goal.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Goal {
+    /// Standard deviation of a horizontal coordinate that 95 % of the tie points stay below, m.
+    Plan(f64),
+    /// The same of the height, m.
+    Height(f64),
+    /// An effect is seen from this size on, in `unit`: every parameter that has this unit.
+    Effect {
+        /// Its id.
+        id: String,
+        /// Size.
+        size: f64,
+        /// Unit.
+        unit: String,
+    },
+    /// Neither of two effects is called the other.
+    Separate(String, String),
+}
+
+/// Where a plan stands with a goal.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Standing {
+    /// The goal, as it was given.
+    pub goal: String,
+    /// What the plan has, in the unit of the goal. Not known where an effect stays hidden, and of effects to separate.
+    pub value: Option<f64>,
+    /// Unit of `value`.
+    pub unit: String,
+    /// Is it reached?
+    pub reached: bool,
+    /// Why it is not reached, where no size tells.
+    pub why: Option<String>,
+    /// Natural logarithm of how many times too large the value is; zero where the goal is reached.
+    #[serde(skip)]
+    pub shortfall: f64,
+}
+
+impl FromStr for Goal {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || {
+            format!(
+                "`{text}`: expected \"height 10 mm\", \"plan 5 mm\", an effect with a size and its unit such as \
+                 \"focal-temperature 0.1 px/K\", or \"separate EFFECT EFFECT\""
+            )
+        };
+        let effect = |id: &str| match effects::find(id) {
+            Some(_) => Ok(id.to_string()),
+            None => Err(format!("`{text}`: there is no effect `{id}` (misclosure effects list)")),
+        };
+        let size = |text: &str| text.parse::<f64>().ok().filter(|size| *size > 0.0 && size.is_finite());
+        match text.split_whitespace().collect::<Vec<_>>().as_slice() {
+            ["separate", a, b] => Ok(Self::Separate(effect(a)?, effect(b)?)),
+            [what @ ("height" | "plan"), length, unit @ ("mm" | "m")] => {
+                let metres = size(length).ok_or_else(expected)? * if *unit == "mm" { 1e-3 } else { 1.0 };
+                Ok(if *what == "height" { Self::Height(metres) } else { Self::Plan(metres) })
+            }
+            [id, number, unit] => {
+                let size = size(number).ok_or_else(expected)?;
+                Ok(Self::Effect { id: effect(id)?, size, unit: unit.to_string() })
+            }
+            _ => Err(expected()),
+        }
+    }
+}
+
+impl fmt::Display for Goal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Plan(metres) => write!(f, "plan {} mm", 1e3 * metres),
+            Self::Height(metres) => write!(f, "height {} mm", 1e3 * metres),
+            Self::Effect { id, size, unit } => write!(f, "{id} {size} {unit}"),
+            Self::Separate(a, b) => write!(f, "separate {a} {b}"),
+        }
+    }
+}
+
+impl Goal {
+    /// Where a plan stands.
+    pub fn standing(&self, plan: &Plan) -> Standing {
+        let of = |value: Option<f64>, wanted: f64, unit: &str, why: &dyn Fn() -> String| {
+            let shortfall = value.map_or(HIDDEN, |value| (value / wanted).ln().clamp(0.0, HIDDEN));
+            let why = value.is_none().then(why);
+            Standing { goal: self.to_string(), value, unit: unit.into(), reached: shortfall == 0.0, why, shortfall }
+        };
+        let too_large = || "the block is too large for the covariance of each point".to_string();
+        let millimetres = |spread: Option<super::Spread>| spread.map(|spread| 1e3 * spread.worst);
+        match self {
+            Self::Plan(metres) => of(millimetres(plan.precision.plan_m), 1e3 * metres, "mm", &too_large),
+            Self::Height(metres) => of(millimetres(plan.precision.height_m), 1e3 * metres, "mm", &too_large),
+            Self::Effect { id, size, unit } => {
+                let sizes = visible(plan, id).into_iter().flat_map(|own| &own.sizes);
+                let worst = sizes.filter(|own| own.unit == *unit).map(|own| own.size).reduce(f64::max);
+                of(worst, *size, unit, &|| unseen(plan, id, unit))
+            }
+            Self::Separate(a, b) => {
+                let alike = [self.alike(plan, a, b), self.alike(plan, b, a)];
+                let shortfall = alike.iter().map(|(shortfall, _)| *shortfall).fold(0.0, f64::max);
+                let why: Vec<String> = alike.into_iter().filter_map(|(_, why)| why).collect();
+                let why = (!why.is_empty()).then(|| why.join("; "));
+                let (goal, unit) = (self.to_string(), String::new());
+                Standing { goal, value: None, unit, reached: shortfall == 0.0, why, shortfall }
+            }
+        }
+    }
+
+    /// How far `a` is from never being called `b`, and why.
+    fn alike(&self, plan: &Plan, a: &str, b: &str) -> (f64, Option<String>) {
+        let Some(own) = visible(plan, a) else { return (HIDDEN, Some(unseen(plan, a, ""))) };
+        let taken_for = own.sizes.iter().filter(|size| size.looks_like.iter().any(|other| other == b));
+        let shortfall = |size: &super::Size| size.named_size.map_or(HIDDEN / 2.0, |named| (named / size.size).ln());
+        match taken_for.map(shortfall).reduce(f64::max) {
+            None => (0.0, None),
+            // Named sizes that are hardly larger than seen ones are still no separation.
+            Some(shortfall) => (shortfall.max(f64::MIN_POSITIVE), Some(format!("{a} may be called {b}"))),
+        }
+    }
+}
+
+fn visible<'p>(plan: &'p Plan, id: &str) -> Option<&'p Visible> {
+    plan.effects.iter().find(|own| own.effect == id)
+}
+
+/// Why a plan has no size of an effect in a unit.
+fn unseen(plan: &Plan, id: &str, unit: &str) -> String {
+    if let Some(hidden) = plan.hidden.iter().find(|own| own.effect == id) {
+        return format!("{id} stays hidden; needed: {}", hidden.needs.join("; "));
+    }
+    match visible(plan, id) {
+        Some(own) => {
+            let units: Vec<&str> = own.sizes.iter().map(|size| size.unit.as_str()).collect();
+            format!("{id} has no size in {unit} but in {}", units.join(", "))
+        }
+        None => format!("{id} is known from the coordinate system, or a part of the model"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn goals_are_read_and_what_is_none_says_what_is_expected() {
+        assert_eq!("height 10 mm".parse(), Ok(Goal::Height(0.01)));
+        assert_eq!("separate focal-time  pp-time".parse(), Ok(Goal::Separate("focal-time".into(), "pp-time".into())));
+        let effect = Goal::Effect { id: "focal-temperature".into(), size: 0.1, unit: "px/K".into() };
+        assert_eq!("focal-temperature 0.1 px/K".parse::<Goal>(), Ok(effect.clone()));
+        assert_eq!(effect.to_string(), "focal-temperature 0.1 px/K");
+        for wrong in ["height", "height -1 mm", "height 10 km", "separate focal-time", "no-effect 1 px", ""] {
+            assert!(wrong.parse::<Goal>().is_err_and(|error| error.contains(wrong)), "{wrong}");
+        }
+    }
+}
