@@ -1,6 +1,7 @@
 # Every target does the set-up it needs (scripts/setup.sh). All builds are --release: one build serves tests, demo and benchmarks.
 
 export PATH := $(or $(CARGO_HOME),$(HOME)/.cargo)/bin:$(PATH)
+export RUSTC_WORKSPACE_WRAPPER := $(CURDIR)/scripts/rustc.sh
 # Tests and demos use the defaults of the program and ignore the user's config.toml.
 export MISCLOSURE_CONFIG :=
 
@@ -25,7 +26,7 @@ demo: build ## what is missing in a block of the repository, in half a minute
 check: setup ## what to run before every commit: format, lints, unit tests
 	cargo fmt --check
 	cargo clippy --release --all-targets -- -D warnings
-	scripts/unit_tests.sh
+	cargo test --release --lib
 
 docs: build ## the book: target/book/index.html, with a page for each effect of the catalogue
 	command -v mdbook >/dev/null || cargo install --locked mdbook

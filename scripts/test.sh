@@ -56,9 +56,8 @@ part cargo clippy --release --all-targets --workspace --features misclosure-py/c
 # What differs without Ceres: the library and the program.
 part cargo clippy --release --lib --bins --workspace --no-default-features --features misclosure/lab -- -D warnings
 part env RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps --workspace --features misclosure-py/ceres
-part scripts/unit_tests.sh
 # The lints compiled the examples; tests/program/examples.rs runs them.
-part cargo test --release --test '*' --workspace --features misclosure-py/ceres
+part cargo test --release --tests --workspace --features misclosure-py/ceres
 part cargo test --release --doc --workspace --features misclosure-py/ceres
 part test_python
 part book

@@ -9,6 +9,9 @@ use std::str::FromStr;
 /// Shortfall of a goal that no size reaches: an effect that stays hidden. As large as that of a size a million times
 /// too large, so that whatever shows it comes first.
 const HIDDEN: f64 = 14.0;
+/// Shortfall of effects that may be called each other, at least: that they look alike over a hundredth of their size is
+/// still no separation.
+const ALIKE: f64 = 0.01;
 
 /// A goal.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,8 +128,7 @@ impl Goal {
         let shortfall = |size: &super::Size| size.named_size.map_or(HIDDEN / 2.0, |named| (named / size.size).ln());
         match taken_for.map(shortfall).reduce(f64::max) {
             None => (0.0, None),
-            // Named sizes that are hardly larger than seen ones are still no separation.
-            Some(shortfall) => (shortfall.max(f64::MIN_POSITIVE), Some(format!("{a} may be called {b}"))),
+            Some(shortfall) => (shortfall.max(ALIKE), Some(format!("{a} may be called {b}"))),
         }
     }
 }
@@ -152,6 +154,7 @@ fn unseen(plan: &Plan, id: &str, unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::{Hidden, Precision, Size, Spread};
 
     #[test]
     fn goals_are_read_and_what_is_none_says_what_is_expected() {
@@ -163,5 +166,60 @@ mod tests {
         for wrong in ["height", "height -1 mm", "height 10 km", "separate focal-time", "no-effect 1 px", ""] {
             assert!(wrong.parse::<Goal>().is_err_and(|error| error.contains(wrong)), "{wrong}");
         }
+    }
+
+    /// A plan with two parameters of `focal-temperature`, which looks like `focal-time`; `refraction` is hidden.
+    fn plan() -> Plan {
+        let size = |parameter: &str, size: f64, looks_like: &[&str]| Size {
+            parameter: parameter.into(),
+            size,
+            named_size: Some(1.001 * size),
+            looks_like: looks_like.iter().map(|own| own.to_string()).collect(),
+            unit: "px/K".into(),
+            moves_m: None,
+            moves_height_m: None,
+        };
+        let visible = |effect: &str, sizes: Vec<Size>| {
+            let (at, absorbed) = Default::default();
+            Visible { effect: effect.into(), sizes, at, absorbed, tell: None }
+        };
+        let temperature = vec![size("a", 0.1, &["focal-time"]), size("b", 0.3, &[])];
+        Plan {
+            format: 1,
+            block: "b".into(),
+            images: 3,
+            blind: vec![],
+            tie_points: 4,
+            tie_measurements: 12,
+            control: 0,
+            check: 0,
+            gnss: 0,
+            significance: 1e-3,
+            power: 0.8,
+            tied_centre: false,
+            effects: vec![visible("focal-temperature", temperature), visible("focal-time", vec![])],
+            hidden: vec![Hidden { effect: "refraction".into(), needs: vec!["more height".into()] }],
+            precision: Precision {
+                plan_m: None,
+                height_m: Some(Spread { typical: 0.005, worst: 0.02 }),
+                parameters: Default::default(),
+            },
+            known: vec![],
+        }
+    }
+
+    #[test]
+    fn a_plan_stands_where_its_sizes_are() {
+        let standing = |goal: &str| goal.parse::<Goal>().unwrap().standing(&plan());
+        assert!(standing("height 20 mm").reached && !standing("height 19 mm").reached);
+        // Twice too large.
+        assert!((standing("height 10 mm").shortfall - 2f64.ln()).abs() < 1e-12);
+        assert!(standing("plan 1 m").why.is_some_and(|why| why.contains("too large")));
+        assert_eq!(standing("focal-temperature 0.2 px/K").value, Some(0.3), "the worst parameter");
+        let hidden = standing("refraction 1 px");
+        assert!(hidden.shortfall == HIDDEN && hidden.why.unwrap().contains("more height"));
+        assert!(standing("focal-temperature 1 px").why.unwrap().contains("px/K"));
+        let alike = standing("separate focal-time focal-temperature");
+        assert!(!alike.reached && alike.shortfall == ALIKE && alike.why.unwrap().contains("may be called"));
     }
 }
