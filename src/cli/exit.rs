@@ -7,10 +7,10 @@ use crate::evaluate::similarity::SimilarityError;
 use crate::io;
 use crate::kit::build::BuildError;
 use crate::measure::MeasureError;
-use crate::plan::extras::ExtraError;
 use crate::problem::ProblemError;
 use crate::run::RunError;
 use crate::scenario::ScenarioError;
+use crate::scenario::extras::ExtraError;
 use crate::validate::nist::set::NistError;
 use std::process::ExitCode;
 

@@ -5,10 +5,10 @@ use super::text::path_text;
 use crate::files::read_text;
 use crate::plan::Plan;
 use crate::plan::choose::{Choice, REACHED, choose};
-use crate::plan::extras::Extras;
 use crate::plan::goal::{Goal, Standing};
 use crate::report::numbers::significant;
 use crate::report::tables::Table;
+use crate::scenario::extras::Extras;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,8 +16,8 @@ use std::path::{Path, PathBuf};
 /// What the plan has to reach.
 #[derive(Debug, clap::Args)]
 pub struct GoalOptions {
-    /// A goal (repeatable): "height 10 mm" or "plan 5 mm" (95 % of the tie points), an effect and the size from which
-    /// it has to be seen ("focal-temperature 0.1 px/K"), "separate EFFECT EFFECT"
+    /// A goal (repeatable): "height 10 mm", "plan 5 mm", "focal-temperature 0.1 px/K", "separate EFFECT EFFECT". Height
+    /// and plan are those that 95 % of the tie points keep, an effect has to be seen from its size on
     #[arg(long, value_name = "GOAL")]
     goal: Vec<String>,
     /// Additions to the scenario with their costs, of which the cheapest are chosen that reach the goals

@@ -37,7 +37,9 @@ pub fn choose<E>(
             None => shortfall(&chosen)?,
         };
         known.insert(chosen.clone(), left);
-        Ok(Choice { cost: chosen.iter().map(|own| costs[*own]).sum(), shortfall: left, chosen })
+        // From zero: a sum of nothing would be -0.
+        let cost = chosen.iter().fold(0.0, |sum, own| sum + costs[*own]);
+        Ok(Choice { cost, shortfall: left, chosen })
     };
     let allowed = |set: &[usize]| {
         let mut pairs = set.iter().enumerate().flat_map(|(k, a)| set[k + 1..].iter().map(move |b| (*a, *b)));

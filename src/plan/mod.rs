@@ -19,7 +19,6 @@
 //! is the same of one wrong measurement.
 
 pub mod choose;
-pub mod extras;
 pub mod goal;
 mod precision;
 mod visible;

@@ -14,6 +14,7 @@
 //! - Every object has a random stream of its own, so results do not depend on the number of threads.
 
 mod description;
+pub mod extras;
 mod flight;
 mod noise;
 mod overlap;

@@ -18,7 +18,7 @@
 //!
 //! Two additions that set the same key exclude each other.
 
-use crate::scenario::{Scenario, ScenarioError};
+use super::{Scenario, ScenarioError};
 use std::collections::{BTreeMap, BTreeSet};
 use toml::{Table, Value};
 
