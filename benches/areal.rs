@@ -1,5 +1,5 @@
-//! How time and memory grow with an area: part of `make bench`, or `cargo bench --bench areal`, with numbers of images
-//! behind `--` as the most. The areas are those of `benches/solvers/areal.toml`, enlarged in both directions, with
+//! How time and memory grow with an area: part of `make bench`, or `cargo bench --bench areal`. A number behind `--` is
+//! the most images. The areas are those of `benches/solvers/areal.toml`, enlarged in both directions, with
 //! noise and nothing else; the program adjusts each with the native solver and diagnoses it, on two threads.
 
 use anyhow::{Context, Result, ensure};
@@ -20,6 +20,7 @@ const POINTS: f64 = 60_000.0;
 const SEED: &str = "8";
 /// How often memory is looked at.
 const LOOK: Duration = Duration::from_millis(50);
+const TASKS: [&str; 2] = ["adjust", "diagnose"];
 const COMMANDS: [&[&str]; 2] = [&["adjust", "--solver", "native"], &["diagnose"]];
 
 fn main() -> Result<()> {
@@ -28,7 +29,7 @@ fn main() -> Result<()> {
         None => f64::INFINITY,
     };
     let mut table = Table::new("").number("images", "").number("measurements", "");
-    for task in ["adjust", "diagnose"] {
+    for task in TASKS {
         table = table.number(task, "s").number("memory", "GB");
     }
     let mut ends: Vec<(f64, [Spent; 2])> = Vec::new();
@@ -50,8 +51,8 @@ fn main() -> Result<()> {
         ends.push((images as f64, [adjust, diagnose]));
     }
     println!("\n{}", table.to_text());
-    if let ([(few, small), .., (many, large)], names) = (ends.as_slice(), ["adjust", "diagnose"]) {
-        for (name, (small, large)) in names.iter().zip(small.iter().zip(large)) {
+    if let [(few, small), .., (many, large)] = ends.as_slice() {
+        for (name, (small, large)) in TASKS.iter().zip(small.iter().zip(large)) {
             let exponent = |small: f64, large: f64| fixed((large / small).ln() / (many / few).ln(), 2);
             let (time, memory) = (exponent(small.seconds, large.seconds), exponent(small.bytes, large.bytes));
             println!("{name}: time grows with the images to the power of {time}, memory to that of {memory}");

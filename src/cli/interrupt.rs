@@ -7,7 +7,8 @@ use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 use std::thread;
 
-/// Waits for an interrupt on a thread of its own. Without that thread the signals end the program as usual.
+/// Starts the thread that handles SIGINT and SIGTERM. Where it cannot start, the signals keep their default: they end
+/// the program.
 pub fn watch() {
     let waiting = || {
         let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) else { return };

@@ -4,7 +4,7 @@ use super::Usage;
 use super::text::path_text;
 use crate::files::read_text;
 use crate::plan::Plan;
-use crate::plan::choose::{Choice, REACHED, choose};
+use crate::plan::choose::{Choice, choose};
 use crate::plan::goal::{Goal, Standing};
 use crate::report::numbers::significant;
 use crate::report::tables::Table;
@@ -106,7 +106,7 @@ impl GoalOptions {
                 Ok::<f64, anyhow::Error>(shortfall)
             },
         )?;
-        let reached = choices.last().is_some_and(|last| last.shortfall <= REACHED);
+        let reached = choices.last().is_some_and(|last| last.shortfall <= 0.0);
         let step = |Choice { chosen, cost, .. }: Choice| Step {
             with: extras.names(&chosen).into_iter().map(String::from).collect(),
             goals: standings.remove(&chosen).unwrap_or_default(),

@@ -3,15 +3,18 @@
 //! Every image's own value is a column against every pose and every other value: memory grows with the square of the
 //! images, and the eigenvalues of the information with their cube. The variance of such values is known from a sample:
 //! from `n` well-determined ones with a relative standard deviation of `sqrt(2 / n)`. What a sample loses is power: the
-//! smallest standard deviation that is found grows with the fourth root of all images per image of the sample. Values
-//! outside it are held where an effect is asked about, and are unknowns of the base where it is in the model.
+//! smallest standard deviation that is found grows with the fourth root of all images per image of the sample.
+//!
+//! Where the effect is a candidate, the null model holds the values outside the sample at zero. Where the model has the
+//! effect, they are free parameters of the base with their prior.
 
 use crate::effects::Scope;
 use crate::problem::{Problem, ThetaEntry};
 
 /// Images whose own values are columns: their variance is then known to 4.5 %, and their information takes 8 MB.
 pub const MOST_IMAGES: usize = 1000;
-/// `2^64` over the golden ratio: its multiples fall evenly between each other, and into step with no strip of a flight.
+/// `2^64` over the golden ratio. Its multiples modulo `2^64` spread evenly (Weyl sequence), and have no common period
+/// with the strips of a flight.
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Is a value a column? All values are that are no image's own.
@@ -35,7 +38,8 @@ mod tests {
         for images in [1001, 1500, 5089, 20_222, 100_000] {
             let sample: Vec<usize> = (0..images).filter(|image| is_in_sample(*image, images)).collect();
             assert!(sample.len().abs_diff(MOST_IMAGES) <= 3, "{images}: {}", sample.len());
-            // No strip of 40 to 60 images, and no place in it, has much more or less than its share.
+            // The sample has images at every position within a strip: at most half the expected number more or less,
+            // and three for rounding. Every fifth image would give a position five times that number, or none.
             for strip in [40, 50, 60] {
                 let share = MOST_IMAGES as f64 / images as f64;
                 for place in 0..strip {

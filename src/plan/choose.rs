@@ -2,9 +2,6 @@
 
 use std::collections::BTreeMap;
 
-/// Shortfall below which a goal is reached.
-pub const REACHED: f64 = 1e-9;
-
 /// Some additions, by number in ascending order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
@@ -23,7 +20,7 @@ pub struct Choice {
 /// of one or two, as long as the goal stays reached for less.
 ///
 /// # Errors
-/// Of `shortfall`, which is asked once for each set.
+/// What `shortfall` returns; `choose` calls it once for each set.
 pub fn choose<E>(
     costs: &[f64],
     exclude: impl Fn(usize, usize) -> bool,
@@ -46,7 +43,7 @@ pub fn choose<E>(
         pairs.all(|(a, b)| !exclude(a, b))
     };
     let mut steps = vec![choice(Vec::new())?];
-    while let Some(now) = steps.last().filter(|now| now.shortfall > REACHED).cloned() {
+    while let Some(now) = steps.last().filter(|now| now.shortfall > 0.0).cloned() {
         let mut best: Option<(f64, Choice)> = None;
         for own in (0..costs.len()).filter(|own| !now.chosen.contains(own)) {
             let set = with(&now.chosen, &[], &[own]);
@@ -96,7 +93,7 @@ fn exchanged<E>(
     sets.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     for (_, set) in sets {
         let next = choice(set)?;
-        if next.shortfall <= REACHED && next.cost < best.cost {
+        if next.shortfall <= 0.0 && next.cost < best.cost {
             return Ok(Some(next));
         }
     }
@@ -148,7 +145,7 @@ mod tests {
             let sets = (0..1usize << self.costs.len())
                 .map(|bits| (0..self.costs.len()).filter(|k| bits >> k & 1 == 1).collect());
             let allowed = |set: &Vec<usize>| !(set.contains(&0) && set.contains(&1));
-            let reaches = |set: &Vec<usize>| self.shortfall(set) <= REACHED;
+            let reaches = |set: &Vec<usize>| self.shortfall(set) <= 0.0;
             let cost = |set: Vec<usize>| set.iter().map(|own| self.costs[*own]).sum::<f64>();
             sets.filter(allowed).filter(reaches).map(cost).reduce(f64::min)
         }
@@ -163,10 +160,11 @@ mod tests {
             let last = steps.last().unwrap();
             assert!(!(last.chosen.contains(&0) && last.chosen.contains(&1)), "seed {seed}: {last:?}");
             let Some(least) = cases.exhaustive() else {
-                assert!(last.shortfall > REACHED, "seed {seed}");
+                assert!(last.shortfall > 0.0, "seed {seed}");
                 continue;
             };
-            assert!(last.shortfall <= REACHED && last.cost < 1.2 * least + 1e-9, "seed {seed}: {last:?}, {least}");
+            // A local search may end in a neighbour of the best set: rarely, and hardly dearer.
+            assert!(last.shortfall <= 0.0 && last.cost < 1.2 * least + 1e-9, "seed {seed}: {last:?}, {least}");
             (reached, same) = (reached + 1, same + usize::from(last.cost < least + 1e-9));
         }
         assert!(reached > 150 && same as f64 >= 0.95 * f64::from(reached), "{same} of {reached}");

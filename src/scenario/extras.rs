@@ -16,7 +16,7 @@
 //! # ... as in a scenario
 //! ```
 //!
-//! Two additions that set the same key exclude each other.
+//! Two additions that set the same key, or have a flight of the same name, exclude each other.
 
 use super::{Scenario, ScenarioError};
 use std::collections::{BTreeMap, BTreeSet};
@@ -111,7 +111,7 @@ impl Extras {
         Ok(Self { unit: read.unit, list })
     }
 
-    /// Do two additions set the same key?
+    /// Do two additions set the same key, or have a flight of the same name?
     pub fn exclude(&self, a: usize, b: usize) -> bool {
         let [a, b] = [a, b].map(|own| keys(&self.list[own].part));
         a.intersection(&b).next().is_some()
@@ -156,13 +156,17 @@ fn merge(tree: &mut Table, part: &Table) {
     }
 }
 
-/// Dotted paths of the values that a part sets, flights left out.
+/// Dotted paths of the values that a part sets; of flights their names.
 fn keys(part: &Table) -> BTreeSet<String> {
     let below = |(key, value): (&String, &Value)| match value {
         Value::Table(table) => keys(table).into_iter().map(|below| format!("{key}.{below}")).collect(),
+        Value::Array(flights) if key == FLIGHTS => {
+            let name = |flight: &Value| Some(format!("{key}.{}", flight.get("name")?.as_str()?));
+            flights.iter().filter_map(name).collect()
+        }
         _ => vec![key.clone()],
     };
-    part.iter().filter(|(key, _)| *key != FLIGHTS).flat_map(below).collect()
+    part.iter().flat_map(below).collect()
 }
 
 #[cfg(test)]
@@ -180,6 +184,13 @@ mod tests {
         let extras = Extras::from_toml(FILE, "extra.toml").unwrap();
         assert_eq!((extras.unit.as_str(), extras.list[1].cost), ("points", 9.5));
         assert!(extras.exclude(0, 1) && !extras.exclude(0, 2));
+        let flights = |a: &str, b: &str| {
+            let extra = |name: &str, flight: &str| {
+                format!("[[extra]]\nname = \"{name}\"\ncost = 1\n[[extra.flight]]\nname = \"{flight}\"\n")
+            };
+            Extras::from_toml(&(extra("one", a) + &extra("two", b)), "extra.toml").unwrap().exclude(0, 1)
+        };
+        assert!(flights("cross", "cross") && !flights("cross", "along"));
         let text = preset_text("dike").unwrap();
         let scenario = |chosen: &[usize]| extras.scenario(text, "dike", &BTreeMap::new(), chosen).unwrap();
         let changed = scenario(&[1, 2]).surveyed;
