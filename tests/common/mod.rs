@@ -10,7 +10,7 @@ use misclosure::adjust::{AdjustError, Options, Solver};
 use misclosure::block::Block;
 use misclosure::model::{EffectRef, EffectTerm, Model};
 use misclosure::run::{self, Run};
-use misclosure::scenario::{Scenario, Simulation, simulate};
+use misclosure::scenario::{Scenario, Simulation, Terrain, simulate};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
@@ -43,6 +43,18 @@ pub fn preset(name: &str, overrides: &[(&str, f64)], seed: u64) -> Simulation {
     let overrides: BTreeMap<String, f64> = overrides.iter().map(|(key, value)| (key.to_string(), *value)).collect();
     let scenario = Scenario::preset(name, &overrides).expect("a preset with its parameters");
     simulate(&scenario, seed).expect("a preset can be simulated")
+}
+
+/// Half of the preset `dike`: all its flights over 100 m, each with half of its images. An adjustment takes a quarter
+/// of the time.
+pub fn half_dike(points: f64, check: f64, seed: u64) -> Simulation {
+    let overrides = [("points", points), ("check", check)].map(|(key, value)| (key.to_string(), value));
+    let mut scenario = Scenario::preset("dike", &BTreeMap::from(overrides)).expect("a preset with its parameters");
+    let Terrain::Dike { length_m, .. } = &mut scenario.terrain else { panic!("the terrain of a dike") };
+    *length_m /= 2.0;
+    let strips = scenario.flights.iter_mut().filter_map(|flight| flight.images.as_mut()).flatten();
+    strips.for_each(|images| *images = images.div_ceil(2));
+    simulate(&scenario, seed).expect("half a preset can be simulated")
 }
 
 /// An effect at its nominal values.

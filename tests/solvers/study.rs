@@ -12,7 +12,7 @@ use std::sync::{LazyLock, Mutex};
 /// every mean to 2 %.
 const CHECK_POINTS: f64 = 1000.0;
 /// Tie points in the place of 14000: their measurements have no error but the one of the case.
-const TIE_POINTS: f64 = 5000.0;
+const TIE_POINTS: f64 = 3000.0;
 
 fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)

@@ -4,7 +4,7 @@ use super::place::{Ended, Place, is_whole};
 
 /// Address space that a command is given, MB. What a limit meets differs: the loader at 60, Rust's allocator, threads
 /// and their stacks, CHOLMOD, Ceres above.
-const LIMITS: [u32; 12] = [60, 80, 95, 105, 110, 115, 125, 140, 170, 250, 400, 800];
+const LIMITS: [u32; 8] = [60, 80, 95, 105, 115, 140, 250, 800];
 /// At every limit.
 const OFTEN: [&str; 4] = ["adjust block -o run", "adjust block -o run --threads 16", "check block", "validate pair"];
 /// At some limits, in turn.

@@ -1,6 +1,6 @@
 //! Both solvers agree on every kind of block and model: presets, datums, fixed subsets, losses, effects, cameras.
 
-use crate::adjust::noisy::{PRESETS, closerange, dike, noisy, two_cameras};
+use crate::adjust::noisy::{PRESETS, closerange, dike, noisy, noisy_half_dike, two_cameras};
 use crate::common::{SOLVERS, effect, errors_of_both, solve_both, solve_both_with, try_both};
 use misclosure::adjust::agreement::{JACOBIAN_REL, RESIDUAL_PX, jacobian_difference, residual_difference};
 use misclosure::adjust::native::Native;
@@ -119,7 +119,7 @@ fn with_weights_by_multiplicity_and_priors() {
 #[test]
 fn with_every_effect_of_the_catalogue() {
     use misclosure::effects::{Kind, Role, catalogue};
-    let mut block = noisy("dike", &[("points", 1000.0), ("check", 0.0)], 0.3).block;
+    let mut block = noisy_half_dike();
     for image in &mut block.images {
         image.angular_velocity = Some(nalgebra::Vector3::new(0.01, -0.02, 0.015));
         image.focus_m = Some(50.0);

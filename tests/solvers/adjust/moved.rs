@@ -1,6 +1,6 @@
 //! A block in national coordinates, with times since 1970: nothing that is found in it depends on where its zero is.
 
-use crate::common::{effect, preset, solve_both};
+use crate::common::{effect, half_dike, preset, solve_both};
 use misclosure::block::Block;
 use misclosure::camera::PARAMETER_COUNT;
 use misclosure::effects::{self, Role};
@@ -31,8 +31,7 @@ fn moved(block: &Block) -> Block {
     reduced
 }
 
-fn noisy(name: &str, parameters: &[(&str, f64)]) -> Block {
-    let mut block = preset(name, parameters, 1).block;
+fn noisy(mut block: Block) -> Block {
     let px = block.sigma.tie_px;
     add_noise(&mut block, px, 1).expect("noise");
     add_survey_noise(&mut block, SurveyNoise { gnss: true, control: true, check: true }, 1);
@@ -79,14 +78,17 @@ fn every_preset() {
     let few: &[(&str, f64)] = &[("points", 600.0)];
     for (name, parameters) in [("dike", few), ("corridor", few), ("mapping", few), ("closerange", &[])] {
         for datum in [Datum::Free, Datum::All] {
-            same_in_national_coordinates(&noisy(name, parameters), &Model { datum, ..Model::default() });
+            same_in_national_coordinates(
+                &noisy(preset(name, parameters, 1).block),
+                &Model { datum, ..Model::default() },
+            );
         }
     }
 }
 
 #[test]
 fn every_effect() {
-    let block = noisy("dike", &[("points", 600.0), ("check", 0.0)]);
+    let block = noisy(half_dike(400.0, 0.0, 1).block);
     for known in effects::catalogue() {
         let id = &known.descriptor().id;
         // Weak priors: some effects this block does not determine, and it is their numbers that are compared.

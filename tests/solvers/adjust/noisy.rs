@@ -1,6 +1,6 @@
 //! Blocks of every kind with noise everywhere and start values that are not the truth.
 
-use crate::common::preset;
+use crate::common::{half_dike, preset};
 use misclosure::block::{Block, CameraId};
 use misclosure::scenario::{Perturbation, Simulation, SurveyNoise, add_noise, add_survey_noise};
 
@@ -16,11 +16,20 @@ pub const PRESETS: [Case; 4] = [
 
 /// A preset with noise everywhere and start values that are not the truth.
 pub fn noisy(name: &str, overrides: &[(&str, f64)], noise_px: f64) -> Simulation {
-    let mut simulation = preset(name, overrides, 11);
+    let start = if name == "closerange" { 0.002 } else { 0.05 };
+    disturbed(preset(name, overrides, 11), noise_px, start)
+}
+
+/// Half a dike of 500 tie points, as [`noisy`].
+pub fn noisy_half_dike() -> Block {
+    disturbed(half_dike(500.0, 10.0, 11), 0.3, 0.05).block
+}
+
+/// With noise everywhere, and projection centres of the start off by `position_m`.
+fn disturbed(mut simulation: Simulation, noise_px: f64, position_m: f64) -> Simulation {
     add_noise(&mut simulation.block, noise_px, 12).expect("noise");
     add_survey_noise(&mut simulation.block, SurveyNoise { gnss: true, control: true, check: false }, 13);
-    let size = if name == "closerange" { 0.002 } else { 0.05 };
-    let start = Perturbation { focal_fraction: 0.002, position_m: size, angle_rad: 5e-4, points: true };
+    let start = Perturbation { focal_fraction: 0.002, position_m, angle_rad: 5e-4, points: true };
     simulation.perturb_start(start, 14).expect("a perturbation");
     for (i, image) in simulation.block.images.iter().enumerate() {
         let ties = simulation.block.ties.iter().filter(|row| row.image.index() == i).count();

@@ -1,6 +1,6 @@
 //! What a null model says twice, it says the same.
 
-use crate::common::{effect, preset};
+use crate::common::{effect, half_dike};
 use misclosure::block::Block;
 use misclosure::camera::{K1, K3};
 use misclosure::model::Model;
@@ -13,7 +13,7 @@ use misclosure::scenario::add_noise;
 const PASSES: f64 = 1e-6;
 
 fn block() -> Block {
-    let mut block = preset("dike", &[("points", 900.0), ("check", 10.0)], 33).block;
+    let mut block = half_dike(500.0, 10.0, 33).block;
     add_noise(&mut block, 0.3, 34).expect("noise");
     block
 }

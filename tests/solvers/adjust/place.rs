@@ -1,7 +1,7 @@
 //! Effects that read the row and the column: the place is that of the prediction, nothing of the measurement is in
 //! it, and derivatives follow it.
 
-use crate::adjust::noisy::{PRESETS, noisy};
+use crate::adjust::noisy::noisy_half_dike;
 use crate::common::{SOLVERS, effect};
 use misclosure::adjust::Evaluation;
 use misclosure::adjust::agreement::{JACOBIAN_REL, RESIDUAL_PX, jacobian_difference, residual_difference};
@@ -80,8 +80,7 @@ impl Effect for Placed {
 /// A block with noise and without, under a rolling shutter of a camera that turns (ten times slower than any, so that
 /// the row follows visibly), under one that stands still, and under effects of every stage that has a place.
 fn problems() -> Vec<Problem> {
-    let (name, overrides, noise) = PRESETS[0];
-    let mut block = noisy(name, overrides, noise).block;
+    let mut block = noisy_half_dike();
     let model = |effects: Vec<EffectTerm>| Model { datum: Datum::All, effects, ..Model::default() };
     let shutter = || EffectTerm { values: [("t".to_string(), 0.5)].into(), ..effect("rolling-shutter") };
     let image = EffectTerm { values: [("q1".to_string(), 2e-12)].into(), ..effect("decentring-high") };

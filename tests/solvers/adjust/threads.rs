@@ -1,7 +1,7 @@
 //! The number of threads, and the width of the vector registers, change how long it takes, not what comes out.
 
 use crate::adjust::null_model::null_model;
-use crate::common::{effect, preset, solve_both_with};
+use crate::common::{effect, half_dike, preset, solve_both_with};
 #[cfg(feature = "ceres")]
 use misclosure::adjust::ceres::Ceres;
 use misclosure::adjust::native::Native;
@@ -61,7 +61,7 @@ fn native_gives_the_same_bits_on_any_number_of_threads() {
 
 #[test]
 fn native_gives_the_same_bits_in_registers_of_any_width() {
-    let mut block = preset("dike", &[("points", 900.0), ("check", 10.0)], 33).block;
+    let mut block = half_dike(500.0, 10.0, 33).block;
     add_noise(&mut block, 0.3, 34).expect("noise");
     let plain = Model { datum: Datum::All, ..Model::default() };
     let mut field = effect("image-grid");
@@ -112,7 +112,7 @@ fn score_bits(block: &Block, threads: usize) -> Vec<u64> {
 
 #[test]
 fn null_model_has_the_same_bits_on_any_number_of_threads_and_in_registers_of_any_width() {
-    let mut block = preset("dike", &[("points", 900.0), ("check", 10.0)], 33).block;
+    let mut block = half_dike(500.0, 10.0, 33).block;
     add_noise(&mut block, 0.3, 34).expect("noise");
     let one = score_bits(&block, 1);
     for threads in [2, 3] {
