@@ -8,6 +8,7 @@ use misclosure::inject;
 use misclosure::model::{Datum, Model};
 use misclosure::plan::plan;
 use misclosure::scenario::{Scenario, simulate};
+use rayon::prelude::*;
 use std::error::Error;
 
 /// Effect, its parameter, and the error that causes it, without its size.
@@ -27,7 +28,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let few = [("points".to_string(), 400.0), ("check".to_string(), 60.0)].into();
     let truth = simulate(&Scenario::preset("dike", &few)?, 1)?.block;
     let model = Model { datum: Datum::All, ..Model::default() };
-    let options = Options::default();
+    // Each block on a thread of its own.
+    let options = Options { threads: 1, ..Options::default() };
     let settings = Settings { plugins: &[], options, significance: 1e-3, snoop: true, tell: &|_| {} };
     let planned = plan(&truth, &model, &settings)?;
     println!("| effect | seen from | anything named | named from | named |");
@@ -37,13 +39,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         let size = own.sizes.iter().find(|size| size.parameter == parameter).ok_or(parameter)?;
         let places = own.at.iter().map(|(name, value)| format!("{name}={value}"));
         let error = error.replace("CENTRE", &places.collect::<Vec<_>>().join(","));
-        let share = |size: f64, counts: &dyn Fn(&[String]) -> bool| -> Result<f64, Box<dyn Error>> {
+        let share = |size: f64, counts: &(dyn Fn(&[String]) -> bool + Sync)| -> Result<f64, Box<dyn Error>> {
             let errors = [inject::parse(&format!("{error}{size}"))?, inject::parse("noise:gnss=1,control=1")?];
-            let mut found = 0;
-            for seed in 0..blocks {
-                let block = inject::apply(&truth, &truth, &errors, seed)?.block;
-                found += u64::from(counts(&diagnose(&block, &model, &settings)?.diagnosis.recommended));
-            }
+            let is_found = |seed: u64| -> Result<usize, String> {
+                let block = inject::apply(&truth, &truth, &errors, seed).map_err(|error| format!("{error:#}"))?.block;
+                let diagnosed = diagnose(&block, &model, &settings).map_err(|error| error.to_string())?;
+                Ok(usize::from(counts(&diagnosed.diagnosis.recommended)))
+            };
+            let found: usize = (0..blocks).into_par_iter().map(is_found).sum::<Result<_, _>>()?;
             Ok(1e2 * found as f64 / blocks as f64)
         };
         let seen = share(size.size, &|named| !named.is_empty())?;

@@ -69,7 +69,7 @@
 //! | [`snooping`] | data snooping: blunders, and robust fits to find them at | math, score, camera, block, model, problem, measure, adjust, null_model, evaluate, run |
 //! | [`residuals`] | structure of the residuals, check points, and their pictures | math, score, camera, block, model, problem, measure, adjust, null_model, evaluate, run |
 //! | [`diagnose`] | which effect is missing | math, score, geodesy, camera, block, effects, model, problem, measure, adjust, null_model, evaluate, mistakes, run, snooping, residuals |
-//! | [`plan`] | what a block would show before it is measured | score, block, effects, model, problem, adjust, run, diagnose |
+//! | [`plan`] | what a block would show before it is measured | math, score, files, block, io, effects, model, problem, adjust, scenario, inject, mistakes, run, residuals, diagnose |
 //! | [`compare`] | runs side by side | camera, io, evaluate, diagnose, run |
 //! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, kit, study, campaign, validate, lab |
 //! | [`study`] | the repetition of the study that this began with | all but snooping, residuals, diagnose, campaign, validate, lab |

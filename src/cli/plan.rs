@@ -2,53 +2,57 @@
 
 use super::model_options::{ModelOptions, Tie};
 use super::output::writable_beside_blocks;
-use super::plan_goals::GoalOptions;
+use super::plan_goals::{Examined, GoalOptions};
+use super::plan_mistakes::{self, MistakeOptions};
 use super::simulate::{overrides, scenario, scenario_text};
-use super::text::{listed, paragraph, path_text};
+use super::text::path_text;
 use super::{Answer, Console, Usage};
+use super::{plan_effects, plan_page, plan_precision};
 use crate::adjust::Options;
 use crate::block::Block;
 use crate::diagnose::settings::Settings;
 use crate::io::block::{is_block, read_block};
 use crate::io::table::{TableWriter, write_json};
-use crate::model::Datum;
-use crate::plan::{Plan, PlanError, Size, Visible, plan};
-use crate::report::numbers::{or_dash, significant, unit_of};
-use crate::report::tables::Table;
+use crate::model::{Datum, Model};
+use crate::plan::notice::Drawn;
+use crate::plan::{Plan, PlanError, Size, plan};
+use crate::report::html::Page;
 use crate::run::default_diagnosis_datum;
 use crate::scenario::{simulate, twin_of};
 use anyhow::{Context, bail};
 use std::path::{Path, PathBuf};
-
-/// Parameters of an effect, and names of others, that the table shows one by one.
-const SHOWN: usize = 3;
 
 /// Says what a block would show, before it is measured: the smallest size of each effect that a diagnosis would find
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   misclosure plan dike                           a preset
   misclosure plan corridor --set length_m=500    with a parameter of the scenario
-  misclosure plan my.toml -o planned             a flight of your own; effects.csv and plan.json in a folder
+  misclosure plan my.toml -o planned             a flight of your own; a page with a map, and tables, in a folder
   misclosure plan block                          a block that was flown, as if it were measured without errors
   misclosure plan my.toml --goal 'height 10 mm' --goal 'focal-temperature 0.1 px/K' --extra more.toml
                                                  the cheapest additions of more.toml that reach two goals
+  misclosure plan dike --mistake wrong-coordinate --mistake clock-offset
+                                                 from which size two mistakes of people would be noticed
 
-Nothing is random: the sizes follow from the error-free block and the standard deviations that it states.")]
+Nothing is random but mistakes: the sizes follow from the error-free block and the standard deviations that it states.
+For mistakes, measurements are drawn with errors of these sizes.")]
 pub struct Arguments {
     /// A preset (dike, corridor, mapping, closerange), a scenario's file, or the folder of a block
     #[arg(value_name = "PRESET|SCENARIO.toml|BLOCK")]
     what: PathBuf,
-    /// Folder for plan.json and effects.csv
+    /// Folder for report.html, plan.json, effects.csv and points.csv
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// A parameter of the scenario (repeatable)
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Seed of what a scenario draws: terrain, points, jitter
+    /// Seed of what is drawn: terrain, points and jitter of a scenario, and the errors for mistakes
     #[arg(long, default_value_t = 1)]
     seed: u64,
     #[command(flatten)]
     options: PlanOptions,
+    #[command(flatten)]
+    mistakes: MistakeOptions,
     #[command(flatten)]
     goals: GoalOptions,
 }
@@ -76,17 +80,33 @@ impl PlanOptions {
     /// # Errors
     /// [`Usage`]; a block that cannot be adjusted.
     pub fn planned(&self, block: &Block, options: Options, tell: &(dyn Fn(&str) + Sync)) -> anyhow::Result<Plan> {
-        let Self { significance, free, tie, datum } = self;
-        if !(*significance > 0.0 && *significance < 1.0) {
-            bail!(Usage(format!("--significance {significance}: expected a number between 0 and 1")));
-        }
-        let model = ModelOptions { free: free.clone(), tie: *tie, datum: *datum, ..ModelOptions::default() };
-        let model = model.model(default_diagnosis_datum(block))?;
-        let settings = Settings { plugins: &[], options, significance: *significance, snoop: false, tell };
-        plan(block, &model, &settings).map_err(|error| match error {
+        let settings = self.settings(options, tell)?;
+        plan(block, &self.model(block)?, &settings).map_err(|error| match error {
             PlanError::Refused(why) => Usage(why).into(),
             PlanError::Diagnose(error) => error.into(),
         })
+    }
+
+    /// What the diagnosis believes of the block.
+    ///
+    /// # Errors
+    /// [`Usage`].
+    pub fn model(&self, block: &Block) -> anyhow::Result<Model> {
+        let Self { free, tie, datum, .. } = self;
+        let model = ModelOptions { free: free.clone(), tie: *tie, datum: *datum, ..ModelOptions::default() };
+        model.model(default_diagnosis_datum(block))
+    }
+
+    /// How it works.
+    ///
+    /// # Errors
+    /// [`Usage`]: a significance that is no probability.
+    pub fn settings<'a>(&self, options: Options, tell: &'a (dyn Fn(&str) + Sync)) -> anyhow::Result<Settings<'a>> {
+        let significance = self.significance;
+        if !(significance > 0.0 && significance < 1.0) {
+            bail!(Usage(format!("--significance {significance}: expected a number between 0 and 1")));
+        }
+        Ok(Settings { plugins: &[], options, significance, snoop: true, tell })
     }
 }
 
@@ -97,27 +117,65 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
         writable_beside_blocks(folder, read)?;
     }
     arguments.goals.judge(read)?;
+    arguments.mistakes.judge()?;
     let progress = console.progress("plan");
     let options = Options { threads, ..Options::default() };
-    let planned = |block: &Block| arguments.options.planned(block, options.clone(), &|what| progress.step(what));
-    let base = planned(&block(arguments, read)?)?;
+    let planner = Planner { arguments, options, tell: &|what| progress.step(what) };
+    let block = block(arguments, read)?;
+    let base = planner.examined(&block)?;
     let reached = arguments.goals.reach(&base, |extras, chosen| {
         progress.step(&format!("planning with {}", extras.names(chosen).join(", ")));
         let (text, name) = scenario_text(&arguments.what)?;
         let scenario = extras.scenario(&text, &name, &overrides(&arguments.set)?, chosen)?;
-        planned(&simulate(&scenario, arguments.seed)?.block)
+        planner.examined(&simulate(&scenario, arguments.seed)?.block)
     })?;
+    let mistakes = match arguments.mistakes.any() {
+        false => Vec::new(),
+        true => planner.drawn(&block, |drawn| arguments.mistakes.noticed(drawn))?,
+    };
     drop(progress);
-    let (mut text, mut json) = (text(&base), serde_json::to_value(&base)?);
-    if let Some(reached) = reached {
+    let base = base.plan;
+    let mut json = serde_json::to_value(&base)?;
+    let mut text = plan_effects::text(&base) + &plan_precision::text(&base);
+    if !mistakes.is_empty() {
+        text += &plan_mistakes::text(&mistakes);
+        json["mistakes"] = serde_json::to_value(&mistakes)?;
+    }
+    if let Some(reached) = &reached {
         text += &reached.text();
         json["goals"] = serde_json::to_value(reached)?;
     }
     if let Some(folder) = &arguments.output {
-        write(&base, &json, folder)?;
-        text += &format!("\nPlan: {}\n", folder.display());
+        write(&base, &json, &plan_page::page(&base, &mistakes, reached.as_ref()), folder)?;
+        text += &format!("\nPlan: {}\n", folder.join("report.html").display());
     }
     Ok(Answer { text, json, failure: None })
+}
+
+/// Plans blocks, and draws them where mistakes are asked about.
+struct Planner<'a> {
+    arguments: &'a Arguments,
+    options: Options,
+    tell: &'a (dyn Fn(&str) + Sync),
+}
+
+impl Planner<'_> {
+    fn examined(&self, block: &Block) -> anyhow::Result<Examined> {
+        let plan = self.arguments.options.planned(block, self.options.clone(), self.tell)?;
+        let said = match self.arguments.goals.mistakes()?.as_slice() {
+            [] => Vec::new(),
+            asked => {
+                self.drawn(block, |drawn| Ok(asked.iter().map(|own| drawn.said_of(own)).collect::<Result<_, _>>()?))?
+            }
+        };
+        Ok(Examined { plan, said })
+    }
+
+    fn drawn<T>(&self, block: &Block, act: impl FnOnce(&Drawn<'_>) -> anyhow::Result<T>) -> anyhow::Result<T> {
+        let options = &self.arguments.options;
+        let (model, settings) = (options.model(block)?, options.settings(self.options.clone(), self.tell)?);
+        act(&Drawn::of(block, self.arguments.seed, &model, &settings)?)
+    }
 }
 
 /// The error-free block.
@@ -140,7 +198,8 @@ pub fn error_free(block: Block) -> anyhow::Result<Block> {
     Ok(Block { origin: block.origin, ..twin_of(&block)?.block })
 }
 
-fn write(planned: &Plan, json: &serde_json::Value, folder: &Path) -> anyhow::Result<()> {
+/// `plan.json`, the tables, and the page.
+fn write(planned: &Plan, json: &serde_json::Value, page: &Page, folder: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
     write_json(&folder.join("plan.json"), json)?;
     let header = ["effect", "parameter", "size", "named_size", "unit", "moves_m", "moves_height_m", "looks_like"];
@@ -152,114 +211,17 @@ fn write(planned: &Plan, json: &serde_json::Value, folder: &Path) -> anyhow::Res
             table.end_row()?;
         }
     }
-    Ok(table.finish()?)
-}
-
-fn text(planned: &Plan) -> String {
-    let Plan { block, images, tie_points, tie_measurements, control, check, gnss, .. } = planned;
-    let mut text = format!(
-        "Plan `{block}`: {images} images ({gnss} with GNSS), {tie_points} tie points with {tie_measurements} \
-         measurements, {control} control and {check} check points\n\n"
-    );
-    text += &format!(
-        "SMALLEST EFFECTS THAT IT WOULD SHOW (found with {:.0} %, at a significance of {})\n\n",
-        1e2 * planned.power,
-        planned.significance
-    );
-    let mut table = Table::new("")
-        .text("effect", "")
-        .text("parameter", "")
-        .number("seen from", "")
-        .number("named from", "")
-        .text("unit", "")
-        .number("unseen it moves points by", "mm")
-        .text("till then it may be called", "");
-    for own in &planned.effects {
-        rows(own, &mut table);
-    }
-    text += &table.to_text();
-    for (needs, effects) in by_needs(planned) {
-        text += &paragraph("", 2, &format!("Not to be seen: {}; needed: {needs}.", effects.join(", ")));
-    }
-    let told = planned.effects.iter().filter_map(|own| Some((own, own.tell.as_ref()?)));
-    for (own, tell) in told {
-        let others = listed(&others(&own.sizes), SHOWN);
-        text += &paragraph("", 2, &format!("To tell {} from {others}: {tell}.", own.effect));
-    }
-    if !planned.blind.is_empty() {
-        let names: Vec<&str> = planned.blind.iter().map(String::as_str).collect();
-        text += &format!("\nToo few measurements to take part: {} images ({}).\n", names.len(), listed(&names, SHOWN));
-    }
-    if planned.tied_centre {
-        text += "\nThe block does not determine the centre of distortion: it is tied to the principal point.\n";
-    }
-    let precision = &planned.precision;
-    if let (Some(plan), Some(height)) = (precision.plan_m, precision.height_m) {
-        text += &format!(
-            "\nIf nothing is wrong, tie points have standard deviations of {} mm in plan and {} mm in height \
-             (median).\n95 % of them stay below {} mm and {} mm.\n",
-            short_mm(plan.typical),
-            short_mm(height.typical),
-            short_mm(plan.worst),
-            short_mm(height.worst)
-        );
-    }
-    text
-}
-
-/// Effects that cannot be shown, by what they need.
-fn by_needs(planned: &Plan) -> Vec<(String, Vec<&str>)> {
-    let mut all: Vec<(String, Vec<&str>)> = Vec::new();
-    for hidden in &planned.hidden {
-        let needs = hidden.needs.join("; ");
-        match all.iter_mut().find(|(own, _)| *own == needs) {
-            Some((_, effects)) => effects.push(&hidden.effect),
-            None => all.push((needs, vec![&hidden.effect])),
+    table.finish()?;
+    if !planned.precision.points.is_empty() {
+        let mut table = TableWriter::create(&folder.join("points.csv"), &["point", "x", "y", "z", "sx", "sy", "sz"])?;
+        for own in &planned.precision.points {
+            table.text(&own.name);
+            own.position.iter().chain(own.sigma_m.iter()).for_each(|value| {
+                table.number(*value);
+            });
+            table.end_row()?;
         }
+        table.finish()?;
     }
-    all
-}
-
-/// A row for each parameter; of many parameters one with their range.
-fn rows(own: &Visible, table: &mut Table) {
-    let alike = |sizes: &[Size]| match others(sizes) {
-        none if none.is_empty() => "-".into(),
-        others => listed(&others, SHOWN),
-    };
-    let named = |size: &Size| or_dash(size.named_size, |own| significant(own, 3));
-    let unit = |size: &Size| unit_of(&size.unit).to_owned();
-    if own.sizes.len() <= SHOWN {
-        for size in &own.sizes {
-            let alike = alike(std::slice::from_ref(size));
-            let numbers = [significant(size.size, 3), named(size), unit(size), or_dash(size.moves_m, short_mm), alike];
-            table.row([own.effect.clone(), size.parameter.clone()].into_iter().chain(numbers));
-        }
-        return;
-    }
-    let by_size = |a: &&Size, b: &&Size| a.size.total_cmp(&b.size);
-    let (Some(least), Some(most)) = (own.sizes.iter().min_by(by_size), own.sizes.iter().max_by(by_size)) else {
-        return;
-    };
-    let range = match own.sizes.iter().all(|size| size.unit == least.unit) {
-        true => format!("{} to {}", significant(least.size, 3), significant(most.size, 3)),
-        false => format!("from {}", significant(least.size, 3)),
-    };
-    let count = format!("{} parameters", own.sizes.len());
-    let alike = alike(&own.sizes);
-    table.row([own.effect.clone(), count, range, "-".into(), unit(least), or_dash(own.worst_m(), short_mm), alike]);
-}
-
-/// Effects that may be named in the place of some sizes.
-fn others(sizes: &[Size]) -> Vec<&str> {
-    let mut all: Vec<&str> = Vec::new();
-    for other in sizes.iter().flat_map(|size| &size.looks_like) {
-        if !all.contains(&other.as_str()) {
-            all.push(other);
-        }
-    }
-    all
-}
-
-fn short_mm(metres: f64) -> String {
-    significant(1e3 * metres, 2)
+    page.write(folder)
 }

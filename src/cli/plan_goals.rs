@@ -6,6 +6,9 @@ use crate::files::read_text;
 use crate::plan::Plan;
 use crate::plan::choose::{Choice, choose};
 use crate::plan::goal::{Goal, Standing};
+use crate::plan::notice::Asked;
+use crate::plan::said::Said;
+use crate::report::figures::{Axis, LineChart, Panel, Series};
 use crate::report::numbers::significant;
 use crate::report::tables::Table;
 use crate::scenario::extras::Extras;
@@ -16,13 +19,22 @@ use std::path::{Path, PathBuf};
 /// What the plan has to reach.
 #[derive(Debug, clap::Args)]
 pub struct GoalOptions {
-    /// A goal (repeatable): "height 10 mm", "plan 5 mm", "focal-temperature 0.1 px/K", "separate EFFECT EFFECT". Height
-    /// and plan are those that 95 % of the tie points keep, an effect has to be seen from its size on
+    /// A goal (repeatable): "height 10 mm", "plan 5 mm", "focal-temperature 0.1 px/K", "separate EFFECT EFFECT",
+    /// "notice height-offset 0.05 m". A length is what 95 % of the tie points keep. An effect has to be seen from its
+    /// size on. Of a mistake, a diagnosis of a drawn block has to say something
     #[arg(long, value_name = "GOAL")]
     goal: Vec<String>,
     /// Additions to the scenario with their costs, of which the cheapest are chosen that reach the goals
     #[arg(long, value_name = "EXTRA.toml", requires = "goal")]
     extra: Option<PathBuf>,
+}
+
+/// A plan, and what is said of the mistakes that have to be noticed, in the order of the goals.
+pub struct Examined {
+    /// The plan.
+    pub plan: Plan,
+    /// What is said of each mistake.
+    pub said: Vec<Said>,
 }
 
 /// Goals, and the additions that reach them.
@@ -63,15 +75,23 @@ impl GoalOptions {
         self.goal.iter().map(|text| text.parse().map_err(|error| Usage(format!("--goal {error}")))).collect()
     }
 
-    /// Where the plan `base` stands with its goals, and the additions that reach them; `None` without a goal. `planned`
-    /// gives the plan with some additions.
+    /// The mistakes that have to be noticed.
     ///
     /// # Errors
-    /// A file of additions that cannot be used; what `planned` says.
+    /// [`Usage`]: a goal that is none.
+    pub fn mistakes(&self) -> Result<Vec<Asked>, Usage> {
+        Ok(self.goals()?.iter().filter_map(Goal::mistake).cloned().collect())
+    }
+
+    /// Where the plan `base` stands with its goals, and the additions that reach them; `None` without a goal.
+    /// `examined` gives the plan with some additions.
+    ///
+    /// # Errors
+    /// A file of additions that cannot be used; what `examined` says.
     pub fn reach(
         &self,
-        base: &Plan,
-        planned: impl Fn(&Extras, &[usize]) -> anyhow::Result<Plan>,
+        base: &Examined,
+        examined: impl Fn(&Extras, &[usize]) -> anyhow::Result<Examined>,
     ) -> anyhow::Result<Option<Reached>> {
         let goals = self.goals()?;
         if goals.is_empty() {
@@ -93,14 +113,16 @@ impl GoalOptions {
             |a, b| extras.exclude(a, b),
             |chosen| {
                 let with;
-                let plan = match chosen {
+                let Examined { plan, said } = match chosen {
                     [] => base,
                     chosen => {
-                        with = planned(&extras, chosen)?;
+                        with = examined(&extras, chosen)?;
                         &with
                     }
                 };
-                let own: Vec<Standing> = goals.iter().map(|goal| goal.standing(plan)).collect();
+                let mut said = said.iter();
+                let standing = |goal: &Goal| goal.standing(plan, goal.mistake().and_then(|_| said.next()));
+                let own: Vec<Standing> = goals.iter().map(standing).collect();
                 let shortfall = own.iter().map(|own| own.shortfall).sum();
                 standings.insert(chosen.to_vec(), own);
                 Ok::<f64, anyhow::Error>(shortfall)
@@ -119,9 +141,13 @@ impl GoalOptions {
 impl Reached {
     /// The goals at each step, and what they come to.
     pub fn text(&self) -> String {
-        let Some(last) = self.steps.last() else { return String::new() };
+        format!("\nGOALS\n\n{}\n{}", self.table().to_text(), self.outcome())
+    }
+
+    /// The goals at each step.
+    pub fn table(&self) -> Table {
         let mut table = Table::new("").text("with", "").number("cost", &self.unit);
-        for goal in &last.goals {
+        for goal in self.steps.last().iter().flat_map(|last| &last.goals) {
             table = table.number(&goal.goal, &goal.unit);
         }
         for Step { with, cost, goals } in &self.steps {
@@ -133,18 +159,39 @@ impl Reached {
             });
             table.row([name, format!("{cost}")].into_iter().chain(cells));
         }
-        let mut text = format!("\nGOALS\n\n{}\n", table.to_text());
+        table
+    }
+
+    /// With what they are reached, or why they are not: a line each.
+    pub fn outcome(&self) -> String {
+        let Some(last) = self.steps.last() else { return String::new() };
         if self.reached {
-            text += &match last.with.as_slice() {
+            return match last.with.as_slice() {
                 [] => "All goals are reached.\n".to_string(),
                 with => format!("All goals are reached with {}.\n", with.join(", ")),
             };
-            return text;
         }
+        let mut text = String::new();
         for goal in last.goals.iter().filter(|goal| !goal.reached) {
             let why = goal.why.as_ref().map_or(String::new(), |why| format!(": {why}"));
             text += &format!("Not reached: {}{why}.\n", goal.goal);
         }
         text
+    }
+
+    /// The trade-off: how many times too large the values of each goal are (one: reached) over the cost. Goals without
+    /// a value have no curve.
+    pub fn trade_off(&self) -> LineChart {
+        let mut steps: Vec<&Step> = self.steps.iter().collect();
+        steps.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let curve = |goal: usize| {
+            let points = steps.iter().filter(|step| step.goals[goal].value.is_some());
+            let points = points.map(|step| [step.cost, step.goals[goal].shortfall.exp()]).collect();
+            Series::new(steps[0].goals[goal].goal.clone(), points)
+        };
+        let goals = steps.first().map_or(0, |step| step.goals.len());
+        let series: Vec<Series> = (0..goals).map(curve).filter(|own| own.points.len() > 1).collect();
+        let (x, y) = (Axis::new("cost", &self.unit), Axis::new("value / goal (1: reached)", ""));
+        LineChart { panels: vec![Panel { title: String::new(), x, y, series }], ..LineChart::default() }
     }
 }

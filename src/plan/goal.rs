@@ -1,7 +1,10 @@
 //! What a plan is wanted to reach, and how far it is from that.
 
+use super::notice::Asked;
+use super::said::Said;
 use super::{Plan, Visible};
 use crate::effects;
+use crate::inject::mistakes;
 use serde::Serialize;
 use std::fmt;
 use std::str::FromStr;
@@ -31,6 +34,8 @@ pub enum Goal {
     },
     /// Neither of two effects is called the other.
     Separate(String, String),
+    /// A mistake is noticed.
+    Notice(Asked),
 }
 
 /// Where a plan stands with a goal.
@@ -57,8 +62,9 @@ impl FromStr for Goal {
     fn from_str(text: &str) -> Result<Self, String> {
         let expected = || {
             format!(
-                "`{text}`: expected \"height 10 mm\", \"plan 5 mm\", an effect with a size and its unit such as \
-                 \"focal-temperature 0.1 px/K\", or \"separate EFFECT EFFECT\""
+                "`{text}` is no goal. Expected a length such as \"height 10 mm\" or \"plan 5 mm\". Or an effect with a \
+                 size and its unit, such as \"focal-temperature 0.1 px/K\". Or \"separate EFFECT EFFECT\", or a mistake \
+                 such as \"notice height-offset 0.05 m\""
             )
         };
         let effect = |id: &str| match effects::find(id) {
@@ -67,6 +73,21 @@ impl FromStr for Goal {
         };
         let size = |text: &str| text.parse::<f64>().ok().filter(|size| *size > 0.0 && size.is_finite());
         match text.split_whitespace().collect::<Vec<_>>().as_slice() {
+            ["notice", mistake, sized @ ..] => {
+                let (kind, subject) = match mistake.split_once(":of=") {
+                    Some((kind, subject)) => (kind, Some(subject.to_string())),
+                    None => (*mistake, None),
+                };
+                if mistakes::find(kind).is_none() {
+                    return Err(format!("`{text}`: there is no mistake `{kind}` (misclosure inject --list)"));
+                }
+                let size = match sized {
+                    [] => None,
+                    [number, unit] => Some((size(number).ok_or_else(expected)?, unit.to_string())),
+                    _ => return Err(expected()),
+                };
+                Ok(Self::Notice(Asked { kind: kind.into(), subject, size }))
+            }
             ["separate", a, b] => Ok(Self::Separate(effect(a)?, effect(b)?)),
             [what @ ("height" | "plan"), length, unit @ ("mm" | "m")] => {
                 let metres = size(length).ok_or_else(expected)? * if *unit == "mm" { 1e-3 } else { 1.0 };
@@ -88,13 +109,22 @@ impl fmt::Display for Goal {
             Self::Height(metres) => write!(f, "height {} mm", 1e3 * metres),
             Self::Effect { id, size, unit } => write!(f, "{id} {size} {unit}"),
             Self::Separate(a, b) => write!(f, "separate {a} {b}"),
+            Self::Notice(asked) => write!(f, "notice {asked}"),
         }
     }
 }
 
 impl Goal {
-    /// Where a plan stands.
-    pub fn standing(&self, plan: &Plan) -> Standing {
+    /// The mistake that has to be noticed, where it is that.
+    pub fn mistake(&self) -> Option<&Asked> {
+        match self {
+            Self::Notice(asked) => Some(asked),
+            _ => None,
+        }
+    }
+
+    /// Where a plan stands; `said` of the mistake that has to be noticed.
+    pub fn standing(&self, plan: &Plan, said: Option<&Said>) -> Standing {
         let of = |value: Option<f64>, wanted: f64, unit: &str, why: &dyn Fn() -> String| {
             let shortfall = value.map_or(HIDDEN, |value| (value / wanted).ln().clamp(0.0, HIDDEN));
             let why = value.is_none().then(why);
@@ -117,6 +147,12 @@ impl Goal {
                 let why = (!why.is_empty()).then(|| why.join("; "));
                 let (goal, unit) = (self.to_string(), String::new());
                 Standing { goal, value: None, unit, reached: shortfall == 0.0, why, shortfall }
+            }
+            Self::Notice(_) => {
+                let reached = said.is_some_and(|said| *said != Said::Nothing);
+                let why = (!reached).then(|| "a diagnosis of the drawn block says nothing".to_string());
+                let shortfall = if reached { 0.0 } else { HIDDEN };
+                Standing { goal: self.to_string(), value: None, unit: String::new(), reached, why, shortfall }
             }
         }
     }
@@ -163,7 +199,21 @@ mod tests {
         let effect = Goal::Effect { id: "focal-temperature".into(), size: 0.1, unit: "px/K".into() };
         assert_eq!("focal-temperature 0.1 px/K".parse::<Goal>(), Ok(effect.clone()));
         assert_eq!(effect.to_string(), "focal-temperature 0.1 px/K");
-        for wrong in ["height", "height -1 mm", "height 10 km", "separate focal-time", "no-effect 1 px", ""] {
+        let asked = Asked { kind: "tilt".into(), subject: Some("gnss".into()), size: Some((0.5, "deg".into())) };
+        assert_eq!("notice tilt:of=gnss 0.5 deg".parse(), Ok(Goal::Notice(asked.clone())));
+        assert_eq!(Goal::Notice(asked).to_string(), "notice tilt:of=gnss 0.5 deg");
+        assert!("notice exchanged".parse::<Goal>().is_ok());
+        for wrong in [
+            "notice",
+            "notice no-kind",
+            "notice tilt 3",
+            "height",
+            "height -1 mm",
+            "height 10 km",
+            "separate focal-time",
+            "no-effect 1 px",
+            "",
+        ] {
             assert!(wrong.parse::<Goal>().is_err_and(|error| error.contains(wrong)), "{wrong}");
         }
     }
@@ -201,16 +251,19 @@ mod tests {
             hidden: vec![Hidden { effect: "refraction".into(), needs: vec!["more height".into()] }],
             precision: Precision {
                 plan_m: None,
-                height_m: Some(Spread { typical: 0.005, worst: 0.02 }),
+                height_m: Some(Spread { rms: 0.007, typical: 0.005, worst: 0.02 }),
                 parameters: Default::default(),
+                check: None,
+                points: vec![],
             },
+            reliability: vec![],
             known: vec![],
         }
     }
 
     #[test]
     fn a_plan_stands_where_its_sizes_are() {
-        let standing = |goal: &str| goal.parse::<Goal>().unwrap().standing(&plan());
+        let standing = |goal: &str| goal.parse::<Goal>().unwrap().standing(&plan(), None);
         assert!(standing("height 20 mm").reached && !standing("height 19 mm").reached);
         // Twice too large.
         assert!((standing("height 10 mm").shortfall - 2f64.ln()).abs() < 1e-12);
@@ -219,6 +272,9 @@ mod tests {
         let hidden = standing("refraction 1 px");
         assert!(hidden.shortfall == HIDDEN && hidden.why.unwrap().contains("more height"));
         assert!(standing("focal-temperature 1 px").why.unwrap().contains("px/K"));
+        let notice = "notice height-offset 5 m".parse::<Goal>().unwrap();
+        assert!(notice.standing(&plan(), Some(&Said::Unexplained)).reached);
+        assert!(notice.standing(&plan(), Some(&Said::Nothing)).shortfall == HIDDEN);
         let alike = standing("separate focal-time focal-temperature");
         assert!(!alike.reached && alike.shortfall == ALIKE && alike.why.unwrap().contains("may be called"));
     }

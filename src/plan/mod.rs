@@ -20,10 +20,14 @@
 
 pub mod choose;
 pub mod goal;
+pub mod notice;
 mod precision;
+mod reliability;
+pub mod said;
 mod visible;
 
-pub use precision::{Precision, Spread};
+pub use precision::{OfChecks, OfPoint, Precision, Spread};
+pub use reliability::Reliability;
 pub use visible::{Hidden, Size, Visible};
 
 use crate::adjust::AdjustError;
@@ -73,10 +77,14 @@ pub struct Plan {
     pub hidden: Vec<Hidden>,
     /// Standard deviations of points and cameras.
     pub precision: Precision,
+    /// Single wrong measurements: how large they must be to show.
+    pub reliability: Vec<Reliability>,
     /// Effects whose size is known from the coordinate system.
     pub known: Vec<Known>,
 }
 
+/// Level of a test of one residual alone, as usual in reliability (Baarda 1968).
+const ALPHA: f64 = 1e-3;
 /// Measurements without which an image has no orientation.
 const FEWEST: usize = 3;
 /// Mistakes of a block that was measured which are faults of one that is planned.
@@ -121,7 +129,9 @@ fn plan_in_pool(block: &Block, model: &Model, settings: &Settings<'_>) -> Result
     let linearised = linearise_expected(block, &fit, &added, settings)?;
     let (effects, hidden) = visible::of_effects(block, &linearised, settings);
     (settings.tell)("computing the precision of points");
-    let precision = precision::of_fit(&fit, &settings.options)?;
+    let certainty = precision::certainty(&fit, &settings.options)?;
+    let precision = precision::of_fit(block, &fit, &certainty, &effects, settings.options.threads)?;
+    let reliability = reliability::of(&certainty, ALPHA)?;
     Ok(Plan {
         format: 1,
         block: block.name.clone(),
@@ -138,6 +148,7 @@ fn plan_in_pool(block: &Block, model: &Model, settings: &Settings<'_>) -> Result
         effects,
         hidden,
         precision,
+        reliability,
         known,
     })
 }

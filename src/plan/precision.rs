@@ -1,11 +1,16 @@
 //! How precise points and cameras would be.
 
+use super::Visible;
 use crate::adjust::native::Native;
-use crate::adjust::{CovarianceOf, Options, Solver};
+use crate::adjust::{Covariance, CovarianceOf, Options, Solver};
+use crate::block::Block;
 use crate::diagnose::error::DiagnoseError;
-use crate::problem::PointSource;
+use crate::problem::{PointSource, Problem};
+use crate::residuals::check_points::Adjusted;
+use crate::residuals::check_points::expected::{Expected, expected};
 use crate::run::fit::Fit;
-use crate::run::options_for;
+use crate::run::{self, options_for};
+use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -22,11 +27,63 @@ pub struct Precision {
     pub height_m: Option<Spread>,
     /// Of each free camera parameter and effect parameter of the model, in its own unit.
     pub parameters: BTreeMap<String, f64>,
+    /// Of the check points; without any there is nothing to compare.
+    pub check: Option<OfChecks>,
+    /// Of each tie point, where the block is small enough.
+    #[serde(skip)]
+    pub points: Vec<OfPoint>,
+}
+
+/// Of a tie point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OfPoint {
+    /// Its name.
+    pub name: String,
+    /// Where it is, m.
+    pub position: Vector3<f64>,
+    /// Standard deviations, m.
+    pub sigma_m: Vector3<f64>,
+    /// Correlation of the horizontal coordinates.
+    pub correlation: f64,
+}
+
+impl OfPoint {
+    fn new(name: &str, position: Vector3<f64>, covariance: &Matrix3<f64>) -> Self {
+        let sigma_m = covariance.diagonal().map(f64::sqrt);
+        let correlation = covariance[(0, 1)] / (sigma_m.x * sigma_m.y);
+        Self { name: name.to_owned(), position, sigma_m, correlation }
+    }
+
+    /// Standard deviation of a horizontal coordinate, m.
+    fn plan_m(&self) -> f64 {
+        (0.5 * self.sigma_m.xy().norm_squared()).sqrt()
+    }
+}
+
+/// Differences between computed and surveyed coordinates of check points, whose survey errs as stated.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OfChecks {
+    /// Standard deviation of a horizontal coordinate, m.
+    pub plan_m: Spread,
+    /// Standard deviation of the height, m.
+    pub height_m: Spread,
+    /// Standard deviation of a bowl or dome of the heights, from the middle to `reach_m`, m. Not known where the check
+    /// points are few, or lie on a line.
+    pub dome_m: Option<f64>,
+    /// Largest horizontal distance of a check point from their middle, m.
+    pub reach_m: Option<f64>,
+    /// Root mean square of a horizontal coordinate, if the effect that moves points most is there, just too small to
+    /// be seen, m.
+    pub plan_unseen_m: f64,
+    /// The same of the height, m.
+    pub height_unseen_m: f64,
 }
 
 /// Of many points.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spread {
+    /// Root mean square.
+    pub rms: f64,
     /// Median.
     pub typical: f64,
     /// 95 % of the points have less.
@@ -34,29 +91,77 @@ pub struct Spread {
 }
 
 impl Spread {
-    fn of(mut values: Vec<f64>) -> Option<Self> {
+    pub(super) fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_by(f64::total_cmp);
         let at = |share: f64| values.get((share * values.len() as f64) as usize).copied();
-        Some(Self { typical: at(0.5)?, worst: at(WORST)? })
+        let rms = (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt();
+        Some(Self { rms, typical: at(0.5)?, worst: at(WORST)? })
     }
 }
 
-pub(super) fn of_fit(fit: &Fit, options: &Options) -> Result<Precision, DiagnoseError> {
+/// The problem at its solution, and the covariance of everything where the block is small enough.
+pub(super) struct Certainty {
+    pub(super) problem: Problem,
+    pub(super) covariance: Option<Covariance>,
+}
+
+/// The covariance at an error-free fit.
+pub(super) fn certainty(fit: &Fit, options: &Options) -> Result<Certainty, DiagnoseError> {
     let mut problem = fit.problem.clone();
     problem.start = fit.solution.state.clone();
     let options = Options { covariance: CovarianceOf::Everything, may_stay_unconverged: true, ..options.clone() };
     let solution = Native.solve(&problem, &options_for(&problem, &options), &mut |_| ControlFlow::Continue(()))?;
-    let Some(covariance) = solution.covariance else {
-        return Ok(Precision { plan_m: None, height_m: None, parameters: BTreeMap::new() });
+    Ok(Certainty { problem, covariance: solution.covariance })
+}
+
+pub(super) fn of_fit(
+    block: &Block,
+    fit: &Fit,
+    Certainty { problem, covariance }: &Certainty,
+    effects: &[Visible],
+    threads: usize,
+) -> Result<Precision, DiagnoseError> {
+    let comparison = run::compare(block, &fit.problem, &fit.solution)?;
+    let (model, state) = (&fit.model, &fit.solution.state);
+    let (comparison, null_base) = (comparison.as_ref(), &fit.null_base);
+    let adjusted = Adjusted { block, model, problem: &fit.problem, state, comparison, null_base };
+    let check = expected(&adjusted, threads)?.and_then(|expected| of_checks(&expected, effects));
+    let Some(covariance) = covariance else {
+        let (plan_m, height_m, parameters, points) = Default::default();
+        return Ok(Precision { plan_m, height_m, parameters, check, points });
     };
-    let is_tie = |(_, source): &(_, &PointSource)| matches!(source, PointSource::Tie(_));
-    let of_ties = || covariance.points.iter().zip(problem.point_sources.iter()).filter(is_tie).map(|(own, _)| own);
+    let is_tie = |k: &usize| matches!(problem.point_sources[*k], PointSource::Tie(_));
+    let of = |k: usize| OfPoint::new(&problem.point_names[k], problem.start.points[k], &covariance.points[k]);
+    let points: Vec<OfPoint> = (0..covariance.points.len()).filter(is_tie).map(of).collect();
     let parameters = covariance.shared_unknowns.iter().enumerate();
     Ok(Precision {
-        plan_m: Spread::of(of_ties().map(|own| (0.5 * (own[(0, 0)] + own[(1, 1)])).sqrt()).collect()),
-        height_m: Spread::of(of_ties().map(|own| own[(2, 2)].sqrt()).collect()),
+        plan_m: Spread::of(points.iter().map(OfPoint::plan_m).collect()),
+        height_m: Spread::of(points.iter().map(|own| own.sigma_m.z).collect()),
         parameters: parameters
             .map(|(k, unknown)| (problem.unknown_name(*unknown), covariance.shared[(k, k)].sqrt()))
             .collect(),
+        check,
+        points,
+    })
+}
+
+fn of_checks(expected: &Expected, effects: &[Visible]) -> Option<OfChecks> {
+    let sigmas = || expected.sigmas_m.iter();
+    let plan_m = Spread::of(sigmas().map(|own| (0.5 * (own.x * own.x + own.y * own.y)).sqrt()).collect())?;
+    let height_m = Spread::of(sigmas().map(|own| own.z).collect())?;
+    let sizes = || effects.iter().flat_map(|own| &own.sizes);
+    let most = |of: &dyn Fn(f64, f64) -> f64| {
+        sizes().filter_map(|own| Some(of(own.moves_m?, own.moves_height_m?))).fold(0.0, f64::max)
+    };
+    // Of a horizontal coordinate: both together are what is left of three dimensions.
+    let plan_moved = most(&|all, height| (0.5 * (all * all - height * height).max(0.0)).sqrt());
+    let height_moved = most(&|_, height| height);
+    Some(OfChecks {
+        plan_unseen_m: plan_m.rms.hypot(plan_moved),
+        height_unseen_m: height_m.rms.hypot(height_moved),
+        dome_m: expected.dome_m,
+        reach_m: expected.reach_m,
+        plan_m,
+        height_m,
     })
 }

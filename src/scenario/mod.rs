@@ -30,7 +30,7 @@ pub use description::{
     CameraModel, Control, Detection, Flight, GnssModel, LongSide, Parameter, Points, Ring, Scenario, SigmaModel,
     Surveyed, Temperature, Terrain, Ties,
 };
-pub use noise::{Perturbation, SurveyNoise, add_noise, add_survey_noise};
+pub use noise::{Perturbation, SurveyNoise, add_noise, add_stated_noise, add_survey_noise};
 pub use overlap::{Dropped, FlightOverlap, OverlapReport};
 pub use preset::{preset_names, preset_text};
 pub use simulate::simulate;

@@ -89,6 +89,23 @@ fn disturb(measurements: &mut [Measurement], px: f64, rng: &mut ChaCha8Rng) {
     }
 }
 
+/// Adds normal errors to everything that is measured, of the size that its own or the block's standard deviations
+/// state.
+pub fn add_stated_noise(block: &mut Block, seed: u64) {
+    let sigma = block.sigma;
+    let tables =
+        [(Table::TieNoise, &mut block.ties, sigma.tie_px), (Table::MarkNoise, &mut block.marks, sigma.mark_px)];
+    for (table, measurements, of_block) in tables {
+        let mut rng = stream(seed, table, 0);
+        for measurement in measurements {
+            let px = measurement.sigma.unwrap_or(of_block);
+            measurement.x += px * normal(&mut rng);
+            measurement.y += px * normal(&mut rng);
+        }
+    }
+    add_survey_noise(block, SurveyNoise { gnss: true, control: true, check: true }, seed);
+}
+
 /// Adds normal errors to antenna positions and surveyed coordinates, of the size that their own or the block's standard
 /// deviations state.
 pub fn add_survey_noise(block: &mut Block, which: SurveyNoise, seed: u64) {

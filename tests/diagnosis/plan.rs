@@ -2,12 +2,16 @@
 
 use crate::common;
 use misclosure::adjust::{CovarianceOf, Options};
-use misclosure::block::Block;
+use misclosure::block::{Block, Role};
 use misclosure::diagnose::run::diagnose;
 use misclosure::diagnose::settings::Settings;
 use misclosure::inject;
 use misclosure::model::{Datum, Model};
+use misclosure::plan::notice::Drawn;
+use misclosure::plan::said::Said;
 use misclosure::plan::{Plan, plan};
+use misclosure::residuals::check_points::patterns::{DOME, Patterns};
+use misclosure::scenario::add_stated_noise;
 use misclosure::score::power::POWER;
 
 /// Blocks of each size: by chance at the stated power seven of eight or fewer are found beyond it, one or more below.
@@ -102,4 +106,77 @@ fn strips_that_do_not_meet_are_refused() {
     block.marks.clear();
     let error = plan(&block, &model(), &settings()).expect_err("two parts").to_string();
     assert!(error.contains("no common tie points"), "{error}");
+}
+
+/// Mean, and its standard error.
+fn mean(values: &[f64]) -> [f64; 2] {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let square = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    [mean, (square / n).sqrt()]
+}
+
+/// Squares of the errors at check points of drawn blocks, in plan, in height and of their dome, against the variances
+/// of the plan. `MISCLOSURE_NULL_BLOCKS` draws more blocks.
+#[test]
+fn check_points_err_as_the_plan_promises() {
+    let truth = common::half_dike(400.0, 60.0, 1).block;
+    let promised = planned(&truth).precision.check.expect("check points");
+    let promised = [promised.plan_m.rms, promised.height_m.rms, promised.dome_m.expect("60 points")];
+    let mut squares: [Vec<f64>; 3] = Default::default();
+    for seed in 1..=common::null_blocks(16) {
+        let mut block = truth.clone();
+        add_stated_noise(&mut block, seed);
+        let run = common::solve_both(&block, &model());
+        let rows: Vec<_> =
+            run.comparison.iter().flat_map(|own| &own.rows).filter(|row| row.role == Role::Check).collect();
+        let of_rows = |of: &dyn Fn(usize) -> f64| (0..rows.len()).map(of).sum::<f64>() / rows.len() as f64;
+        squares[0].push(of_rows(&|k| 0.5 * (rows[k].d.x.powi(2) + rows[k].d.y.powi(2))));
+        squares[1].push(of_rows(&|k| rows[k].d.z.powi(2)));
+        let patterns = Patterns::new(&rows.iter().map(|row| row.position).collect::<Vec<_>>()).expect("patterns");
+        let dome: f64 = rows.iter().enumerate().map(|(k, row)| patterns.functions[(k, DOME)] * row.d.z).sum();
+        squares[2].push(dome.powi(2));
+    }
+    for ((name, promised), squares) in ["plan", "height", "dome"].into_iter().zip(promised).zip(&squares) {
+        let [mean, error] = mean(squares);
+        println!("{name}: {:.2} mm, promised {:.2} mm", 1e3 * mean.sqrt(), 1e3 * promised);
+        assert!((mean - promised.powi(2)).abs() < 4.0 * error, "{name}: {mean:e} +- {error:e}, {:e}", promised.powi(2));
+    }
+}
+
+/// The redundancy number is the share of an error that its residual keeps, and the error moves its point by the rest.
+#[test]
+fn a_wrong_position_leaves_in_its_residual_what_the_redundancy_says() {
+    let truth = common::half_dike(400.0, 0.0, 1).block;
+    let heights = planned(&truth).reliability.into_iter().find(|own| own.of == "gnss height").expect("positions");
+    let (size, sigma) = (0.5, truth.sigma.gnss_z_m);
+    let mut kept = Vec::new();
+    for image in (0..truth.images.len()).step_by(8) {
+        let mut block = truth.clone();
+        block.images[image].gnss.as_mut().expect("a position").position.z += size;
+        let run = common::solve_both(&block, &model());
+        let moved = run.solution().state.poses[image].centre.z - truth.images[image].pose.centre.z;
+        kept.push(1.0 - moved / size);
+    }
+    let [redundancy, error] = mean(&kept);
+    assert!((redundancy - heights.redundancy).abs() < 4.0 * error + 1e-3, "{redundancy} {}", heights.redundancy);
+    // Baarda's 4.13 at 0.001 and 80 %.
+    let internal = 4.13 * sigma / redundancy.sqrt();
+    assert!((heights.internal.typical / internal - 1.0).abs() < 0.05, "{internal} {:?}", heights.internal);
+}
+
+#[test]
+fn a_mistake_is_noticed_from_a_size_on() {
+    let truth = common::half_dike(400.0, 20.0, 1).block;
+    let (model, settings) = (model(), settings());
+    let drawn = Drawn::of(&truth, 1, &model, &settings).expect("a drawn block without mistakes");
+    let kind = |id: &str| inject::mistakes::find(id).expect("a kind");
+    let wrong = drawn.smallest(kind("wrong-coordinate"), "control").expect("control points");
+    let (least, named) = (wrong.size.expect("noticed"), wrong.named_size.expect("named"));
+    assert!(0.01 < least && least <= named && named < 1.0 && wrong.unit == "m", "{wrong:?}");
+    let exchanged = drawn.smallest(kind("exchanged"), "control").expect("control points");
+    assert_eq!((exchanged.said, exchanged.size), (Said::Named, None));
+    // The block has no images of another camera.
+    let possible = drawn.possible();
+    assert!(possible.iter().any(|(kind, of)| (kind.id(), *of) == ("clock-offset", "gnss")));
 }

@@ -36,6 +36,18 @@ pub fn of_rows(block: &Block, comparison: &Comparison, functions: &DMatrix<f64>)
         }
         shares.push(own);
     }
+    through_similarity(block, comparison, shares)
+}
+
+/// The same of the three coordinates of the point of one row, the first three functions.
+pub fn of_point(block: &Block, comparison: &Comparison, row: usize) -> Option<Vec<OfPoint>> {
+    let mut shares = vec![OfPoint::zeros(); comparison.rows.len()];
+    shares[row] = OfPoint::identity();
+    through_similarity(block, comparison, shares)
+}
+
+/// What control points add, which determine the similarity of a free block.
+fn through_similarity(block: &Block, comparison: &Comparison, mut shares: Vec<OfPoint>) -> Option<Vec<OfPoint>> {
     if comparison.fit.is_none() {
         return Some(shares);
     }

@@ -21,6 +21,7 @@
 //! round.
 
 pub mod alignment;
+pub mod expected;
 pub mod patterns;
 pub mod propagation;
 mod sentence;
@@ -30,12 +31,12 @@ use crate::block::{Block, Role};
 use crate::evaluate::Comparison;
 use crate::math::statistics::{f_ln_sf, f_quantile};
 use crate::model::{Loss, Model, TieWeights};
-use crate::null_model::{NullModel, SharedBase};
+use crate::null_model::SharedBase;
 use crate::problem::{Problem, State};
 use crate::run::fit::Fit;
 use crate::run::{self, RunError};
 use crate::score::variance_factor;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector};
 use patterns::{COEFFICIENTS, DOME, PLANE, Patterns};
 use std::ops::Range;
 
@@ -102,7 +103,7 @@ pub fn heights(
     significance: f64,
     threads: usize,
 ) -> Result<Result<Heights, &'static str>, AdjustError> {
-    let Adjusted { block, model, problem, state, comparison, null_base } = *adjusted;
+    let Adjusted { model, problem, comparison, .. } = *adjusted;
     let rows = || comparison.iter().flat_map(|comparison| &comparison.rows).filter(|row| row.role == Role::Check);
     let Some(comparison) = comparison.filter(|_| rows().count() >= LEAST) else {
         return Ok(Err("too few check points"));
@@ -114,30 +115,22 @@ pub fn heights(
     if redundancy <= 0.0 {
         return Ok(Err("no redundancy"));
     }
-    let places: Vec<Vector3<f64>> = rows().map(|row| row.position).collect();
-    let Some(patterns) = Patterns::new(&places) else { return Ok(Err("the check points lie on a line or a circle")) };
-    let Some(shares) = alignment::of_rows(block, comparison, &patterns.functions) else {
-        return Ok(Err("the control points hardly determine the similarity"));
+    let patterns = match expected::patterns(adjusted, comparison, threads)? {
+        Ok(patterns) => patterns,
+        Err(why) => return Ok(Err(why)),
     };
-    let Some(propagation) = propagation::propagate(adjusted, comparison, &shares)? else {
-        return Ok(Err("a point that its marks hardly determine"));
-    };
-    let null = NullModel::sharing(null_base, problem.clone(), state.clone(), Vec::new(), threads)?;
-    let of_fit = null.covariance_of(&propagation.gradients);
-    let variance = variance_factor(null.chi_square(), redundancy);
-    let covariance = DMatrix::from_fn(COEFFICIENTS, COEFFICIENTS, |i, j| {
-        variance * (of_fit[(i, j)] + propagation.marks[(i, j)]) + propagation.survey[(i, j)]
-    });
-    let errors = DVector::from_iterator(places.len(), rows().map(|row| row.d.z));
-    let coefficients = patterns.functions.transpose() * errors;
+    let covariance = patterns.covariance(variance_factor(patterns.chi_square, redundancy));
+    let Patterns { functions, reach_m } = patterns.patterns;
+    let errors = DVector::from_iterator(functions.nrows(), rows().map(|row| row.d.z));
+    let coefficients = functions.transpose() * errors;
     let test = |range: Range<usize>| tested(&coefficients, &covariance, range, redundancy);
     let (Some(plane), Some(dome)) = (test(PLANE), test(DOME..DOME + 1)) else {
         return Ok(Err("the stated precisions of marks or survey give no covariance"));
     };
     let sigma = |k: usize| covariance[(k, k)].sqrt();
     let mut heights = Heights {
-        n: places.len(),
-        reach_m: patterns.reach_m,
+        n: functions.nrows(),
+        reach_m,
         coefficients_m: std::array::from_fn(|k| coefficients[k]),
         sigmas_m: std::array::from_fn(sigma),
         plane,

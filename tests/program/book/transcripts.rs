@@ -59,6 +59,11 @@ fn the_plan_shows_what_the_program_prints() {
 }
 
 #[test]
+fn the_shapes_of_plans_show_what_the_program_prints() {
+    runs("docs/planning-shapes.md", false);
+}
+
+#[test]
 fn the_campaigns_show_what_the_program_prints() {
     runs("docs/campaigns.md", false);
 }

@@ -55,7 +55,10 @@ const TABLE: [(&str, May); 35] = [
         "math", "score", "geodesy", "camera", "block", "effects", "model", "problem", "measure", "adjust", "null_model",
         "evaluate", "mistakes", "run", "snooping", "residuals",
     ])),
-    ("plan", May::Only(&["score", "block", "effects", "model", "adjust", "problem", "run", "diagnose"])),
+    ("plan", May::Only(&[
+        "math", "score", "files", "block", "io", "effects", "model", "adjust", "problem", "scenario", "inject",
+        "mistakes", "run", "residuals", "diagnose",
+    ])),
     ("compare", May::Only(&["camera", "io", "evaluate", "diagnose", "run"])),
     ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "campaign", "validate", "lab", "cli"])),
     ("study", May::AllBut(&["snooping", "residuals", "diagnose", "campaign", "validate", "lab", "cli"])),

@@ -1,0 +1,125 @@
+//! The effects that a plan would show, as a table and in notes.
+
+use super::plan_precision::short_mm;
+use super::text::{listed, paragraph};
+use crate::plan::{Plan, Size, Visible};
+use crate::report::numbers::{or_dash, significant, unit_of};
+use crate::report::tables::Table;
+
+/// Parameters of an effect, and names of others, that the table shows one by one.
+const SHOWN: usize = 3;
+
+/// What was planned.
+pub fn heading(planned: &Plan) -> String {
+    let Plan { block, images, tie_points, tie_measurements, control, check, gnss, .. } = planned;
+    format!(
+        "Plan `{block}`: {images} images ({gnss} with GNSS), {tie_points} tie points with {tie_measurements} \
+         measurements, {control} control and {check} check points"
+    )
+}
+
+/// Heading, table and notes.
+pub fn text(planned: &Plan) -> String {
+    let mut text = format!(
+        "{}\n\nSMALLEST EFFECTS THAT IT WOULD SHOW (found with {:.0} %, at a significance of {})\n\n{}",
+        heading(planned),
+        1e2 * planned.power,
+        planned.significance,
+        table(planned).to_text()
+    );
+    for note in notes(planned) {
+        text += &paragraph("", 2, &note);
+    }
+    text
+}
+
+/// The smallest size of each effect.
+pub fn table(planned: &Plan) -> Table {
+    let mut table = Table::new("")
+        .text("effect", "")
+        .text("parameter", "")
+        .number("seen from", "")
+        .number("named from", "")
+        .text("unit", "")
+        .number("unseen it moves points by", "mm")
+        .text("till then it may be called", "");
+    for own in &planned.effects {
+        rows(own, &mut table);
+    }
+    table
+}
+
+/// What cannot be seen, what would tell effects that look alike, and what takes no part.
+pub fn notes(planned: &Plan) -> Vec<String> {
+    let mut notes = Vec::new();
+    for (needs, effects) in by_needs(planned) {
+        notes.push(format!("Not to be seen: {}; needed: {needs}.", effects.join(", ")));
+    }
+    let told = planned.effects.iter().filter_map(|own| Some((own, own.tell.as_ref()?)));
+    for (own, tell) in told {
+        let others = listed(&others(&own.sizes), SHOWN);
+        notes.push(format!("To tell {} from {others}: {tell}.", own.effect));
+    }
+    if !planned.blind.is_empty() {
+        let names: Vec<&str> = planned.blind.iter().map(String::as_str).collect();
+        let named = listed(&names, SHOWN);
+        notes.push(format!("Too few measurements to take part: {} images ({named}).", names.len()));
+    }
+    if planned.tied_centre {
+        notes.push("The block does not determine the centre of distortion: it is tied to the principal point.".into());
+    }
+    notes
+}
+
+/// Effects that cannot be shown, by what they need.
+fn by_needs(planned: &Plan) -> Vec<(String, Vec<&str>)> {
+    let mut all: Vec<(String, Vec<&str>)> = Vec::new();
+    for hidden in &planned.hidden {
+        let needs = hidden.needs.join("; ");
+        match all.iter_mut().find(|(own, _)| *own == needs) {
+            Some((_, effects)) => effects.push(&hidden.effect),
+            None => all.push((needs, vec![&hidden.effect])),
+        }
+    }
+    all
+}
+
+/// A row for each parameter; of many parameters one with their range.
+fn rows(own: &Visible, table: &mut Table) {
+    let alike = |sizes: &[Size]| match others(sizes) {
+        none if none.is_empty() => "-".into(),
+        others => listed(&others, SHOWN),
+    };
+    let named = |size: &Size| or_dash(size.named_size, |own| significant(own, 3));
+    let unit = |size: &Size| unit_of(&size.unit).to_owned();
+    if own.sizes.len() <= SHOWN {
+        for size in &own.sizes {
+            let alike = alike(std::slice::from_ref(size));
+            let numbers = [significant(size.size, 3), named(size), unit(size), or_dash(size.moves_m, short_mm), alike];
+            table.row([own.effect.clone(), size.parameter.clone()].into_iter().chain(numbers));
+        }
+        return;
+    }
+    let by_size = |a: &&Size, b: &&Size| a.size.total_cmp(&b.size);
+    let (Some(least), Some(most)) = (own.sizes.iter().min_by(by_size), own.sizes.iter().max_by(by_size)) else {
+        return;
+    };
+    let range = match own.sizes.iter().all(|size| size.unit == least.unit) {
+        true => format!("{} to {}", significant(least.size, 3), significant(most.size, 3)),
+        false => format!("from {}", significant(least.size, 3)),
+    };
+    let count = format!("{} parameters", own.sizes.len());
+    let alike = alike(&own.sizes);
+    table.row([own.effect.clone(), count, range, "-".into(), unit(least), or_dash(own.worst_m(), short_mm), alike]);
+}
+
+/// Effects that may be named in the place of some sizes.
+fn others(sizes: &[Size]) -> Vec<&str> {
+    let mut all: Vec<&str> = Vec::new();
+    for other in sizes.iter().flat_map(|size| &size.looks_like) {
+        if !all.contains(&other.as_str()) {
+            all.push(other);
+        }
+    }
+    all
+}

@@ -1,0 +1,76 @@
+//! Precision and reliability of a plan, in words and as a table.
+
+use super::text::paragraph;
+use crate::plan::{OfChecks, Plan, Reliability};
+use crate::report::numbers::significant;
+use crate::report::tables::Table;
+
+/// Heading of the table.
+pub const RELIABILITY: &str = "Smallest single errors that it would show";
+
+/// What points and measurements are worth.
+pub fn text(planned: &Plan) -> String {
+    let precision = &planned.precision;
+    let mut text = String::new();
+    if let (Some(plan), Some(height)) = (precision.plan_m, precision.height_m) {
+        text += &format!(
+            "\nIf nothing is wrong, tie points have standard deviations of {} mm in plan and {} mm in height \
+             (median).\n95 % of them stay below {} mm and {} mm.\n",
+            short_mm(plan.typical),
+            short_mm(height.typical),
+            short_mm(plan.worst),
+            short_mm(height.worst)
+        );
+    }
+    if let Some(check) = &precision.check {
+        text += &format!("\n{}", paragraph("", 0, &of_checks(check)));
+    }
+    if !planned.reliability.is_empty() {
+        text += &format!("\n{}\n\n{}", RELIABILITY.to_uppercase(), table(&planned.reliability).to_text());
+    }
+    text
+}
+
+/// What check points will show.
+pub fn of_checks(check: &OfChecks) -> String {
+    let mut text = format!(
+        "Check points will differ from their survey by {} mm in plan and {} mm in height (RMS). Of the effects \
+         that it can show, one moves points most: just not seen, it makes that {} mm and {} mm.",
+        short_mm(check.plan_m.rms),
+        short_mm(check.height_m.rms),
+        short_mm(check.plan_unseen_m),
+        short_mm(check.height_unseen_m)
+    );
+    if let (Some(dome), Some(reach)) = (check.dome_m, check.reach_m) {
+        text += &format!(
+            " Random errors alone bend the heights to a bowl or dome of {} mm (standard deviation) over {} m.",
+            short_mm(dome),
+            significant(reach, 2)
+        );
+    }
+    text
+}
+
+/// Redundancy, internal and external reliability of each kind of measurement.
+pub fn table(all: &[Reliability]) -> Table {
+    let mut table = Table::new("")
+        .text("measurement", "")
+        .number("mean redundancy", "")
+        .number("found from", "")
+        .number("95 % from", "")
+        .text("unit", "")
+        .number("till then moves its point by", "mm")
+        .number("unchecked", "");
+    for own in all {
+        let [typical, worst] = [own.internal.typical, own.internal.worst].map(|size| significant(size, 3));
+        let (of, unit, unchecked) = (own.of.clone(), own.unit.clone(), own.unchecked.to_string());
+        let redundancy = format!("{:.2}", own.redundancy);
+        table.row([of, redundancy, typical, worst, unit, short_mm(own.external_m.typical), unchecked]);
+    }
+    table
+}
+
+/// Millimetres with two digits.
+pub fn short_mm(metres: f64) -> String {
+    significant(1e3 * metres, 2)
+}
