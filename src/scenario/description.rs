@@ -33,6 +33,9 @@ pub struct Scenario {
     /// Rings of convergent images, after the flights.
     #[serde(default, rename = "ring")]
     pub rings: Vec<Ring>,
+    /// Images at given places. Routes are flown first, so that flights which are added to a mission follow it.
+    #[serde(default, rename = "route")]
+    pub routes: Vec<Route>,
     /// Time between two flights, s.
     #[serde(default)]
     pub pause_s: f64,
@@ -274,6 +277,38 @@ pub struct Ring {
     pub position_sigma_m: f64,
 }
 
+/// Images at given places, flown in straight lines from each to the next. A strip ends where the path turns by more
+/// than 45 degrees.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Route {
+    /// Name of the image set.
+    pub name: String,
+    /// Camera's id; needed when there are several.
+    pub camera: Option<String>,
+    /// Ground speed, m/s.
+    pub speed_mps: f64,
+    /// Exposure time, s.
+    pub exposure_s: Option<f64>,
+    /// Side of the sensor across the heading.
+    #[serde(default)]
+    pub long_side: LongSide,
+    /// Standard deviation of the crab angle of a strip.
+    #[serde(default)]
+    pub crab_sigma_deg: f64,
+    /// Standard deviation of each coordinate of a projection centre about its place, m.
+    #[serde(default)]
+    pub position_sigma_m: f64,
+    /// Standard deviation of each attitude angle.
+    #[serde(default)]
+    pub attitude_sigma_deg: f64,
+    /// Standard deviation of each angular velocity; absent: not recorded.
+    pub angular_rate_sigma_deg_s: Option<f64>,
+    /// In the order of time: x, y and z (m), heading (degrees, clockwise from north), tilt towards the heading (degrees
+    /// from straight down).
+    pub exposures: Vec<[f64; 5]>,
+}
+
 /// Tie points.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -382,6 +417,12 @@ impl Scenario {
         let [length, width, margin] = self.terrain.extent();
         let area = (length + 2.0 * margin) * (width + 2.0 * margin);
         self.ties.count.unwrap_or_else(|| (self.ties.per_m2.unwrap_or(0.0) * area).round() as usize)
+    }
+
+    /// Names of the image sets in the order in which they are flown: routes, flights, rings.
+    pub(super) fn image_sets(&self) -> impl Iterator<Item = &String> {
+        let (routes, rings) = (self.routes.iter().map(|r| &r.name), self.rings.iter().map(|r| &r.name));
+        routes.chain(self.flights.iter().map(|f| &f.name)).chain(rings)
     }
 
     /// Position in `cameras` of the one named, or of the only one.

@@ -1,7 +1,9 @@
-//! Flights and rings as images: true poses, times, temperatures, velocities.
+//! Routes, flights and rings as images: true poses, times, temperatures, velocities.
 
-use super::description::{Flight, GnssModel, LongSide, Ring, Scenario, Temperature, Terrain};
+use super::course::{Leg, course};
+use super::description::{Flight, GnssModel, LongSide, Ring, Route, Scenario, Temperature, Terrain};
 use super::random::{Table, normal, normal3, stream};
+use super::strips::{strip_images, strip_length, strip_spacing};
 use crate::block::{CameraId, FlightId, Gnss, Image, Pose};
 use crate::math::rotation::exp;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -18,63 +20,21 @@ pub(super) struct Flown {
 pub(super) fn fly(scenario: &Scenario, seed: u64) -> Flown {
     let mut sortie =
         Sortie { scenario, seed, time_s: 0.0, flown: Flown { images: Vec::new(), strip: Vec::new() }, strips: 0 };
-    for (index, flight) in scenario.flights.iter().enumerate() {
-        sortie.strips_of(flight, FlightId::from(index));
+    // As `Scenario::image_sets` orders them.
+    let mut ids = (0..).map(FlightId::from);
+    for (route, id) in scenario.routes.iter().zip(&mut ids) {
+        sortie.route(route, id);
         sortie.time_s += scenario.pause_s;
     }
-    for (index, ring) in scenario.rings.iter().enumerate() {
-        sortie.ring(ring, FlightId::from(scenario.flights.len() + index));
+    for (flight, id) in scenario.flights.iter().zip(&mut ids) {
+        sortie.strips_of(flight, id);
+        sortie.time_s += scenario.pause_s;
+    }
+    for (ring, id) in scenario.rings.iter().zip(&mut ids) {
+        sortie.ring(ring, id);
         sortie.time_s += scenario.pause_s;
     }
     sortie.flown
-}
-
-/// Nadir footprint on z = 0 across and along the track, m.
-pub(super) fn footprint(scenario: &Scenario, flight: &Flight) -> [f64; 2] {
-    // Validated: the camera exists.
-    let camera = &scenario.cameras[scenario.camera_index(flight.camera.as_deref()).unwrap_or(0)];
-    let scale = flight.height_m / camera.f;
-    let [width, height] = [f64::from(camera.width_px) * scale, f64::from(camera.height_px) * scale];
-    match flight.long_side {
-        LongSide::Across => [width, height],
-        LongSide::Along => [height, width],
-    }
-}
-
-/// Distance of the strips, m.
-pub(super) fn strip_spacing(scenario: &Scenario, flight: &Flight) -> f64 {
-    let across = footprint(scenario, flight)[0];
-    flight.strip_spacing_m.or(flight.side_overlap.map(|overlap| (1.0 - overlap) * across)).unwrap_or(0.0)
-}
-
-/// Length of the strips, m.
-fn strip_length(scenario: &Scenario, flight: &Flight) -> f64 {
-    let [length, width, _] = scenario.terrain.extent();
-    let (sin, cos) = flight.heading_deg.to_radians().sin_cos();
-    flight.length_m.unwrap_or(length * cos.abs() + width * sin.abs())
-}
-
-/// Images of a strip whose images follow from the overlap.
-fn images_by_overlap(scenario: &Scenario, flight: &Flight) -> f64 {
-    let base = (1.0 - flight.forward_overlap.unwrap_or(0.0)) * footprint(scenario, flight)[1];
-    // Never less overlap than asked for; a length that is a multiple of the base to rounding needs no further image.
-    (strip_length(scenario, flight) / base - 1e-3).ceil().max(0.0) + 1.0
-}
-
-/// Images of a strip.
-fn strip_images(scenario: &Scenario, flight: &Flight, strip: usize) -> usize {
-    match &flight.images {
-        Some(images) => images[strip],
-        None => images_by_overlap(scenario, flight) as usize,
-    }
-}
-
-/// Images of a flight; a float, so that no number is too large to be refused.
-pub(super) fn image_count(scenario: &Scenario, flight: &Flight) -> f64 {
-    match &flight.images {
-        Some(images) => images.iter().map(|count| *count as f64).sum(),
-        None => flight.strips as f64 * images_by_overlap(scenario, flight),
-    }
 }
 
 /// Rotation world to camera of a camera that looks down and is tilted towards `heading` (unit, horizontal).
@@ -168,6 +128,37 @@ impl Sortie<'_> {
         }
     }
 
+    fn route(&mut self, route: &Route, id: FlightId) {
+        let places: Vec<_> = route.exposures.iter().map(|[x, y, z, ..]| Vector3::new(*x, *y, *z)).collect();
+        let (first, mut crab) = (self.strips, None);
+        for (number, Leg { strip, direction }) in course(&places).into_iter().enumerate() {
+            let mut rng = stream(self.seed, Table::Image, self.flown.images.len());
+            if self.strips != first + strip {
+                (self.strips, crab) = (first + strip, None);
+            }
+            let draw = || normal(&mut stream(self.seed, Table::Strip, self.strips));
+            let crab = *crab.get_or_insert_with(draw) * route.crab_sigma_deg;
+            let [.., heading, tilt] = route.exposures[number];
+            let (sin, cos) = (heading + crab).to_radians().sin_cos();
+            let nose = Vector3::new(sin, cos, 0.0);
+            let centre = places[number] + normal3(&mut rng) * route.position_sigma_m;
+            let attitude = normal3(&mut rng) * route.attitude_sigma_deg.to_radians();
+            let rates = normal3(&mut rng);
+            if number > 0 {
+                self.time_s += (places[number] - places[number - 1]).norm() / route.speed_mps;
+            }
+            let nominal = tilted_nadir(nose, tilt.to_radians(), route.long_side);
+            let exposure = Exposure {
+                pose: Pose { rotation: quaternion(exp(&attitude) * nominal), centre },
+                velocity: Some(direction.unwrap_or(nose) * route.speed_mps),
+                angular_velocity: route.angular_rate_sigma_deg_s.map(|sigma| rates * sigma.to_radians()),
+                exposure_s: route.exposure_s,
+            };
+            self.expose(id, &route.name, route.camera.as_deref(), exposure);
+        }
+        self.strips += 1;
+    }
+
     fn ring(&mut self, ring: &Ring, id: FlightId) {
         let target_height = match self.scenario.terrain {
             Terrain::Targets { height_m, .. } => 0.5 * height_m,
@@ -248,6 +239,36 @@ mod tests {
             assert_relative_eq!(r.determinant(), 1.0, epsilon = 1e-14);
             // Up in the world is up in the level image: against y.
             assert!((roll == 0.0) == ((r * Vector3::z()).y < -0.1));
+        }
+    }
+
+    #[test]
+    fn a_route_is_flown_first_with_its_own_places_and_times() {
+        let text = super::super::preset_text("dike").unwrap().to_owned()
+            + "\n[[route]]\nname = \"planned\"\nspeed_mps = 5.0\n\
+               exposures = [[0, 0, 50, 0, 0], [0, 10, 50, 90, 45.0], [20, 10, 50, 90, 0]]\n";
+        let scenario = Scenario::from_toml(&text, "s.toml").unwrap();
+        let Flown { images, strip } = fly(&scenario, 1);
+        assert_eq!(images.len(), 3 + 113);
+        assert_eq!(images[..3].iter().map(|own| own.time_s.unwrap()).collect::<Vec<_>>(), [0.0, 2.0, 6.0]);
+        assert_eq!((images[2].name.as_str(), images[3].name.as_str()), ("planned_0003", "oblique50_0001"));
+        assert_eq!(strip[..4], [0, 0, 1, 2]);
+        assert_eq!(images[1].pose.centre, Vector3::new(0.0, 10.0, 50.0));
+        let ahead = images[1].pose.rotation * Vector3::new(0.5_f64.sqrt(), 0.0, -(0.5_f64.sqrt()));
+        assert_relative_eq!(ahead, Vector3::z(), epsilon = 1e-14);
+        assert_relative_eq!(images[2].velocity.unwrap(), Vector3::new(5.0, 0.0, 0.0), epsilon = 1e-14);
+        for (old, new, named) in [
+            ("[0, 0, 50, 0, 0]", "[0, 0, -1, 0, 0]", "route.0.exposures.0, z = -1.0: expected more than 0"),
+            ("90, 45.0]", "90, 75.0]", "route.0.exposures.1, tilt = 75.0: expected -60 to 60"),
+            ("speed_mps = 5.0\nexposures", "speed_mps = 0.0\nexposures", "route.0.speed_mps"),
+            (
+                "[[0, 0, 50, 0, 0], [0, 10, 50, 90, 45.0], [20, 10, 50, 90, 0]]",
+                "[]",
+                "route.0.exposures = 0: expected 1",
+            ),
+        ] {
+            let error = Scenario::from_toml(&text.replace(old, new), "s.toml").unwrap_err().to_string();
+            assert!(error.contains(named), "{error}");
         }
     }
 }

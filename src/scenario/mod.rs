@@ -13,6 +13,7 @@
 //! - The GNSS antenna stands in the projection centre.
 //! - Every object has a random stream of its own, so results do not depend on the number of threads.
 
+mod course;
 mod description;
 pub mod extras;
 mod flight;
@@ -21,13 +22,14 @@ mod overlap;
 mod preset;
 mod random;
 mod simulate;
+mod strips;
 mod terrain;
 mod twin;
 mod validate;
 mod visibility;
 
 pub use description::{
-    CameraModel, Control, Detection, Flight, GnssModel, LongSide, Parameter, Points, Ring, Scenario, SigmaModel,
+    CameraModel, Control, Detection, Flight, GnssModel, LongSide, Parameter, Points, Ring, Route, Scenario, SigmaModel,
     Surveyed, Temperature, Terrain, Ties,
 };
 pub use noise::{Perturbation, SurveyNoise, add_noise, add_stated_noise, add_survey_noise};

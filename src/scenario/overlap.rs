@@ -1,7 +1,7 @@
 //! What overlap and multiplicity result.
 
 use super::description::Scenario;
-use super::flight::{footprint, strip_spacing};
+use super::strips::{footprint, strip_spacing};
 use crate::block::{Block, Image};
 use crate::camera::undistort::undistort;
 use crate::camera::{Camera, F, fraser};
@@ -108,7 +108,7 @@ impl OverlapReport {
             .map(|index| {
                 let images: Vec<usize> =
                     (0..block.images.len()).filter(|i| block.images[*i].flight.index() == index).collect();
-                // Validated: a flight or ring has at least one image.
+                // Validated: a route, flight or ring has at least one image.
                 let first_strip = images.first().map_or(0, |i| strip[*i]);
                 let last_strip = images.last().map_or(0, |i| strip[*i]);
                 let strips = last_strip - first_strip + 1;
@@ -124,7 +124,7 @@ impl OverlapReport {
                         next.min_by(|b, c| gap(*b).total_cmp(&gap(*c))).map(|b| (a, b))
                     })
                     .collect();
-                let flight = scenario.flights.get(index);
+                let flight = index.checked_sub(scenario.routes.len()).and_then(|own| scenario.flights.get(own));
                 let camera = images.first().map(|i| &block.cameras[block.images[*i].camera.index()]);
                 let height = images.iter().map(|i| block.images[*i].pose.centre.z).sum::<f64>() / images.len() as f64;
                 let gsd_m = camera.map_or(0.0, |camera| height / camera.interior[F]);

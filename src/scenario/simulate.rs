@@ -42,13 +42,7 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Result<Simulation> {
         survey_crs: String::new(),
         sigma: scenario.sigma.into(),
         cameras: scenario.cameras.iter().map(Into::into).collect(),
-        flights: scenario
-            .flights
-            .iter()
-            .map(|f| &f.name)
-            .chain(scenario.rings.iter().map(|r| &r.name))
-            .cloned()
-            .collect(),
+        flights: scenario.image_sets().cloned().collect(),
         images,
         tie_points: Vec::new(),
         ties: Vec::new(),

@@ -1,6 +1,6 @@
 //! What the values of a scenario may be.
 
-use super::description::{Detection, Flight, Ring, Scenario, Surveyed, Temperature, Terrain};
+use super::description::{Detection, Flight, Ring, Route, Scenario, Surveyed, Temperature, Terrain};
 use super::simulate::MIN_MARKS;
 use super::{Result, ScenarioError};
 use crate::camera::{Camera, undistort::monotonic_radius};
@@ -9,6 +9,8 @@ use std::fmt::Debug;
 
 /// Limits far beyond any real block: a slip of the pen ends in a message, not in a machine without memory.
 const MAX_IMAGES: f64 = 1e6;
+/// Beyond, the ground is far away and seen at a flat angle.
+pub(super) const MAX_TILT_DEG: f64 = 60.0;
 const MAX_TIES: usize = 100_000_000;
 const MAX_CHECKS: usize = 10_000_000;
 /// The choice of well distributed points takes time with the square of their number.
@@ -22,9 +24,12 @@ impl Scenario {
         self.validate_sigma(&check)?;
         self.validate_cameras(&check)?;
         self.validate_terrain(&check)?;
-        let names: Vec<_> = self.flights.iter().map(|f| &f.name).chain(self.rings.iter().map(|r| &r.name)).collect();
-        check.that(!names.is_empty(), "flight", "none", "at least one [[flight]] or [[ring]]")?;
+        let names: Vec<_> = self.image_sets().collect();
+        check.that(!names.is_empty(), "flight", "none", "at least one [[flight]], [[ring]] or [[route]]")?;
         check.unique("flight.name", &names)?;
+        for (index, route) in self.routes.iter().enumerate() {
+            self.validate_route(&check, &format!("route.{index}"), route)?;
+        }
         for (index, flight) in self.flights.iter().enumerate() {
             self.validate_flight(&check, &format!("flight.{index}"), flight)?;
         }
@@ -124,7 +129,7 @@ impl Scenario {
             check.that(value.is_finite(), &key(name), &value, "a number")?;
         }
         check.that(flight.heading_deg.is_finite(), &key("heading_deg"), &flight.heading_deg, "a number")?;
-        check.that(flight.tilt_deg.abs() <= 60.0, &key("tilt_deg"), &flight.tilt_deg, "-60 to 60")?;
+        check.that(flight.tilt_deg.abs() <= MAX_TILT_DEG, &key("tilt_deg"), &flight.tilt_deg, "-60 to 60")?;
         if let Some(length) = flight.length_m {
             check.positive(&key("length_m"), length)?;
         }
@@ -148,9 +153,9 @@ impl Scenario {
             both => check.that(false, &key("images, forward_overlap"), &both, "one of the two")?,
         }
         check.that(
-            super::flight::image_count(self, flight) <= MAX_IMAGES,
+            super::strips::image_count(self, flight) <= MAX_IMAGES,
             &key("images"),
-            &super::flight::image_count(self, flight),
+            &super::strips::image_count(self, flight),
             "at most a million",
         )?;
         check.at_least_zero(&key("turn_s"), flight.turn_s)?;
@@ -175,6 +180,32 @@ impl Scenario {
         check.at_least_zero(&key("interval_s"), ring.interval_s)?;
         check.at_least_zero(&key("aim_sigma_m"), ring.aim_sigma_m)?;
         check.at_least_zero(&key("position_sigma_m"), ring.position_sigma_m)
+    }
+
+    fn validate_route(&self, check: &Check, path: &str, route: &Route) -> Result<()> {
+        let key = |name: &str| format!("{path}.{name}");
+        self.validate_camera_of(check, &key("camera"), route.camera.as_deref())?;
+        check.positive(&key("speed_mps"), route.speed_mps)?;
+        if let Some(exposure) = route.exposure_s {
+            check.at_least_zero(&key("exposure_s"), exposure)?;
+        }
+        check.at_least_zero(&key("crab_sigma_deg"), route.crab_sigma_deg)?;
+        check.at_least_zero(&key("position_sigma_m"), route.position_sigma_m)?;
+        check.at_least_zero(&key("attitude_sigma_deg"), route.attitude_sigma_deg)?;
+        let rate = route.angular_rate_sigma_deg_s;
+        rate.map_or(Ok(()), |s| check.at_least_zero(&key("angular_rate_sigma_deg_s"), s))?;
+        let count = route.exposures.len();
+        check.that(count > 0 && count as f64 <= MAX_IMAGES, &key("exposures"), &count, "1 to a million")?;
+        for (number, [x, y, z, heading, tilt]) in route.exposures.iter().enumerate() {
+            let key = |name: &str| format!("{path}.exposures.{number}, {name}");
+            for (name, value) in [("x", x), ("y", y), ("heading", heading)] {
+                check.that(value.is_finite(), &key(name), value, "a number")?;
+            }
+            check.positive(&key("z"), *z)?;
+            let limit = format!("-{MAX_TILT_DEG} to {MAX_TILT_DEG}");
+            check.that(tilt.abs() <= MAX_TILT_DEG, &key("tilt"), tilt, &limit)?;
+        }
+        Ok(())
     }
 
     fn validate_camera_of(&self, check: &Check, key: &str, id: Option<&str>) -> Result<()> {
