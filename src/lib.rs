@@ -60,7 +60,7 @@
 //! | [`measure`] | the forward model: predictions and derivatives by hand | math, camera, effects, problem |
 //! | [`adjust`] | the solvers, which know nothing of each other | math, camera, effects, problem; native also measure |
 //! | [`null_model`] | one linearisation at a converged fit as `(s, M)` of any columns | math, effects, model, problem, measure, adjust |
-//! | [`scenario`] | error-free blocks | math, camera, block |
+//! | [`scenario`] | error-free blocks, also of planned missions | math, geodesy, camera, block |
 //! | [`mod@inject`] | errors by their cause | files, math, camera, block, scenario |
 //! | [`kit`] | an effect of one's own: template, build, check, as an error | files, math, camera, block, effects, model, problem, measure, inject |
 //! | [`evaluate`] | surveyed points against any block | math, camera, block |

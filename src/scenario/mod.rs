@@ -1,6 +1,7 @@
 //! Simulated blocks: what a flight over a terrain would have measured, without errors.
 //!
-//! A [`Scenario`] is a TOML file: cameras, terrain, flights, tie points, surveyed points. Presets are such files inside
+//! A [`Scenario`] is a TOML file: cameras, terrain, flights, tie points, surveyed points. Its
+//! images can also be those of a flight-planning program: [`mission`]. Presets are such files inside
 //! the binary ([`preset_names`]). [`simulate`] makes a [`Simulation`] of it; [`twin_of`] makes one of a real block.
 //!
 //! What the simulation states and leaves out:
@@ -17,6 +18,7 @@ mod course;
 mod description;
 pub mod extras;
 mod flight;
+pub mod mission;
 mod noise;
 mod overlap;
 mod preset;

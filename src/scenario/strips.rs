@@ -27,6 +27,18 @@ pub(super) fn strip_length(scenario: &Scenario, flight: &Flight) -> f64 {
     flight.length_m.unwrap_or(length * cos.abs() + width * sin.abs())
 }
 
+/// Distance of the images of a strip, m, as the flight states it; `None` of single images.
+pub(super) fn strip_base(scenario: &Scenario, flight: &Flight) -> Option<f64> {
+    match (flight.forward_overlap, &flight.images) {
+        (Some(overlap), _) => Some((1.0 - overlap) * footprint(scenario, flight)[1]),
+        (None, Some(images)) => {
+            let most = images.iter().max().filter(|count| **count > 1)?;
+            Some(strip_length(scenario, flight) / (most - 1) as f64)
+        }
+        (None, None) => None,
+    }
+}
+
 /// Images of a strip whose images follow from the overlap.
 fn images_by_overlap(scenario: &Scenario, flight: &Flight) -> f64 {
     let base = (1.0 - flight.forward_overlap.unwrap_or(0.0)) * footprint(scenario, flight)[1];
