@@ -11,6 +11,7 @@ use crate::problem::ProblemError;
 use crate::run::RunError;
 use crate::scenario::ScenarioError;
 use crate::scenario::extras::ExtraError;
+use crate::scenario::mission::MissionError;
 use crate::validate::nist::set::NistError;
 use std::process::ExitCode;
 
@@ -60,6 +61,7 @@ fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
     let bad_input = cause.is::<Usage>()
         || cause.is::<ScenarioError>()
         || cause.is::<ExtraError>()
+        || cause.is::<MissionError>()
         || cause.is::<SimilarityError>()
         || cause.is::<ProblemError>()
         || cause.is::<MeasureError>()

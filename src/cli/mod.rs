@@ -33,6 +33,7 @@ mod pdf;
 mod plan;
 mod plan_effects;
 mod plan_goals;
+mod plan_mission;
 mod plan_mistakes;
 mod plan_page;
 mod plan_precision;

@@ -3,6 +3,7 @@
 use super::model_options::{ModelOptions, Tie};
 use super::output::writable_beside_blocks;
 use super::plan_goals::{Examined, GoalOptions};
+use super::plan_mission::{MissionOptions, Planned, with_mission};
 use super::plan_mistakes::{self, MistakeOptions};
 use super::simulate::{overrides, scenario, scenario_text};
 use super::text::path_text;
@@ -28,6 +29,7 @@ use std::path::{Path, PathBuf};
   misclosure plan dike                           a preset
   misclosure plan corridor --set length_m=500    with a parameter of the scenario
   misclosure plan my.toml -o planned             a flight of your own; a page with a map, and tables, in a folder
+  misclosure plan dike --mission survey.plan     the images of a planned mission, all else as the scenario says
   misclosure plan block                          a block that was flown, as if it were measured without errors
   misclosure plan my.toml --goal 'height 10 mm' --goal 'focal-temperature 0.1 px/K' --extra more.toml
                                                  the cheapest additions of more.toml that reach two goals
@@ -49,6 +51,8 @@ pub struct Arguments {
     /// Seed of what is drawn: terrain, points and jitter of a scenario, and the errors for mistakes
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    #[command(flatten)]
+    mission: MissionOptions,
     #[command(flatten)]
     options: PlanOptions,
     #[command(flatten)]
@@ -118,16 +122,19 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     }
     arguments.goals.judge(read)?;
     arguments.mistakes.judge()?;
+    arguments.mission.judge(read)?;
+    let mission = arguments.mission.read(|| scenario(&arguments.what, &arguments.set))?;
+    let told = mission.as_ref().map(|mission| mission.told(console)).transpose()?;
     let progress = console.progress("plan");
     let options = Options { threads, ..Options::default() };
     let planner = Planner { arguments, options, tell: &|what| progress.step(what) };
-    let block = block(arguments, read)?;
+    let block = block(arguments, read, mission.as_ref())?;
     let base = planner.examined(&block)?;
     let reached = arguments.goals.reach(&base, |extras, chosen| {
         progress.step(&format!("planning with {}", extras.names(chosen).join(", ")));
         let (text, name) = scenario_text(&arguments.what)?;
         let scenario = extras.scenario(&text, &name, &overrides(&arguments.set)?, chosen)?;
-        planner.examined(&simulate(&scenario, arguments.seed)?.block)
+        planner.examined(&simulate(&with_mission(scenario, mission.as_ref())?, arguments.seed)?.block)
     })?;
     let mistakes = match arguments.mistakes.any() {
         false => Vec::new(),
@@ -144,6 +151,9 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     if let Some(reached) = &reached {
         text += &reached.text();
         json["goals"] = serde_json::to_value(reached)?;
+    }
+    if let Some(told) = told {
+        json["mission"] = told;
     }
     if let Some(folder) = &arguments.output {
         write(&base, &json, &plan_page::page(&base, &mistakes, reached.as_ref()), folder)?;
@@ -179,9 +189,10 @@ impl Planner<'_> {
 }
 
 /// The error-free block.
-fn block(arguments: &Arguments, read: Option<&Path>) -> anyhow::Result<Block> {
+fn block(arguments: &Arguments, read: Option<&Path>, mission: Option<&Planned>) -> anyhow::Result<Block> {
     let Some(folder) = read else {
-        return Ok(simulate(&scenario(&arguments.what, &arguments.set)?, arguments.seed)?.block);
+        let scenario = with_mission(scenario(&arguments.what, &arguments.set)?, mission)?;
+        return Ok(simulate(&scenario, arguments.seed)?.block);
     };
     if !arguments.set.is_empty() {
         bail!(Usage(format!("--set: {} is a block; parameters belong to a scenario", path_text(folder))));

@@ -1,6 +1,7 @@
 //! `misclosure simulate`: a block of a scenario, or the error-free twin of a real block, with its truth.
 
 use super::output::{Output, usable};
+use super::plan_mission::{MissionOptions, with_mission};
 use super::text::{multiplicity, path_text};
 use super::{Answer, Console, Usage};
 use crate::block::Block;
@@ -22,6 +23,7 @@ use std::path::{Path, PathBuf};
   misclosure simulate dike -o noisy --noise-px 0.3 --seed 7   with noise
   misclosure simulate corridor -o km --set length_m=1000      with a parameter of the scenario
   misclosure simulate my.toml -o mine                         a scenario of your own
+  misclosure simulate dike -o km --mission survey.plan        the images of a planned mission
   misclosure simulate --from real -o twin                     the twin of a real block
 
 The truth (cameras, poses, points, exact measurements) is written to truth/ inside the block;
@@ -49,6 +51,8 @@ pub struct Arguments {
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     #[command(flatten)]
+    mission: MissionOptions,
+    #[command(flatten)]
     start: Start,
 }
 
@@ -73,6 +77,7 @@ struct Start {
 /// Runs the command.
 pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
     let output = Output::of_block(&arguments.output, arguments.from.as_deref())?;
+    arguments.mission.judge(arguments.from.as_deref())?;
     let mut simulation = match &arguments.from {
         Some(real) => {
             let loaded = read_block(real)?;
@@ -83,7 +88,10 @@ pub fn run(arguments: &Arguments, console: &Console) -> anyhow::Result<Answer> {
         }
         None => {
             // Clap asks for it where `--from` is absent.
-            let scenario = scenario(arguments.scenario.as_deref().unwrap_or(Path::new("")), &arguments.set)?;
+            let base = scenario(arguments.scenario.as_deref().unwrap_or(Path::new("")), &arguments.set)?;
+            let mission = arguments.mission.read(|| Ok(base.clone()))?;
+            mission.as_ref().map(|mission| mission.told(console)).transpose()?;
+            let scenario = with_mission(base, mission.as_ref())?;
             let progress = console.progress("simulate");
             progress.step(&format!("flying `{}`", scenario.name));
             simulate(&scenario, arguments.seed)?

@@ -217,6 +217,42 @@ fn goals_and_additions_that_are_none_are_refused() {
 }
 
 #[test]
+fn a_planned_mission_takes_the_place_of_the_flights() {
+    let mission = concat!(env!("CARGO_MANIFEST_DIR"), "/data/missions/dike.plan");
+    let dike = ["plan", "dike", "--set", "points=400", "--set", "check=10", "--mission", mission];
+    // Two strips of 300 m with an image every 15 m.
+    let plan = json(&[&dike[..], &["--json"]].concat());
+    assert_eq!(plan["images"], 2 * (300 / 15 + 1));
+    assert_eq!(plan["mission"]["images"], plan["images"]);
+    let (code, _, stderr) = misclosure(&dike);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(
+        stderr.contains("dike.plan: The mission says no heading of 42 of 42 images: that of the path."),
+        "{stderr}"
+    );
+    let extra = concat!(env!("CARGO_MANIFEST_DIR"), "/data/extras/dike.toml");
+    let goal = json(&[&dike[..], &["--json", "--goal", "height 1 mm", "--extra", extra]].concat());
+    assert!(goal["goals"]["steps"].as_array().is_some_and(|steps| steps.len() > 1), "{}", goal["goals"]);
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let block = path(&folder, "block");
+    let simulated = json(&["simulate", "dike", "--set", "points=400", "--mission", mission, "-o", &block, "--json"]);
+    assert_eq!(simulated["images"], 42);
+    assert_eq!(simulated["flights"][0]["strips"], 2);
+    let none = path(&folder, "none.plan");
+    fs::write(&none, "{\"fileType\": \"Plan\",\n \"mission\": }").expect("written");
+    for (arguments, expected) in [
+        (["plan", &block, "--mission", mission], "is a block; a mission takes the place of a scenario's flights"),
+        (["plan", "dike", "--mission", &none], "none.plan:2:13: not JSON"),
+        (["plan", "dike", "--mission", "no.plan"], "cannot read the mission no.plan"),
+        (["plan", "closerange", "--mission", mission], "expected a scenario whose terrain is a plain or a dike"),
+    ] {
+        let (code, stdout, stderr) = misclosure(&arguments);
+        assert_eq!((code, stdout.as_str()), (2, ""), "{stderr}");
+        assert!(stderr.contains(expected), "{stderr}");
+    }
+}
+
+#[test]
 fn inject_changes_the_measurements_and_keeps_the_truth() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (clean, bad) = (path(&folder, "clean"), path(&folder, "bad"));
