@@ -20,6 +20,7 @@ mod walk;
 #[cfg(test)]
 mod walk_tests;
 mod wpml;
+mod wpml_places;
 #[cfg(test)]
 mod wpml_tests;
 mod xml;

@@ -18,6 +18,8 @@ const WAYPOINTS: [u64; 6] = [16, 17, 18, 19, 82, 31];
 const ENDS: [u64; 4] = [21, 22, 84, 85];
 /// Returning, waiting, and the camera's mode: they change no image. Aiming at nothing any more, too.
 const HARMLESS: [u64; 6] = [20, 93, 112, 189, 197, 530];
+/// `AltitudeMode` and `DistanceMode` of heights above a model of the terrain.
+const ABOVE_TERRAIN: u64 = 3;
 /// Bit of the gimbal's flags: its yaw is from north.
 const YAW_LOCK: u32 = 16;
 
@@ -50,6 +52,7 @@ pub(super) fn read(file: &str, text: &str, given: &Given) -> Result<Mission> {
         left_out: BTreeMap::new(),
         above_sea: 0,
         above_terrain: 0,
+        survey_m: None,
     };
     reader.items(mission, "mission.items", "items")?;
     let exposures = walk(&reader.steps).map_err(|problem| at(file, "mission.items", problem))?;
@@ -76,6 +79,8 @@ struct Reader<'a> {
     left_out: BTreeMap<u64, usize>,
     above_sea: usize,
     above_terrain: usize,
+    /// Height above the terrain of the survey that is read, m.
+    survey_m: Option<f64>,
 }
 
 impl Reader<'_> {
@@ -88,7 +93,12 @@ impl Reader<'_> {
                 Some("ComplexItem") => match item["complexItemType"].as_str() {
                     Some("survey" | "CorridorScan") => {
                         let path = format!("{path}.TransectStyleComplexItem.Items");
-                        self.items(&item["TransectStyleComplexItem"], &path, "Items")?;
+                        let survey = &item["TransectStyleComplexItem"];
+                        let camera = &survey["CameraCalc"];
+                        let is_above = camera["DistanceMode"].as_u64() == Some(ABOVE_TERRAIN);
+                        self.survey_m = camera["DistanceToSurface"].as_f64().filter(|_| is_above);
+                        self.items(survey, &path, "Items")?;
+                        self.survey_m = None;
                     }
                     Some("fwLandingPattern" | "vtolLandingPattern") => {}
                     _ => return Err(self.other(&path, item, "complexItemType", "\"survey\" or \"CorridorScan\"")),
@@ -155,8 +165,9 @@ impl Reader<'_> {
     /// Height above the ground.
     fn height(&mut self, item: &Value, stated: Option<f64>, path: &str) -> Result<f64> {
         let refuse = |problem: String| at(self.file, path, problem);
-        // QGroundControl's mode 3: it made heights above the sea of those above the terrain, which stand beside them.
-        if let (Some(3), Some(height)) = (item["AltitudeMode"].as_u64(), item["Altitude"].as_f64()) {
+        // It made heights above the sea of those above the terrain, which stand beside them.
+        let own = item["Altitude"].as_f64().filter(|_| item["AltitudeMode"].as_u64() == Some(ABOVE_TERRAIN));
+        if let Some(height) = own.or(self.survey_m) {
             self.above_terrain += 1;
             return Ok(height);
         }

@@ -67,6 +67,9 @@ fn heights_are_above_the_ground() {
         let text = plan(&[fly(frame, 0.0, 150.0), shot.clone()]);
         read("m.plan", &text, &given).unwrap().exposures[0].height_m
     };
+    let follows = survey(&[fly(0, 0.0, 150.0), shot.clone()])
+        .replace("\"Items\"", "\"CameraCalc\":{\"DistanceMode\":3,\"DistanceToSurface\":30},\"Items\"");
+    assert_eq!(planned(&[follows]).exposures[0].height_m, 30.0);
     let ground = |ground_m| Given { ground_m: Some(ground_m), ..Given::default() };
     assert_eq!([height(0, Given::default()), height(3, Given::default())], [50.0, 150.0]);
     assert_eq!([height(0, ground(120.0)), height(3, ground(-5.0)), height(10, ground(9.0))], [30.0, 155.0, 150.0]);

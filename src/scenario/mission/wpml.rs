@@ -9,13 +9,25 @@
 //!
 //! Group and waypoint belong together by the index, wherever the group stands.
 
-use super::walk::{Nose, Step, Waypoint, Yaw, walk};
+use super::walk::{Step, Yaw, walk};
+use super::wpml_places::waypoint;
 use super::xml::{Element, parse};
-use super::{Given, Mission, Result, above_ground};
+use super::{Given, Mission, Result};
 use std::collections::BTreeSet;
 
 /// What aircraft and camera do that changes no image.
-const HARMLESS: [&str; 6] = ["hover", "startRecord", "stopRecord", "customDirName", "focus", "setFocusType"];
+const HARMLESS: [&str; 8] = [
+    "hover",
+    "startRecord",
+    "stopRecord",
+    "customDirName",
+    "focus",
+    "setFocusType",
+    "gimbalAngleLock",
+    "gimbalAngleUnlock",
+];
+/// Turns the camera on the way to the next waypoint.
+const EVENLY: &str = "gimbalEvenlyRotate";
 
 /// Waypoints of all groups together, at most.
 const MOST_ACTIVE: usize = 1_000_000;
@@ -35,7 +47,8 @@ pub(super) fn read(file: &str, text: &str, given: &Given) -> Result<Mission> {
     let mut notes = BTreeSet::new();
     let (mut exposures, mut speeds) = (Vec::new(), Vec::new());
     for folder in folders {
-        let reader = Reader { file, folder, given };
+        let speed = folder.number(file, "autoFlightSpeed")?;
+        let reader = Reader { file, folder, given, speed };
         let steps = reader.steps(&mut speeds, &mut notes)?;
         exposures.extend(walk(&steps).map_err(|problem| folder.refuse(file, problem))?);
     }
@@ -63,17 +76,27 @@ struct Group<'a> {
     element: &'a Element,
 }
 
+impl Group<'_> {
+    /// Does it take images on its way?
+    fn triggers(&self) -> bool {
+        let images = ["takePhoto", "startTimeLapse"];
+        !matches!(self.trigger, Trigger::Reach)
+            && self.element.all("action").any(|own| images.contains(&own.text_of("actionActuatorFunc")))
+    }
+}
+
 struct Reader<'a> {
     file: &'a str,
     folder: &'a Element,
     given: &'a Given,
+    /// m/s.
+    speed: Option<f64>,
 }
 
 impl<'a> Reader<'a> {
     /// What happens in the folder.
     fn steps(&self, speeds: &mut Vec<f64>, notes: &mut BTreeSet<String>) -> Result<Vec<Step>> {
-        let Self { file, folder, .. } = *self;
-        let speed = folder.number(file, "autoFlightSpeed")?;
+        let Self { file, folder, given, speed } = *self;
         speeds.extend(speed);
         let mut placemarks = Vec::new();
         for placemark in folder.all("Placemark") {
@@ -81,9 +104,9 @@ impl<'a> Reader<'a> {
             placemarks.push((placemark.required(file, "index")?, placemark));
         }
         placemarks.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let groups = self.groups(speed)?;
+        let groups = self.groups()?;
         let all: Vec<&Element> = folder.all("startActionGroup").chain(groups.iter().map(|own| own.element)).collect();
-        let moves = |action: &Element| action.text_of("actionActuatorFunc").starts_with("gimbal");
+        let moves = |action: &Element| ["gimbalRotate", EVENLY].contains(&action.text_of("actionActuatorFunc"));
         let has_moves = all.iter().any(|group| group.all("action").any(moves));
         let mut steps = Vec::new();
         for group in folder.all("startActionGroup") {
@@ -99,17 +122,16 @@ impl<'a> Reader<'a> {
                 // Zero is level: what programs write that turn the camera by actions.
                 steps.extend(pitch.filter(|pitch| *pitch != 0.0).map(Step::PitchAlong));
             }
-            steps.push(Step::Fly(self.waypoint(placemark, notes)?));
-            let ends = |own: &&Group| matches!(own.trigger, Trigger::Metres(_)) && own.to == index && own.from < index;
-            if groups.iter().any(ends) {
+            steps.push(Step::Fly(waypoint(file, folder, placemark, given, notes)?));
+            if groups.iter().any(|own| own.triggers() && own.to == index && own.from < index) {
                 steps.push(Step::Stop);
             }
             for group in groups.iter().filter(|own| matches!(own.trigger, Trigger::Reach)) {
                 self.act(group.element, &mut steps, notes)?;
             }
             for group in groups.iter().filter(|own| own.from == index && own.to > index) {
-                if let Trigger::Metres(metres) = group.trigger {
-                    steps.push(Step::Every { metres, now: true });
+                if !matches!(group.trigger, Trigger::Reach) {
+                    self.begin(group, &mut steps, notes)?;
                 }
             }
         }
@@ -137,33 +159,22 @@ impl<'a> Reader<'a> {
         Ok(active)
     }
 
-    fn groups(&self, speed: Option<f64>) -> Result<Vec<Group<'a>>> {
+    fn groups(&self) -> Result<Vec<Group<'a>>> {
         let mut elements = Vec::new();
         self.folder.descendants("actionGroup", &mut elements);
-        elements.into_iter().map(|element| self.group(element, speed)).collect()
+        elements.into_iter().map(|element| self.group(element)).collect()
     }
 
-    fn group(&self, element: &'a Element, speed: Option<f64>) -> Result<Group<'a>> {
+    fn group(&self, element: &'a Element) -> Result<Group<'a>> {
         let file = self.file;
         let (from, to) =
             (element.required(file, "actionGroupStartIndex")?, element.required(file, "actionGroupEndIndex")?);
         let trigger = element.child("actionTrigger").ok_or_else(|| element.refuse(file, "expected <actionTrigger>"))?;
-        let images = || match element.all("action").all(|own| own.text_of("actionActuatorFunc") == "takePhoto") {
-            true => Ok(()),
-            false => Err(element.refuse(file, "expected takePhoto alone where distance or time triggers")),
-        };
         let trigger = match trigger.text_of("actionTriggerType") {
             "reachPoint" => Trigger::Reach,
             "betweenAdjacentPoints" => Trigger::Between,
-            "multipleDistance" => {
-                images()?;
-                Trigger::Metres(trigger.required(file, "actionTriggerParam")?)
-            }
-            "multipleTiming" => {
-                images()?;
-                let speed = speed.ok_or_else(|| trigger.refuse(file, "images by time: expected <autoFlightSpeed>"))?;
-                Trigger::Metres(trigger.required(file, "actionTriggerParam")? * speed)
-            }
+            "multipleDistance" => Trigger::Metres(trigger.required(file, "actionTriggerParam")?),
+            "multipleTiming" => Trigger::Metres(self.metres(trigger, "actionTriggerParam")?),
             other => {
                 let expected = "expected reachPoint, betweenAdjacentPoints, multipleDistance or multipleTiming";
                 return Err(trigger.refuse(file, format!("actionTriggerType {other:?}: {expected}")));
@@ -172,16 +183,34 @@ impl<'a> Reader<'a> {
         Ok(Group { from, to, trigger, element })
     }
 
+    /// The way in a time that an element states, m.
+    fn metres(&self, element: &Element, name: &str) -> Result<f64> {
+        let seconds = element.required(self.file, name)?;
+        let expected = || element.refuse(self.file, "images by time: expected <autoFlightSpeed> in the folder");
+        self.speed.map(|speed| seconds * speed).ok_or_else(expected)
+    }
+
     /// The camera turns on the way to the next waypoint.
     fn turn(&self, group: &Element, steps: &mut Vec<Step>) -> Result<()> {
-        for action in group.all("action") {
-            match (action.text_of("actionActuatorFunc"), action.child("actionActuatorFuncParam")) {
-                ("gimbalEvenlyRotate", Some(param)) => {
-                    steps.push(Step::PitchAlong(param.required(self.file, "gimbalPitchRotateAngle")?));
-                }
+        for action in group.all("action").filter(|own| own.text_of("actionActuatorFunc") == EVENLY) {
+            let param = action.child("actionActuatorFuncParam").unwrap_or(action);
+            steps.push(Step::PitchAlong(param.required(self.file, "gimbalPitchRotateAngle")?));
+        }
+        Ok(())
+    }
+
+    /// What a group does on its way begins.
+    fn begin(&self, group: &Group, steps: &mut Vec<Step>, notes: &mut BTreeSet<String>) -> Result<()> {
+        for action in group.element.all("action") {
+            match (action.text_of("actionActuatorFunc"), &group.trigger) {
+                ("takePhoto", Trigger::Metres(metres)) => steps.push(Step::Every { metres: *metres, now: true }),
+                (EVENLY, Trigger::Between) => {}
+                ("gimbalRotate", _) | ("startTimeLapse", Trigger::Between) => self.do_one(action, steps, notes)?,
+                (harmless, _) if HARMLESS.contains(&harmless) => {}
                 (other, _) => {
-                    let expected = "expected gimbalEvenlyRotate between waypoints";
-                    return Err(action.refuse(self.file, format!("{other:?}: {expected}")));
+                    let problem =
+                        format!("{other:?} is not read where distance, time or the way to a waypoint triggers");
+                    return Err(action.refuse(self.file, problem));
                 }
             }
         }
@@ -190,23 +219,26 @@ impl<'a> Reader<'a> {
 
     /// Actions at a waypoint.
     fn act(&self, group: &Element, steps: &mut Vec<Step>, notes: &mut BTreeSet<String>) -> Result<()> {
+        group.all("action").try_for_each(|action| self.do_one(action, steps, notes))
+    }
+
+    fn do_one(&self, action: &Element, steps: &mut Vec<Step>, notes: &mut BTreeSet<String>) -> Result<()> {
         let file = self.file;
-        let none = Element::default();
-        for action in group.all("action") {
-            let param = action.child("actionActuatorFuncParam").unwrap_or(&none);
-            match action.text_of("actionActuatorFunc") {
-                "takePhoto" => steps.push(Step::Shoot),
-                "gimbalRotate" => self.gimbal(action, param, steps)?,
-                "gimbalEvenlyRotate" => steps.push(Step::Pitch(param.required(file, "gimbalPitchRotateAngle")?)),
-                "rotateYaw" => steps.push(Step::Turn(param.required(file, "aircraftHeading")?)),
-                "zoom" => {
-                    notes.insert("The camera zooms: the camera of the scenario is taken as it is.".into());
-                }
-                harmless if HARMLESS.contains(&harmless) => {}
-                other => {
-                    let expected = "takePhoto, gimbalRotate, gimbalEvenlyRotate or rotateYaw";
-                    return Err(action.refuse(file, format!("{other:?} is not read: expected {expected}")));
-                }
+        let param = action.child("actionActuatorFuncParam").unwrap_or(action);
+        match action.text_of("actionActuatorFunc") {
+            "takePhoto" => steps.push(Step::Shoot),
+            "startTimeLapse" => steps.push(Step::Every { metres: self.metres(param, "minShootInterval")?, now: true }),
+            "stopTimeLapse" => steps.push(Step::Stop),
+            "gimbalRotate" => self.gimbal(action, param, steps)?,
+            EVENLY => steps.push(Step::Pitch(param.required(file, "gimbalPitchRotateAngle")?)),
+            "rotateYaw" => steps.push(Step::Turn(param.required(file, "aircraftHeading")?)),
+            "zoom" => {
+                notes.insert("The camera zooms: the camera of the scenario is taken as it is.".into());
+            }
+            harmless if HARMLESS.contains(&harmless) => {}
+            other => {
+                let expected = "takePhoto, startTimeLapse, gimbalRotate, gimbalEvenlyRotate or rotateYaw";
+                return Err(action.refuse(file, format!("{other:?} is not read: expected {expected}")));
             }
         }
         Ok(())
@@ -232,65 +264,4 @@ impl<'a> Reader<'a> {
         }
         Ok(())
     }
-
-    fn waypoint(&self, placemark: &Element, notes: &mut BTreeSet<String>) -> Result<Waypoint> {
-        let Self { file, folder, given } = *self;
-        let point = placemark.child("Point").ok_or_else(|| placemark.refuse(file, "expected <Point> in it"))?;
-        let [longitude, latitude] = numbers(point.text_of("coordinates")).ok_or_else(|| {
-            point.refuse(file, format!("expected longitude and latitude, found {:.40?}", point.text_of("coordinates")))
-        })?;
-        let height = placemark.required(file, "executeHeight")?;
-        let height_m = match folder.text_of("executeHeightMode") {
-            "relativeToStartPoint" => Ok(height - given.ground_m.unwrap_or(0.0)),
-            "realTimeFollowSurface" => {
-                notes.insert("Heights are above the terrain, which is a plain here.".into());
-                Ok(height)
-            }
-            "WGS84" => above_ground(height, given.ground_m),
-            other => Err(format!(
-                "executeHeightMode {other:?}: expected relativeToStartPoint, realTimeFollowSurface or WGS84"
-            )),
-        }
-        .map_err(|problem| placemark.refuse(file, problem))?;
-        let nose = match placemark.child("waypointHeadingParam") {
-            Some(heading) => self.nose(heading, notes)?,
-            None => Nose::Path,
-        };
-        Ok(Waypoint { place: [latitude, longitude], height_m, nose })
-    }
-
-    fn nose(&self, heading: &Element, notes: &mut BTreeSet<String>) -> Result<Nose> {
-        let file = self.file;
-        let angle = || heading.number(file, "waypointHeadingAngle");
-        Ok(match heading.text_of("waypointHeadingMode") {
-            "" | "followWayline" => Nose::Path,
-            "smoothTransition" => Nose::Turning(heading.required(file, "waypointHeadingAngle")?),
-            "fixed" if heading.text_of("waypointHeadingAngleEnable") == "1" => {
-                Nose::Turning(heading.required(file, "waypointHeadingAngle")?)
-            }
-            mode @ ("fixed" | "manually") => {
-                // The angle is left over where it is not switched on.
-                angle()?;
-                notes.insert(format!("A heading is left open (`{mode}`): that of the path is taken."));
-                Nose::Path
-            }
-            "towardPOI" => {
-                let place = numbers::<3>(heading.text_of("waypointPoiPoint"));
-                let [latitude, longitude, _] = place
-                    .ok_or_else(|| heading.refuse(file, "waypointPoiPoint: expected latitude, longitude, height"))?;
-                Nose::Towards([latitude, longitude])
-            }
-            other => return Err(heading.refuse(file, format!("waypointHeadingMode {other:?} is not known"))),
-        })
-    }
-}
-
-/// The first `N` numbers between commas.
-fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
-    let mut numbers = [0.0; N];
-    let mut parts = text.split(',');
-    for number in &mut numbers {
-        *number = parts.next()?.trim().parse().ok().filter(|value: &f64| value.is_finite())?;
-    }
-    Some(numbers)
 }

@@ -94,6 +94,21 @@ fn images_at_waypoints_have_the_camera_turned_before() {
 }
 
 #[test]
+fn a_mapping_flight_takes_images_by_time_with_the_camera_locked() {
+    let between = "<wpml:actionTriggerType>betweenAdjacentPoints</wpml:actionTriggerType>";
+    let tilted = pitch(-45.0);
+    let lapse = ("startTimeLapse", "<wpml:minShootInterval>2.5</wpml:minShootInterval>");
+    let groups = group(0, 1, between, &[("gimbalAngleLock", ""), ("gimbalRotate", &tilted), lapse])
+        + &group(0, 1, &every("multipleTiming", 2.5), &[("gimbalRotate", &tilted)])
+        + &group(1, 1, REACH, &[("stopTimeLapse", ""), ("gimbalAngleUnlock", "")]);
+    let placemarks = waypoint(0, 0.0, &groups) + &waypoint(1, 100.0, "") + &waypoint(2, 200.0, "");
+    let mission = planned(&folder(START, &placemarks), Given::default()).unwrap();
+    // 8 m/s and 2.5 s: 20 m.
+    assert_eq!(mission.exposures.len(), 6, "{mission:?}");
+    assert!(mission.exposures.iter().all(|own| own.tilt_deg == Some(45.0)));
+}
+
+#[test]
 fn the_gimbal_of_a_waypoint_counts_where_no_action_turns_it() {
     let gimbal = "<wpml:waypointGimbalHeadingParam>\
                   <wpml:waypointGimbalPitchAngle>-80</wpml:waypointGimbalPitchAngle>\
@@ -121,7 +136,7 @@ fn what_is_not_read_is_refused_with_its_place() {
         (one("WGS84", &shot), "--ground"),
         (one("EGM96", &shot), "executeHeightMode \"EGM96\": expected relativeToStartPoint"),
         (one(START, &group(0, 0, REACH, &[("panoShot", "")])), "\"panoShot\" is not read"),
-        (one(START, &group(0, 1, &timing, &[("hover", "")])), "expected takePhoto alone"),
+        (one(START, &group(0, 1, &timing, &[("rotateYaw", "")])), "\"rotateYaw\" is not read where distance"),
         (one(START, &group(0, 1, &odd, &[PHOTO])), "actionTriggerType \"odd\": expected reachPoint"),
         (one(START, &group(7, 9, REACH, &[PHOTO])), "actionGroupStartIndex: expected the index of a waypoint"),
         (one(START, &mode("odd")), "waypointHeadingMode \"odd\" is not known"),
