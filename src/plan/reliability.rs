@@ -55,7 +55,8 @@ pub(super) fn of(certainty: &Certainty, alpha: f64) -> Result<Vec<Reliability>, 
     let delta = noncentrality(chi_square_quantile(1.0 - alpha, 1.0), 1.0).sqrt();
     let Certainty { problem, covariance } = certainty;
     let mut all = vec![("image x and y", "px", of_images(problem, delta)?)];
-    if let Some(covariance) = covariance {
+    // Of large blocks there is no covariance of each point and pose.
+    if let Some(covariance) = covariance.as_ref().filter(|own| !own.points.is_empty() && !own.poses.is_empty()) {
         let control = |index: usize| covariance.points[index];
         let gnss = |index: usize| covariance.poses[index].fixed_view::<3, 3>(3, 3).into_owned();
         all.extend([
@@ -136,8 +137,10 @@ fn summary(of: &str, unit: &str, mut checked: Vec<Checked>) -> Option<Reliabilit
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::adjust::Covariance;
     use crate::model::Model;
     use crate::scenario::{Scenario, simulate};
+    use nalgebra::DMatrix;
 
     /// With cameras held, a point takes up three of its coordinates whatever its rays are.
     #[test]
@@ -153,6 +156,24 @@ mod tests {
         assert!((sum - (checked.len() - 3 * problem.layout().points) as f64).abs() < 1e-6 * sum, "{sum}");
         let own = summary("image x and y", "px", checked).unwrap();
         assert!(own.unchecked == 0 && own.internal.typical > 4.13 * block.sigma.tie_px, "{own:?}");
+    }
+
+    #[test]
+    fn without_the_covariance_of_each_point_image_measurements_are_judged_alone() {
+        let few = [("points".to_string(), 400.0)].into();
+        let block = simulate(&Scenario::preset("mapping", &few).unwrap(), 1).unwrap().block;
+        let problem = Problem::new(&block, &Model::default()).unwrap();
+        let covariance = Covariance {
+            shared_unknowns: vec![],
+            shared: DMatrix::zeros(0, 0),
+            poses: vec![],
+            points: vec![],
+            theta_variances: vec![],
+        };
+        for covariance in [None, Some(covariance)] {
+            let all = of(&Certainty { problem: problem.clone(), covariance }, 1e-3).unwrap();
+            assert_eq!(all.iter().map(|own| own.of.as_str()).collect::<Vec<_>>(), ["image x and y"]);
+        }
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! Routes, flights and rings as images: true poses, times, temperatures, velocities.
 
 use super::course::{Leg, course};
-use super::description::{Flight, GnssModel, LongSide, Ring, Route, Scenario, Temperature, Terrain};
+use super::description::{GnssModel, Scenario, Temperature, Terrain};
+use super::image_sets::{Flight, LongSide, Ring, Route};
 use super::random::{Table, normal, normal3, stream};
 use super::strips::{strip_images, strip_length, strip_spacing};
 use crate::block::{CameraId, FlightId, Gnss, Image, Pose};

@@ -18,6 +18,7 @@ mod course;
 mod description;
 pub mod extras;
 mod flight;
+mod image_sets;
 pub mod mission;
 mod noise;
 mod overlap;
@@ -31,9 +32,10 @@ mod validate;
 mod visibility;
 
 pub use description::{
-    CameraModel, Control, Detection, Flight, GnssModel, LongSide, Parameter, Points, Ring, Route, Scenario, SigmaModel,
-    Surveyed, Temperature, Terrain, Ties,
+    CameraModel, Control, Detection, GnssModel, Parameter, Points, Scenario, SigmaModel, Surveyed, Temperature,
+    Terrain, Ties,
 };
+pub use image_sets::{Flight, LongSide, Ring, Route};
 pub use noise::{Perturbation, SurveyNoise, add_noise, add_stated_noise, add_survey_noise};
 pub use overlap::{Dropped, FlightOverlap, OverlapReport};
 pub use preset::{preset_names, preset_text};

@@ -1,6 +1,7 @@
 //! The layout of a flight's strips: lengths, distances, numbers of images.
 
-use super::description::{Flight, LongSide, Scenario};
+use super::description::Scenario;
+use super::image_sets::{Flight, LongSide};
 
 /// Nadir footprint on z = 0 across and along the track, m.
 pub(super) fn footprint(scenario: &Scenario, flight: &Flight) -> [f64; 2] {

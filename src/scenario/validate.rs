@@ -1,6 +1,7 @@
 //! What the values of a scenario may be.
 
-use super::description::{Detection, Flight, Ring, Route, Scenario, Surveyed, Temperature, Terrain};
+use super::description::{Detection, Scenario, Surveyed, Temperature, Terrain};
+use super::image_sets::{Flight, Ring, Route};
 use super::simulate::MIN_MARKS;
 use super::{Result, ScenarioError};
 use crate::camera::{Camera, undistort::monotonic_radius};

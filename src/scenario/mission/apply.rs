@@ -1,7 +1,8 @@
 //! A scenario whose images are those of a mission.
 
 use super::super::course::course;
-use super::super::description::{Flight, Route, Scenario, Terrain};
+use super::super::description::{Scenario, Terrain};
+use super::super::image_sets::{Flight, Route};
 use super::super::strips::strip_base;
 use super::super::validate::MAX_TILT_DEG;
 use super::{Given, Mission, MissionError, Place};
