@@ -7,6 +7,7 @@ use crate::evaluate::similarity::SimilarityError;
 use crate::io;
 use crate::kit::build::BuildError;
 use crate::measure::MeasureError;
+use crate::plan::notice::NoticeError;
 use crate::problem::ProblemError;
 use crate::run::RunError;
 use crate::scenario::ScenarioError;
@@ -75,6 +76,9 @@ fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
             BuildError::Source { .. } | BuildError::Refused { .. } | BuildError::NoLibrary { .. } => Exit::BadInput,
             BuildError::NoCompiler { .. } | BuildError::Output { .. } => Exit::Other,
         });
+    }
+    if let Some(NoticeError::Mistake(..)) = cause.downcast_ref() {
+        return Some(Exit::BadInput);
     }
     if cause.is::<Bent>() {
         return Some(Exit::AdjustmentFailed);

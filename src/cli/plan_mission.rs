@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 pub struct MissionOptions {
     /// Images of a planned mission in the place of the scenario's: .kml, .kmz, QGroundControl's .plan, DJI's .kmz or
     /// .wpml
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, alias = "from-kml", value_name = "FILE")]
     mission: Option<PathBuf>,
     /// Height of the ground in the mission's heights, m [default: the take-off's]
     #[arg(long, value_name = "M", requires = "mission", allow_negative_numbers = true)]

@@ -63,8 +63,8 @@ impl FromStr for Goal {
         let expected = || {
             format!(
                 "`{text}` is no goal. Expected a length such as \"height 10 mm\" or \"plan 5 mm\". Or an effect with a \
-                 size and its unit, such as \"focal-temperature 0.1 px/K\". Or \"separate EFFECT EFFECT\", or a mistake \
-                 such as \"notice height-offset 0.05 m\""
+                 size and its unit, such as \"focal-temperature 0.1 px/K\". Or \"separate EFFECT EFFECT\", or a \
+                 mistake such as \"notice height-offset 0.05 m\""
             )
         };
         let effect = |id: &str| match effects::find(id) {

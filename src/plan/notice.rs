@@ -103,6 +103,17 @@ impl<'a> Drawn<'a> {
     /// # Errors
     /// A mistake that this block cannot have.
     pub fn smallest(&self, kind: &mistakes::Kind, subject: &str) -> Result<Noticed, NoticeError> {
+        let noticed = |size, named_size, unit: &str, said| Noticed {
+            kind: kind.id().into(),
+            subject: subject.into(),
+            size,
+            named_size,
+            unit: unit.into(),
+            said,
+        };
+        let Some((default, unit)) = default_size(kind) else {
+            return Ok(noticed(None, None, "", self.judged(kind, subject, 1.0)?));
+        };
         let mut known: BTreeMap<i32, Said> = BTreeMap::new();
         let mut said = |power: i32| -> Result<Said, NoticeError> {
             if let Some(said) = known.get(&power) {
@@ -112,24 +123,11 @@ impl<'a> Drawn<'a> {
             known.insert(power, said.clone());
             Ok(said)
         };
-        let noticed = |kind_of: &dyn Fn(&Said) -> bool, said: &mut dyn FnMut(i32) -> Result<Said, NoticeError>| {
-            smallest_power(|power| Ok(kind_of(&said(power)?)))
-        };
-        let (kind_id, subject_id) = (kind.id().to_string(), subject.to_string());
-        let Some((default, unit)) = default_size(kind) else {
-            let said = said(0)?;
-            let (size, named_size, unit) = (None, None, String::new());
-            return Ok(Noticed { kind: kind_id, subject: subject_id, size, named_size, unit, said });
-        };
-        let named = noticed(&|said| *said == Said::Named, &mut said)?;
-        let least = noticed(&|said| *said != Said::Nothing, &mut said)?;
-        let words = match least {
-            Some(power) => said(power)?,
-            None => Said::Nothing,
-        };
+        let named = smallest_power(|power| Ok(said(power)? == Said::Named))?;
+        let least = smallest_power(|power| Ok(said(power)? != Said::Nothing))?;
+        let words = least.map_or(Ok(Said::Nothing), said)?;
         let size = |power: Option<i32>| power.map(|power| default * 2f64.powi(power));
-        let (size, named_size) = (size(least), size(named));
-        Ok(Noticed { kind: kind_id, subject: subject_id, size, named_size, unit: unit.into(), said: words })
+        Ok(noticed(size(least), size(named), unit, words))
     }
 
     /// What is said of a mistake of `size` times its default.

@@ -124,7 +124,7 @@ fn check_points_err_as_the_plan_promises() {
     let promised = planned(&truth).precision.check.expect("check points");
     let promised = [promised.plan_m.rms, promised.height_m.rms, promised.dome_m.expect("60 points")];
     let mut squares: [Vec<f64>; 3] = Default::default();
-    for seed in 1..=common::null_blocks(16) {
+    for seed in 1..=common::null_blocks(10) {
         let mut block = truth.clone();
         add_stated_noise(&mut block, seed);
         let run = common::solve_both(&block, &model());

@@ -207,6 +207,8 @@ fn goals_and_additions_that_are_none_are_refused() {
     };
     assert!(plan(&["--goal", "height"]).starts_with("error: --goal `height` is no goal."));
     assert!(plan(&["--goal", "sagging 1 px"]).contains("there is no effect `sagging`"));
+    assert!(plan(&["--mistake", "height"]).contains("no such mistake"));
+    assert!(plan(&["--goal", "notice exchanged 3 m"]).contains("it has no size"));
     assert!(plan(&["--extra", &extra]).contains("--goal"));
     let with = ["--goal", "height 1 mm", "--extra", &extra];
     assert!(plan(&with).contains("cannot read the additions"));
