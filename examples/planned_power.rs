@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let few = [("points".to_string(), 400.0), ("check".to_string(), 60.0)].into();
     let truth = simulate(&Scenario::preset("dike", &few)?, 1)?.block;
     let model = Model { datum: Datum::All, ..Model::default() };
-    // Each block on a thread of its own.
+    // One thread for a diagnosis: the blocks run in parallel.
     let options = Options { threads: 1, ..Options::default() };
     let settings = Settings { plugins: &[], options, significance: 1e-3, snoop: true, tell: &|_| {} };
     let planned = plan(&truth, &model, &settings)?;

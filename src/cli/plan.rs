@@ -162,7 +162,7 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     Ok(Answer { text, json, failure: None })
 }
 
-/// Plans blocks, and draws them where mistakes are asked about.
+/// Computes the plan of a block, and draws its measurements where a goal or an option asks about mistakes.
 struct Planner<'a> {
     arguments: &'a Arguments,
     options: Options,

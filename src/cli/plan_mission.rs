@@ -80,7 +80,7 @@ impl Planned {
     }
 }
 
-/// The file, or as much of it as shows that it is too long.
+/// Reads the file up to one byte beyond the limit, at which the reader refuses it.
 fn bytes(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     crate::files::open(path)?.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;

@@ -153,7 +153,7 @@ fn of_checks(expected: &Expected, effects: &[Visible]) -> Option<OfChecks> {
     let most = |of: &dyn Fn(f64, f64) -> f64| {
         sizes().filter_map(|own| Some(of(own.moves_m?, own.moves_height_m?))).fold(0.0, f64::max)
     };
-    // Of a horizontal coordinate: both together are what is left of three dimensions.
+    // RMS of one horizontal coordinate: sqrt((d3^2 - dz^2) / 2), with d3 the 3D RMS and dz that of the height.
     let plan_moved = most(&|all, height| (0.5 * (all * all - height * height).max(0.0)).sqrt());
     let height_moved = most(&|_, height| height);
     Some(OfChecks {

@@ -53,7 +53,7 @@ impl Cost {
         match task {
             Task::Adjust => {
                 let unknowns = POSE * images;
-                // The matrix, its inverse and what is in between.
+                // A dense inversion: the normal matrix, its factor, the covariance.
                 let dense = unknowns <= EVERYTHING_UNKNOWNS as f64;
                 let covariance = if dense { 3.0 * NUMBER * unknowns.powi(2) } else { 0.0 };
                 Self {

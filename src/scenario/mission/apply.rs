@@ -78,7 +78,7 @@ pub fn apply(
     flown.name = mission.name.clone();
     flown.crs = "local".into();
     flown.terrain = Terrain::Plain { length_m, width_m, margin_m, relief_m, wavelength_m, roughness_m };
-    // Additions come behind the flights of the scenario; rings take the place of its own.
+    // The mission replaces flights, rings and routes of the scenario; those that additions bring stay.
     flown.flights.drain(..base.flights.len().min(flown.flights.len()));
     flown.rings.retain(|ring| !base.rings.contains(ring));
     flown.routes.retain(|route| !base.routes.contains(route));

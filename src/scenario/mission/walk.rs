@@ -55,7 +55,7 @@ pub(super) enum Step {
     Yaw(Yaw),
     /// The aircraft turns on the spot, degrees clockwise from north.
     Turn(f64),
-    /// An image every so many metres from here on; `now`: one here, too.
+    /// Images by distance along the path from here on; `now`: also one here.
     Every {
         /// m.
         metres: f64,

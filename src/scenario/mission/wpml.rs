@@ -63,7 +63,7 @@ pub(super) fn read(file: &str, text: &str, given: &Given) -> Result<Mission> {
 enum Trigger {
     /// At its waypoints.
     Reach,
-    /// On its way, every so many metres.
+    /// By distance along the path, m.
     Metres(f64),
     /// On the leg behind each of its waypoints.
     Between,

@@ -83,7 +83,7 @@ fn judge(seed: u64) -> Judged {
 /// for, 407 one measurement held the jump of a spot.
 const WRONG_ONCE: [u64; 17] = [95, 98, 129, 131, 150, 158, 167, 202, 226, 232, 243, 259, 314, 326, 340, 341, 407];
 
-/// Every third of them in `make test`; all where seeds are asked for.
+/// `make test` judges every third seed, `make test-fresh` all.
 #[test]
 fn what_was_judged_wrongly_once_is_right() {
     let step = if std::env::var_os(SEEDS).is_some_and(|seeds| !seeds.is_empty()) { 1 } else { 3 };
