@@ -55,7 +55,7 @@ fn local() -> String {
     "local".into()
 }
 
-/// A number of a scenario that can be given from outside.
+/// A number of a scenario that can be given from outside. Limits without a decimal point are those of a whole number.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameter {

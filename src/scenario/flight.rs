@@ -4,7 +4,7 @@ use super::course::{Leg, course};
 use super::description::{GnssModel, Scenario, Temperature, Terrain};
 use super::image_sets::{Flight, LongSide, Ring, Route};
 use super::random::{Table, normal, normal3, stream};
-use super::strips::{strip_images, strip_length, strip_spacing};
+use super::strips::{strip_count, strip_images, strip_length, strip_spacing};
 use crate::block::{CameraId, FlightId, Gnss, Image, Pose};
 use crate::math::rotation::exp;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -97,13 +97,14 @@ impl Sortie<'_> {
         let right = first.cross(&Vector3::z());
         let tilt = flight.tilt_deg.to_radians();
         let middle = Vector3::new(flight.centre_m[0], flight.centre_m[1], flight.height_m);
-        for strip in 0..flight.strips {
+        let strips = strip_count(self.scenario, flight);
+        for strip in 0..strips {
             let heading = if flight.alternate && strip % 2 == 1 { -first } else { first };
             let mut rng = stream(self.seed, Table::Strip, self.strips);
             let crab = flight.crab_sigma_deg.to_radians() * normal(&mut rng);
             let nose = exp(&Vector3::new(0.0, 0.0, -crab)) * heading;
             let nominal = tilted_nadir(nose, tilt, flight.long_side);
-            let across = (strip as f64 - 0.5 * (flight.strips - 1) as f64) * spacing;
+            let across = (strip as f64 - 0.5 * (strips - 1) as f64) * spacing;
             let axis = middle + right * across - heading * (flight.height_m * tilt.tan());
             let count = strip_images(self.scenario, flight, strip);
             let base = if count > 1 { length / (count - 1) as f64 } else { 0.0 };

@@ -30,9 +30,9 @@ pub struct Flight {
     pub heading_deg: f64,
     /// Length of the strips, m; absent: the terrain's in this heading.
     pub length_m: Option<f64>,
-    /// Number of strips.
-    #[serde(default = "one")]
-    pub strips: usize,
+    /// Number of strips; 0: the flight is not flown. Absent: as many as the side overlap asks for, so that no place of
+    /// the terrain is farther than half their distance from a strip; one without a side overlap.
+    pub strips: Option<usize>,
     /// Distance of the strips, m.
     pub strip_spacing_m: Option<f64>,
     /// Or the part of the nadir footprint (at the flying height) that neighbouring strips share.
@@ -72,9 +72,6 @@ pub struct Flight {
     pub angular_rate_sigma_deg_s: Option<f64>,
 }
 
-fn one() -> usize {
-    1
-}
 fn yes() -> bool {
     true
 }

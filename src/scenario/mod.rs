@@ -16,6 +16,8 @@
 
 mod course;
 mod description;
+mod dials;
+mod draft;
 pub mod extras;
 mod flight;
 mod image_sets;
@@ -35,6 +37,7 @@ pub use description::{
     CameraModel, Control, Detection, GnssModel, Parameter, Points, Scenario, SigmaModel, Surveyed, Temperature,
     Terrain, Ties,
 };
+pub use dials::Dial;
 pub use image_sets::{Flight, LongSide, Ring, Route};
 pub use noise::{Perturbation, SurveyNoise, add_noise, add_stated_noise, add_survey_noise};
 pub use overlap::{Dropped, FlightOverlap, OverlapReport};

@@ -1,18 +1,19 @@
 //! What overlap and multiplicity result.
 
 use super::description::Scenario;
-use super::strips::{footprint, strip_spacing};
+use super::strips::{footprint, strip_count, strip_spacing};
 use crate::block::{Block, Image};
 use crate::camera::undistort::undistort;
 use crate::camera::{Camera, F, fraser};
 use nalgebra::Vector3;
+use serde::Serialize;
 use std::fmt;
 
 /// Places along each side of the sensor whose share in another image is the overlap.
 const GRID: usize = 24;
 
 /// One flight as it was flown.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FlightOverlap {
     /// Name.
     pub flight: String,
@@ -137,7 +138,9 @@ impl OverlapReport {
                         (None, Some(c)) => [f64::from(c.width_px) * gsd_m, f64::from(c.height_px) * gsd_m],
                         (None, None) => [0.0; 2],
                     },
-                    strip_spacing_m: flight.filter(|f| f.strips > 1).map(|flight| strip_spacing(scenario, flight)),
+                    strip_spacing_m: flight
+                        .filter(|flight| strip_count(scenario, flight) > 1)
+                        .map(|flight| strip_spacing(scenario, flight)),
                     base_m: mean(successive.iter().map(|(a, b)| distance(*a, *b))),
                     gsd_m,
                     forward_overlap: mean(successive.iter().filter_map(|(a, b)| overlap(*a, *b))),

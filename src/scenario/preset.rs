@@ -57,6 +57,7 @@ impl Scenario {
             }
             scenario = tree.try_into().map_err(|error: toml::de::Error| wrong(error.to_string()))?;
         }
+        scenario.flights.retain(|flight| flight.strips != Some(0));
         scenario.validate()?;
         Ok(scenario)
     }
@@ -112,4 +113,13 @@ fn parent<'t, 'p>(tree: &'t mut Value, path: &'p str) -> Option<(&'t mut toml::T
         };
     }
     node.as_table_mut().map(|table| (table, key))
+}
+
+/// The value at a dotted path; numbers index arrays.
+pub(super) fn at<'t>(tree: &'t Value, path: &str) -> Option<&'t Value> {
+    path.split('.').try_fold(tree, |node, name| match node {
+        Value::Table(table) => table.get(name),
+        Value::Array(array) => array.get(name.parse::<usize>().ok()?),
+        _ => None,
+    })
 }

@@ -28,6 +28,23 @@ pub(super) fn strip_length(scenario: &Scenario, flight: &Flight) -> f64 {
     flight.length_m.unwrap_or(length * cos.abs() + width * sin.abs())
 }
 
+/// Strips of a flight; a float, so that no number is too large to be refused.
+fn strips_by_overlap(scenario: &Scenario, flight: &Flight) -> f64 {
+    if flight.side_overlap.is_none() {
+        return 1.0;
+    }
+    let [length, width, _] = scenario.terrain.extent();
+    let (sin, cos) = flight.heading_deg.to_radians().sin_cos();
+    let across = length * sin.abs() + width * cos.abs();
+    // A width that is a multiple of the distance to rounding needs no further strip.
+    (across / strip_spacing(scenario, flight) - 1e-3).ceil().max(1.0)
+}
+
+/// Strips of a flight.
+pub(super) fn strip_count(scenario: &Scenario, flight: &Flight) -> usize {
+    flight.strips.unwrap_or_else(|| strips_by_overlap(scenario, flight) as usize)
+}
+
 /// Distance of the images of a strip, m, as the flight states it; `None` of single images.
 pub(super) fn strip_base(scenario: &Scenario, flight: &Flight) -> Option<f64> {
     match (flight.forward_overlap, &flight.images) {
@@ -59,6 +76,9 @@ pub(super) fn strip_images(scenario: &Scenario, flight: &Flight, strip: usize) -
 pub(super) fn image_count(scenario: &Scenario, flight: &Flight) -> f64 {
     match &flight.images {
         Some(images) => images.iter().map(|count| *count as f64).sum(),
-        None => flight.strips as f64 * images_by_overlap(scenario, flight),
+        None => {
+            let strips = flight.strips.map_or_else(|| strips_by_overlap(scenario, flight), |strips| strips as f64);
+            strips * images_by_overlap(scenario, flight)
+        }
     }
 }

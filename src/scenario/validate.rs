@@ -3,6 +3,7 @@
 use super::description::{Detection, Scenario, Surveyed, Temperature, Terrain};
 use super::image_sets::{Flight, Ring, Route};
 use super::simulate::MIN_MARKS;
+use super::strips::{image_count, strip_count};
 use super::{Result, ScenarioError};
 use crate::camera::{Camera, undistort::monotonic_radius};
 use std::collections::HashSet;
@@ -125,7 +126,7 @@ impl Scenario {
         self.validate_camera_of(check, &key("camera"), flight.camera.as_deref())?;
         check.positive(&key("height_m"), flight.height_m)?;
         check.positive(&key("speed_mps"), flight.speed_mps)?;
-        check.that(flight.strips >= 1, &key("strips"), &flight.strips, "at least 1")?;
+        check.that(flight.strips != Some(0), &key("strips"), &0, "at least 1")?;
         for (name, value) in [("centre_m", flight.centre_m[0]), ("centre_m", flight.centre_m[1])] {
             check.that(value.is_finite(), &key(name), &value, "a number")?;
         }
@@ -137,28 +138,20 @@ impl Scenario {
         match (flight.strip_spacing_m, flight.side_overlap) {
             (Some(spacing), None) => check.positive(&key("strip_spacing_m"), spacing)?,
             (None, Some(overlap)) => check.overlap(&key("side_overlap"), overlap)?,
-            (None, None) if flight.strips == 1 => {}
+            (None, None) if flight.strips.is_none_or(|strips| strips == 1) => {}
             both => check.that(false, &key("strip_spacing_m, side_overlap"), &both, "one of the two")?,
         }
         match (&flight.images, flight.forward_overlap) {
             (Some(images), None) => {
-                let usable = images.len() == flight.strips && images.iter().all(|n| (1..=1_000_000).contains(n));
-                check.that(
-                    usable,
-                    &key("images"),
-                    images,
-                    &format!("{} numbers from 1 to a million", flight.strips),
-                )?;
+                let strips = strip_count(self, flight);
+                let usable = images.len() == strips && images.iter().all(|n| (1..=1_000_000).contains(n));
+                check.that(usable, &key("images"), images, &format!("{strips} numbers from 1 to a million"))?;
             }
             (None, Some(overlap)) => check.overlap(&key("forward_overlap"), overlap)?,
             both => check.that(false, &key("images, forward_overlap"), &both, "one of the two")?,
         }
-        check.that(
-            super::strips::image_count(self, flight) <= MAX_IMAGES,
-            &key("images"),
-            &super::strips::image_count(self, flight),
-            "at most a million",
-        )?;
+        let count = image_count(self, flight);
+        check.that(count <= MAX_IMAGES, &key("images"), &count, "at most a million")?;
         check.at_least_zero(&key("turn_s"), flight.turn_s)?;
         if let Some(exposure) = flight.exposure_s {
             check.at_least_zero(&key("exposure_s"), exposure)?;
