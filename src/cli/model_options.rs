@@ -22,7 +22,7 @@ use clap::builder::{EnumValueParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 
 /// Options that describe a model. What is not given stays as `--model` says, else as by default.
-#[derive(Debug, Clone, Default, clap::Args)]
+#[derive(Debug, Clone, Default, PartialEq, clap::Args)]
 #[command(next_help_heading = "Model options")]
 pub struct ModelOptions {
     /// Model to begin with; the other options change it

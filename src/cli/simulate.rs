@@ -1,7 +1,7 @@
 //! `misclosure simulate`: a block of a scenario, or the error-free twin of a real block, with its truth.
 
 use super::output::{Output, usable};
-use super::plan_mission::{MissionOptions, with_mission};
+use super::plan::mission::{MissionOptions, with_mission};
 use super::text::{multiplicity, path_text};
 use super::{Answer, Console, Usage};
 use crate::block::Block;

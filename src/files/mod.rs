@@ -1,8 +1,9 @@
 //! Files that are read: regular ones alone, and held as a whole only where memory allows. Folders for what is being
-//! written: [`scratch`]. Text in which values change: [`toml_text`].
+//! written: [`scratch`]. Text in which values change: [`toml_text`]; XML: [`xml`].
 
 pub(crate) mod scratch;
 pub(crate) mod toml_text;
+pub(crate) mod xml;
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};

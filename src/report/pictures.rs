@@ -2,12 +2,13 @@
 
 use super::figures::{
     Arrow, ArrowSet, Axis, Cell, FlightPlan, Histogram, ImageBar, ImageBars, LineChart, LineStyle, MapFrame, Panel,
-    PlanArrows, PlanSigned, Sample, Series, Station, VectorField,
+    PlanArrows, PlanEllipses, PlanSigned, Sample, Series, Station, VectorField,
 };
 use super::numbers::{fixed, significant};
 use crate::diagnose::verdict::Diagnosis;
 use crate::geodesy::crs::Crs;
 use crate::geodesy::geographic::LocalSystem;
+use crate::plan::{OfPoint, Precision};
 use crate::run::CELLS;
 use crate::run::folder::{self, CheckRow, GnssRow, ModelCheckRow, SensorRow};
 
@@ -146,6 +147,20 @@ pub fn flights(run: &RunFolder) -> FlightPlan {
         frame: frame(run),
         flights,
         width: None,
+    }
+}
+
+/// Error ellipses of the tie points of a plan.
+pub fn ellipses_of_plan(precision: &Precision) -> PlanEllipses {
+    let of_point = |own: &OfPoint| {
+        let sigma = own.sigma_m * 1e3;
+        ([own.position.x, own.position.y], [sigma.x, sigma.y, sigma.z], own.correlation)
+    };
+    PlanEllipses {
+        title: "Error ellipses of tie points".into(),
+        ellipses: precision.points.iter().map(of_point).collect(),
+        frame: MapFrame::Local,
+        unit: "mm".into(),
     }
 }
 

@@ -2,8 +2,9 @@
 //! left out: missions have nothing in them.
 
 use super::{MissionError, Place, Result};
+use crate::files::xml::character;
 use quick_xml::Reader;
-use quick_xml::events::{BytesRef, Event};
+use quick_xml::events::Event;
 
 /// Depth beyond which no mission nests.
 const DEEPEST: usize = 64;
@@ -75,18 +76,6 @@ pub(super) fn parse(file: &str, text: &str) -> Result<Element> {
 fn add(open: &mut [Element], text: &str) {
     if let Some(element) = open.last_mut() {
         element.text.push_str(text);
-    }
-}
-
-/// The character of `&...;`.
-fn character(reference: &BytesRef<'_>) -> Option<char> {
-    match &**reference {
-        "amp" => Some('&'),
-        "lt" => Some('<'),
-        "gt" => Some('>'),
-        "quot" => Some('"'),
-        "apos" => Some('\''),
-        _ => reference.resolve_char_ref().ok().flatten(),
     }
 }
 

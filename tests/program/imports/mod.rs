@@ -34,7 +34,7 @@ const TABLE: [(&str, May); 35] = [
     ("adjust::native", May::Only(&["math", "camera", "effects", "problem", "measure"])),
     ("adjust", May::Only(&["math", "camera", "effects", "problem"])),
     ("null_model", May::Only(&["math", "effects", "model", "problem", "measure", "adjust"])),
-    ("scenario", May::Only(&["math", "geodesy", "camera", "block"])),
+    ("scenario", May::Only(&["files", "math", "geodesy", "camera", "block"])),
     // Mistakes are made in files of text: nothing of the search for them, nor of the edits that undo them.
     ("inject::mistakes", May::Only(&["files"])),
     ("inject", May::Only(&["files", "math", "camera", "block", "scenario"])),

@@ -2,6 +2,7 @@
 //! file is, no more than one record of each kind is held.
 
 use super::super::super::error::{Error, Place, shown};
+use crate::files::xml::character;
 use quick_xml::Reader;
 use quick_xml::events::Event;
 use std::fs::File;
@@ -156,16 +157,4 @@ impl Records {
 
 fn refuse(path: &Path, byte: u64, problem: String) -> Error {
     Error::content(path.display().to_string(), Place::Byte(byte), problem)
-}
-
-/// The character of `&...;`.
-fn character(reference: &quick_xml::events::BytesRef<'_>) -> Option<char> {
-    match &**reference {
-        "amp" => Some('&'),
-        "lt" => Some('<'),
-        "gt" => Some('>'),
-        "quot" => Some('"'),
-        "apos" => Some('\''),
-        _ => reference.resolve_char_ref().ok().flatten(),
-    }
 }

@@ -1,7 +1,7 @@
 //! Goals of a plan, and the cheapest additions that reach them.
 
-use super::Usage;
-use super::text::path_text;
+use super::super::Usage;
+use super::super::text::path_text;
 use crate::files::read_text;
 use crate::plan::Plan;
 use crate::plan::choose::{Choice, choose};

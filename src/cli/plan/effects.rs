@@ -1,7 +1,7 @@
 //! The effects that a plan would show, as a table and in notes.
 
-use super::plan_precision::short_mm;
-use super::text::{listed, paragraph};
+use super::super::text::{listed, paragraph};
+use super::precision::short_mm;
 use crate::plan::{Plan, Size, Visible};
 use crate::report::numbers::{or_dash, significant, unit_of};
 use crate::report::tables::Table;

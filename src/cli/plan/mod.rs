@@ -1,14 +1,17 @@
 //! `misclosure plan`: what a block would show before it is measured.
 
+mod effects;
+mod goals;
+pub(super) mod mission;
+mod mistakes;
+mod page;
+mod precision;
+
 use super::model_options::{ModelOptions, Tie};
 use super::output::writable_beside_blocks;
-use super::plan_goals::{Examined, GoalOptions};
-use super::plan_mission::{MissionOptions, Planned, with_mission};
-use super::plan_mistakes::{self, MistakeOptions};
 use super::simulate::{overrides, scenario, scenario_text};
 use super::text::path_text;
 use super::{Answer, Console, Usage};
-use super::{plan_effects, plan_page, plan_precision};
 use crate::adjust::Options;
 use crate::block::Block;
 use crate::diagnose::settings::Settings;
@@ -21,6 +24,9 @@ use crate::report::html::Page;
 use crate::run::default_diagnosis_datum;
 use crate::scenario::{simulate, twin_of};
 use anyhow::{Context, bail};
+use goals::{Examined, GoalOptions};
+use mission::{MissionOptions, Planned, with_mission};
+use mistakes::MistakeOptions;
 use std::path::{Path, PathBuf};
 
 /// Says what a block would show, before it is measured: the smallest size of each effect that a diagnosis would find
@@ -143,9 +149,9 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
     drop(progress);
     let base = base.plan;
     let mut json = serde_json::to_value(&base)?;
-    let mut text = plan_effects::text(&base) + &plan_precision::text(&base);
+    let mut text = effects::text(&base) + &precision::text(&base);
     if !mistakes.is_empty() {
-        text += &plan_mistakes::text(&mistakes);
+        text += &mistakes::text(&mistakes);
         json["mistakes"] = serde_json::to_value(&mistakes)?;
     }
     if let Some(reached) = &reached {
@@ -156,7 +162,7 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize) -> anyhow::
         json["mission"] = told;
     }
     if let Some(folder) = &arguments.output {
-        write(&base, &json, &plan_page::page(&base, &mistakes, reached.as_ref()), folder)?;
+        write(&base, &json, &page::page(&base, &mistakes, reached.as_ref()), folder)?;
         text += &format!("\nPlan: {}\n", folder.join("report.html").display());
     }
     Ok(Answer { text, json, failure: None })

@@ -1,6 +1,6 @@
 //! Precision and reliability of a plan, in words and as a table.
 
-use super::text::paragraph;
+use super::super::text::paragraph;
 use crate::plan::{OfChecks, Plan, Reliability};
 use crate::report::numbers::significant;
 use crate::report::tables::Table;

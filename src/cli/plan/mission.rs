@@ -1,7 +1,7 @@
 //! A mission of a flight-planning program in the place of a scenario's flights.
 
-use super::text::path_text;
-use super::{Console, Usage};
+use super::super::text::path_text;
+use super::super::{Console, Usage};
 use crate::scenario::Scenario;
 use crate::scenario::mission::{Given, MOST_BYTES, Mission, apply, read};
 use serde_json::{Value, json};

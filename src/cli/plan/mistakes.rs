@@ -1,6 +1,6 @@
 //! Mistakes of people that a plan would notice.
 
-use super::Usage;
+use super::super::Usage;
 use crate::inject::mistakes::{self, Kind};
 use crate::plan::notice::{Drawn, Noticed};
 use crate::report::numbers::{or_dash, significant};
