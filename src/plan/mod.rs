@@ -107,15 +107,33 @@ impl From<AdjustError> for PlanError {
     }
 }
 
+/// How much of a plan is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// All of it.
+    Whole,
+    /// Effects and check points alone, in two thirds of the time: no precision of tie points and parameters, and no
+    /// reliability.
+    Draft,
+}
+
 /// What `block` would show, whose measurements are free of errors, where they err as it states.
 ///
 /// # Errors
 /// A block that cannot be adjusted: the error names what it does not determine.
 pub fn plan(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<Plan, PlanError> {
-    Pool::new(settings.options.threads)?.install(|| plan_in_pool(block, model, settings))
+    plan_to(Extent::Whole, block, model, settings)
 }
 
-fn plan_in_pool(block: &Block, model: &Model, settings: &Settings<'_>) -> Result<Plan, PlanError> {
+/// [`plan`], or a part of it.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_to(extent: Extent, block: &Block, model: &Model, settings: &Settings<'_>) -> Result<Plan, PlanError> {
+    Pool::new(settings.options.threads)?.install(|| plan_in_pool(extent, block, model, settings))
+}
+
+fn plan_in_pool(extent: Extent, block: &Block, model: &Model, settings: &Settings<'_>) -> Result<Plan, PlanError> {
     let blind = blind(block);
     refuse_faults(block, model, &blind)?;
     // Nothing errs, so nothing is set aside.
@@ -129,9 +147,12 @@ fn plan_in_pool(block: &Block, model: &Model, settings: &Settings<'_>) -> Result
     let linearised = linearise_expected(block, &fit, &added, settings)?;
     let (effects, hidden) = visible::of_effects(block, &linearised, settings);
     (settings.tell)("computing the precision of points");
-    let certainty = precision::certainty(&fit, &settings.options)?;
-    let precision = precision::of_fit(block, &fit, &certainty, &effects, settings.options.threads)?;
-    let reliability = reliability::of(&certainty, ALPHA)?;
+    let certainty = match extent {
+        Extent::Whole => Some(precision::certainty(&fit, &settings.options)?),
+        Extent::Draft => None,
+    };
+    let precision = precision::of_fit(block, &fit, certainty.as_ref(), &effects, settings.options.threads)?;
+    let reliability = certainty.map_or(Ok(Vec::new()), |certainty| reliability::of(&certainty, ALPHA))?;
     Ok(Plan {
         format: 1,
         block: block.name.clone(),

@@ -117,7 +117,7 @@ pub(super) fn certainty(fit: &Fit, options: &Options) -> Result<Certainty, Diagn
 pub(super) fn of_fit(
     block: &Block,
     fit: &Fit,
-    Certainty { problem, covariance }: &Certainty,
+    certainty: Option<&Certainty>,
     effects: &[Visible],
     threads: usize,
 ) -> Result<Precision, DiagnoseError> {
@@ -126,7 +126,7 @@ pub(super) fn of_fit(
     let (comparison, null_base) = (comparison.as_ref(), &fit.null_base);
     let adjusted = Adjusted { block, model, problem: &fit.problem, state, comparison, null_base };
     let check = expected(&adjusted, threads)?.and_then(|expected| of_checks(&expected, effects));
-    let Some(covariance) = covariance else {
+    let Some(Certainty { problem, covariance: Some(covariance) }) = certainty else {
         let (plan_m, height_m, parameters, points) = Default::default();
         return Ok(Precision { plan_m, height_m, parameters, check, points });
     };

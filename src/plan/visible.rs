@@ -83,6 +83,9 @@ pub(super) fn of_effects(
     let physical = |judged: &Judged| linearised.sets[judged.set].physical;
     let judged: Vec<Judged> = situation.judge_all(&beside).into_iter().filter(physical).collect();
     let id = |judged: &Judged| linearised.sets[judged.set].id.clone();
+    // Random values take in no law.
+    let laws = hypotheses.iter().filter(|own| own.physical && !own.random);
+    let rivals: Vec<Rival<'_>> = laws.map(|own| Rival::new(own, own.columns.len())).collect();
     let mut shown: Vec<Visible> = Vec::new();
     for one in &judged {
         let Some(hypothesis) = hypotheses.iter().find(|own| own.set == one.set) else { continue };
@@ -95,8 +98,7 @@ pub(super) fn of_effects(
             }
         };
         let words = effects::find(&id(one)).and_then(|effect| effect.descriptor().words.as_ref());
-        let others: Vec<&Hypothesis> = hypotheses.iter().filter(|own| own.physical && own.id != id(one)).collect();
-        let sizes = sizes(block, linearised, &beside, one, hypothesis, &others);
+        let sizes = sizes(block, linearised, &beside, one, hypothesis, &rivals);
         let is_alone = sizes.iter().all(|size| size.looks_like.is_empty());
         shown.push(Visible {
             effect: id(one),
@@ -118,7 +120,7 @@ fn sizes(
     beside: &Beside,
     judged: &Judged,
     hypothesis: &Hypothesis,
-    others: &[&Hypothesis],
+    rivals: &[Rival<'_>],
 ) -> Vec<Size> {
     let first = linearised.sets[judged.set].columns[0];
     if judged.component.is_some() {
@@ -137,27 +139,25 @@ fn sizes(
         return seen.map(sized).into_iter().collect();
     }
     let kept = &judged.pivoted.kept;
-    let noncentrality = match hypothesis.placed {
-        // Its price is that on the grid of places, and what the finer search finds by chance.
-        true => noncentrality(hypothesis.price - PLACE_PARAMETERS, 1.0) / SHARE_ON_GRID,
-        false => noncentrality(hypothesis.price, kept.len() as f64),
-    };
-    let scaled: Vec<f64> = kept.iter().map(|c| (noncentrality / beside.information[(*c, *c)]).sqrt()).collect();
+    let own = Rival::new(hypothesis, kept.len());
+    let found: Vec<Found> = kept.iter().map(|column| Found::of(beside, *column, &own, rivals)).collect();
+    let scaled = kept.iter().zip(&found).map(|(c, own)| (own.seen / beside.information[(*c, *c)]).sqrt());
+    let scaled: Vec<f64> = scaled.collect();
     let values_of = |(column, size): (&usize, &f64)| {
         let mut values = vec![0.0; linearised.values.len()];
         values[*column] = *size;
         values
     };
     let impacts = impact::of_values(block, linearised, &kept.iter().zip(&scaled).map(values_of).collect::<Vec<_>>());
-    let size = |((column, scaled), impact): ((&usize, &f64), Option<impact::Impact>)| {
+    let size = |(((column, scaled), found), impact): (((&usize, &f64), Found), Option<impact::Impact>)| {
         let (parameter, unit) = linearised.parameter(*column);
         let size = scaled * linearised.unit(*column);
-        let (factor, looks_like) = named(beside, *column, noncentrality, hypothesis, others);
+        let factor = (found.named / found.seen).sqrt();
         let named_size = (factor <= FAR).then_some(factor * size);
         let (moves_m, moves_height_m) = (impact.as_ref().map(|own| own.rms_m), impact.map(|own| own.height_m));
-        Size { parameter, size, named_size, looks_like, unit, moves_m, moves_height_m }
+        Size { parameter, size, named_size, looks_like: found.looks_like, unit, moves_m, moves_height_m }
     };
-    kept.iter().zip(&scaled).zip(impacts).map(size).collect()
+    kept.iter().zip(&scaled).zip(found).zip(impacts).map(size).collect()
 }
 
 /// Values of the parameters that an effect is given.
@@ -166,35 +166,60 @@ fn at(linearised: &Linearised, set: usize) -> BTreeMap<String, f64> {
     term.map(|term| term.values.clone()).unwrap_or_default()
 }
 
-/// Times its smallest size at which a column is named as what it is, and the effects that may be named below that.
-///
-/// Another effect takes a share `rho^2` of the noncentrality `l`, and the lower sum of misfit and price wins. The drops
-/// of both differ by `l (1 - rho^2)` in the mean, with a standard deviation of twice its root: with a power of 80 %
-/// that exceeds the difference of prices `d` from `(0.84 + sqrt(0.84^2 + d))^2` on.
-fn named(
-    beside: &Beside,
-    column: usize,
-    noncentrality: f64,
-    own: &Hypothesis,
-    others: &[&Hypothesis],
-) -> (f64, Vec<String>) {
-    let mut of_column: System = (**beside).clone();
-    of_column.score = beside.information.column(column).into_owned();
-    let all = beside.information[(column, column)];
-    let (mut largest, mut alike) = (noncentrality, Vec::new());
-    for other in others.iter().filter(|other| !other.random) {
-        let left = (1.0 - of_column.pivoted(&other.columns).drop() / all).max(f64::EPSILON);
-        let under_root = POWER_QUANTILE.powi(2) + own.price - other.price;
-        if under_root < 0.0 {
-            continue;
-        }
-        let needed = (POWER_QUANTILE + under_root.sqrt()).powi(2) / left;
-        if needed > noncentrality && !alike.contains(&other.id) {
-            alike.push(other.id.clone());
-        }
-        largest = largest.max(needed);
+/// A hypothesis that may be taken in, for whichever effect is there.
+struct Rival<'a> {
+    hypothesis: &'a Hypothesis,
+    /// Noncentrality of its drop from which that happens with the power of the plan.
+    needed: f64,
+}
+
+impl<'a> Rival<'a> {
+    fn new(hypothesis: &'a Hypothesis, columns: usize) -> Self {
+        let needed = match hypothesis.placed {
+            // Its price is that on the grid of places, and what the finer search finds by chance.
+            true => noncentrality(hypothesis.price - PLACE_PARAMETERS, 1.0) / SHARE_ON_GRID,
+            false => noncentrality(hypothesis.price, columns as f64),
+        };
+        Self { hypothesis, needed }
     }
-    ((largest / noncentrality).sqrt(), alike)
+}
+
+/// Noncentralities of a column from which something is found.
+struct Found {
+    /// The diagnosis takes in the effect, or one that looks like it.
+    seen: f64,
+    /// It takes in the effect itself.
+    named: f64,
+    /// What it may take in below that.
+    looks_like: Vec<String>,
+}
+
+impl Found {
+    /// Another effect takes a share `rho^2` of the noncentrality `l`. It is taken in itself where `rho^2 l` reaches
+    /// what it needs, which is less than the effect needs where its price is lower. The lower sum of misfit and price
+    /// wins: the drops of both differ by `l (1 - rho^2)` in the mean, with a standard deviation of twice its root. With
+    /// a power of 80 % that exceeds the difference of prices `d` from `(0.84 + sqrt(0.84^2 + d))^2` on.
+    fn of(beside: &Beside, column: usize, own: &Rival<'_>, rivals: &[Rival<'_>]) -> Self {
+        let mut of_column: System = (**beside).clone();
+        of_column.score = beside.information.column(column).into_owned();
+        let all = beside.information[(column, column)];
+        let (mut seen, mut named, mut looks_like) = (own.needed, own.needed, Vec::new());
+        for other in rivals.iter().filter(|other| other.hypothesis.id != own.hypothesis.id) {
+            let share = of_column.pivoted(&other.hypothesis.columns).drop() / all;
+            let by_other = other.needed / share.max(f64::EPSILON);
+            let under_root = POWER_QUANTILE.powi(2) + own.hypothesis.price - other.hypothesis.price;
+            let against_other = match under_root >= 0.0 {
+                true => (POWER_QUANTILE + under_root.sqrt()).powi(2) / (1.0 - share).max(f64::EPSILON),
+                false => 0.0,
+            };
+            let id = &other.hypothesis.id;
+            if (by_other < own.needed || against_other > own.needed) && !looks_like.contains(id) {
+                looks_like.push(id.clone());
+            }
+            (seen, named) = (seen.min(by_other), named.max(against_other));
+        }
+        Self { seen, named, looks_like }
+    }
 }
 
 /// Name of the standard deviation of random values.
