@@ -2,6 +2,7 @@
 
 import { json, listen, readTree, RequestError } from "./api.js";
 import { fill, h } from "./dom.js";
+import { startNotice } from "./notice.js";
 import { nodeOf, on, set, state } from "./state.js";
 import { startBar } from "./bar.js";
 import { startTree } from "./tree.js";
@@ -23,20 +24,6 @@ async function takeTree() {
   if (node) set({ node: node.id });
 }
 
-function notice() {
-  const box = document.getElementById("notice");
-  const says = {
-    gone: ["The laboratory's server does not answer.", "Nothing is lost: every finished step is on disk. This page "
-      + "goes on by itself when the same server is back; when you start it anew (misclosure lab BLOCK), open the "
-      + "address that it prints."],
-    refused: ["This page's key is not valid any more.", "The laboratory was started anew, or the address is "
-      + "incomplete: open the address that misclosure lab printed."],
-  }[state.connection];
-  box.hidden = !says;
-  if (says) fill(box, h("strong", {}, says[0]), " ", says[1]);
-  document.body.classList.toggle("lost", Boolean(says));
-}
-
 function theme() {
   if (state.theme === "auto") delete document.documentElement.dataset.theme;
   else document.documentElement.dataset.theme = state.theme;
@@ -54,7 +41,7 @@ function stepChosen() {
 }
 
 async function start() {
-  on(["connection"], notice);
+  startNotice("misclosure lab BLOCK", "Nothing is lost: every finished step is on disk.");
   on(["theme"], theme);
   on(["steps", "side"], columns);
   on(["node"], stepChosen);

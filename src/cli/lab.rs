@@ -3,16 +3,20 @@
 use super::host::Live;
 use super::model_options::{ModelOptions, Treatment};
 use super::output::{may_be_laboratory, usable};
+use super::simulate::scenario_text;
 use super::{Answer, Console, Usage};
 use crate::adjust::Options;
 use crate::block::Block;
+use crate::files::scratch::Scratch;
 use crate::inject;
 use crate::io::block::{fingerprint, read_block};
 use crate::lab::photos::Photos;
+use crate::lab::planning::Planning;
 use crate::lab::server::Server;
 use crate::lab::setup::Setup;
 use crate::lab::simulated::Simulated;
 use crate::lab::tree::Folder;
+use crate::model::Datum;
 use crate::run;
 use crate::scenario::{Scenario, simulate};
 use anyhow::Context;
@@ -39,15 +43,16 @@ const FIRST_ERRORS: [&str; 1] = ["noise:px=0.3"];
   misclosure lab block --no-open --port 8000 prints the address alone
   misclosure lab block --images flight       shows the images in that folder behind the residuals
   misclosure lab --simulate dike             a simulated block whose errors are chosen on the page
+  misclosure lab --plan mapping              a flight that is planned with sliders: what it would show
 
 The page is for this machine alone: the address carries a token that every request needs. Each step is the complete
 folder of a run, which `misclosure report` reads. Ending the program loses nothing.")]
 pub struct Arguments {
     /// Folder of the block
-    #[arg(required_unless_present = "simulate")]
+    #[arg(required_unless_present_any = ["simulate", "plan"])]
     block: Option<PathBuf>,
     /// Folder of the steps [default: the block's name with .lab, beside the block]
-    #[arg(short, long, value_name = "FOLDER")]
+    #[arg(short, long, value_name = "FOLDER", conflicts_with = "plan")]
     output: Option<PathBuf>,
     /// Port on 127.0.0.1 [default: any that is free]
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
@@ -56,20 +61,23 @@ pub struct Arguments {
     #[arg(long)]
     no_open: bool,
     /// Folder with the block's images (JPEG, PNG or WebP, called as in the block): shown behind residuals and marks
-    #[arg(long, value_name = "FOLDER", conflicts_with = "simulate")]
+    #[arg(long, value_name = "FOLDER", conflicts_with = "drawn")]
     images: Option<PathBuf>,
     /// A simulated block: dike, corridor, mapping or closerange
-    #[arg(long, value_name = "PRESET", conflicts_with = "block")]
+    #[arg(long, value_name = "PRESET", conflicts_with = "block", group = "drawn")]
     simulate: Option<String>,
+    /// A scenario on sliders, a preset or a file: what it would show before it is flown
+    #[arg(long, value_name = "SCENARIO", conflicts_with = "block", group = "drawn")]
+    plan: Option<PathBuf>,
     /// Error of the first measurement of a simulated block, as `inject --error` takes it (repeatable) [default:
     /// noise:px=0.3]
-    #[arg(long = "error", value_name = "ID[:key=value,...]", requires = "simulate")]
+    #[arg(long = "error", value_name = "ID[:key=value,...]", requires = "simulate", conflicts_with = "plan")]
     errors: Vec<String>,
     /// Mistake of a person in the files of a simulated block, as `inject --mistake` takes it (repeatable)
-    #[arg(long = "mistake", value_name = "KIND[:key=value,...]", requires = "simulate")]
+    #[arg(long = "mistake", value_name = "KIND[:key=value,...]", requires = "simulate", conflicts_with = "plan")]
     mistakes: Vec<String>,
-    /// Seed of a simulated block
-    #[arg(long, default_value_t = 1, requires = "simulate")]
+    /// Seed of a simulated block, or of a plan
+    #[arg(long, default_value_t = 1, requires = "drawn")]
     seed: u64,
     /// Significance level: the probability that a block without any misfit gets a finding
     #[arg(long, default_value_t = SIGNIFICANCE, value_name = "P")]
@@ -83,6 +91,13 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize, as_json: bo
     if !(arguments.significance > 0.0 && arguments.significance < 0.5) {
         let text = format!("--significance {}: expected a probability above 0 and below 0.5", arguments.significance);
         return Err(Usage(text).into());
+    }
+    if let Some(scenario) = &arguments.plan {
+        let server = Server::of_plan(planning(scenario, arguments, threads)?, arguments.port)?;
+        console.message("lab: end with Ctrl-C");
+        // Nothing is kept: the page that leads to the address goes with the program.
+        let folder = Scratch::new_in(&std::env::temp_dir())?;
+        return served(server, &folder.path().join(OPENING), arguments, console, as_json);
     }
     let (source, read, simulated) = match (&arguments.block, &arguments.simulate) {
         (Some(block), _) => (block.clone(), read(block, console)?, None),
@@ -135,7 +150,17 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize, as_json: bo
     };
     let page = setup.folder.path().join(OPENING);
     console.message(&format!("lab: every step is kept in {}; end with Ctrl-C", setup.folder.path().display()));
-    let server = Server::new(setup, arguments.port)?;
+    served(Server::of_lab(setup, arguments.port)?, &page, arguments, console, as_json)
+}
+
+/// Says the address, opens a browser, and answers until the program is ended.
+fn served(
+    server: Server,
+    page: &Path,
+    arguments: &Arguments,
+    console: &Console,
+    as_json: bool,
+) -> anyhow::Result<Answer> {
     let address = server.address();
     let mut out = std::io::stdout().lock();
     match as_json {
@@ -144,11 +169,34 @@ pub fn run(arguments: &Arguments, console: &Console, threads: usize, as_json: bo
     }
     out.flush()?;
     drop(out);
-    if !arguments.no_open && !opened(&page, &address)? {
+    if !arguments.no_open && !opened(page, &address)? {
         console.message("lab: no browser was found; open the address yourself");
     }
     server.serve()?;
     Ok(Answer::default())
+}
+
+/// The scenario of a plan on sliders, and how it will be diagnosed.
+fn planning(scenario: &Path, arguments: &Arguments, threads: usize) -> anyhow::Result<Planning> {
+    let ModelOptions { free, tie, datum, .. } = arguments.model.clone();
+    if arguments.model != (ModelOptions { free, tie, datum, ..ModelOptions::default() }) {
+        return Err(Usage("--plan: of the model options, --free, --tie and --datum alone".into()).into());
+    }
+    let (text, name) = scenario_text(scenario)?;
+    Scenario::from_toml(&text, &name)?;
+    // Its datum is chosen when the block is there.
+    let model = arguments.model.model(Datum::All)?;
+    let mut command = format!("misclosure plan {name}");
+    if arguments.seed != 1 {
+        command += &format!(" --seed {}", arguments.seed);
+    }
+    if arguments.significance != SIGNIFICANCE {
+        command += &format!(" --significance {}", arguments.significance);
+    }
+    arguments.model.free.iter().for_each(|free| command += &format!(" --free {free}"));
+    command += if tie.is_some() { " --tie dc=pp" } else { "" };
+    let (seed, significance) = (arguments.seed, arguments.significance);
+    Ok(Planning { text, name, seed, model, datum, significance, threads, command })
 }
 
 fn read(block: &Path, console: &Console) -> anyhow::Result<Block> {

@@ -269,3 +269,21 @@
 //! null, "estimate": 5501.2, "sigma": 0.8, "unit": "px" } ], "errors": ["rolling-shutter:readout=0.02"], "mistakes":
 //! [], "point_rms_mm": 3.1 }`. `reason` says why a row has no `truth`. `mistakes` are those of `--mistake`; every
 //! measurement has them.
+//!
+//! # A plan on sliders
+//!
+//! `misclosure lab --plan SCENARIO` has a page and two requests of its own, and none of those above.
+//!
+//! `GET /api/dials`:
+//!
+//! ```json
+//! { "scenario": "mapping", "datum": null,
+//!   "dials": [ { "name": "height_m", "about": "flying height of the nadir strips", "min": 20, "max": 500,
+//!                "whole": false, "value": 80 } ] }
+//! ```
+//!
+//! `POST /api/plan` with `{ "values": { "height_m": 70 }, "datum": "control", "draft": true }`, all of it optional,
+//! answers with the plan of the turned scenario: `plan` (as `misclosure plan --json`), `flights` (the overlaps that
+//! result), `minutes` (from the first image to the last), `tie_points` and `check` of the whole block, `draft` (the tie
+//! points that stood for them, null where all did), `map` and `ellipses` (drawings; a draft has no ellipses), `command`
+//! (the same in a shell) and `seconds` (what it took).

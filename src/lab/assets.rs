@@ -38,12 +38,18 @@ page! {
     "mistakes.js"
     "model.js"
     "names.js"
+    "notice.js"
     "numbers.js"
     "orbit.js"
     "panel.js"
     "panels.js"
     "parts.css"
     "photos.js"
+    "plan.css"
+    "plan.html"
+    "plan.js"
+    "plan_answer.js"
+    "plan_dials.js"
     "plots.js"
     "points.js"
     "print.css"
@@ -79,12 +85,9 @@ pub struct Asset {
     pub bytes: &'static [u8],
 }
 
-/// The file at a path, which begins with `/`; the page itself at `/`.
+/// The file at a path, which begins with `/`.
 pub fn asset(path: &str) -> Option<Asset> {
-    let name = match path {
-        "/" => "index.html",
-        path => path.strip_prefix('/')?,
-    };
+    let name = path.strip_prefix('/')?;
     let (name, bytes) = ASSETS.iter().find(|(own, _)| *own == name)?;
     let content_type = match name.rsplit('.').next() {
         Some("html") => "text/html; charset=utf-8",
@@ -104,9 +107,10 @@ mod tests {
 
     #[test]
     fn the_page_is_there_and_nothing_else_of_the_disk() {
-        assert!(asset("/").is_some_and(|page| page.content_type.starts_with("text/html")));
+        assert!(asset("/index.html").is_some_and(|page| page.content_type.starts_with("text/html")));
         for path in [
             "",
+            "/",
             "index.html",
             "//index.html",
             "/../Cargo.toml",
@@ -128,10 +132,7 @@ mod tests {
                 if path.is_dir() {
                     folders.push(path);
                 } else if !name.ends_with(".md") {
-                    assert!(
-                        asset(&format!("/{name}")).is_some() || name == "index.html",
-                        "web/{name} is not in the table"
-                    );
+                    assert!(asset(&format!("/{name}")).is_some(), "web/{name} is not in the table");
                 }
             }
         }

@@ -2,7 +2,6 @@
 //! send requests to 127.0.0.1, too, and by a name of its own may even read the answers; host, origin and token keep it
 //! out.
 
-use super::shared::Shared;
 use axum::Json;
 use axum::extract::{Request, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HOST, ORIGIN, REFERRER_POLICY};
@@ -18,6 +17,15 @@ pub const TOKEN: &str = "x-token";
 /// Nothing from elsewhere, nothing inline.
 const POLICY: &str = "default-src 'self'; img-src 'self' blob: data:; object-src 'none'; base-uri 'none'; form-action \
                       'none'; frame-ancestors 'none'";
+
+/// Where the page is, and what its requests carry.
+#[derive(Debug, Clone)]
+pub struct Access {
+    /// The port.
+    pub port: u16,
+    /// What a request of ours carries.
+    pub token: String,
+}
 
 /// A refusal, or whatever else is no answer.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,8 +50,8 @@ impl IntoResponse for Refusal {
 }
 
 /// Lets through what may be answered, and says to the browser what it may load.
-pub async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
-    let mut response = match admitted(&shared, request.method(), request.uri(), request.headers()) {
+pub async fn guard(State(access): State<Arc<Access>>, request: Request, next: Next) -> Response {
+    let mut response = match admitted(&access, request.method(), request.uri(), request.headers()) {
         Ok(()) => next.run(request).await,
         Err(refusal) => refusal.into_response(),
     };
@@ -62,8 +70,8 @@ pub async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Ne
 ///
 /// # Errors
 /// Why not.
-pub fn admitted(shared: &Shared, method: &Method, uri: &Uri, headers: &HeaderMap) -> Result<(), Refusal> {
-    let own = [format!("127.0.0.1:{}", shared.port), format!("localhost:{}", shared.port)];
+pub fn admitted(access: &Access, method: &Method, uri: &Uri, headers: &HeaderMap) -> Result<(), Refusal> {
+    let own = [format!("127.0.0.1:{}", access.port), format!("localhost:{}", access.port)];
     let host = headers.get(HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
     if !own.iter().any(|name| name == host) || headers.get_all(HOST).iter().count() != 1 {
         return Err(Refusal::new(StatusCode::FORBIDDEN, format!("host {host:?}: expected {}", own.join(" or "))));
@@ -83,7 +91,7 @@ pub fn admitted(shared: &Shared, method: &Method, uri: &Uri, headers: &HeaderMap
     }
     let in_query = || uri.query().and_then(|query| query.split('&').find_map(|pair| pair.strip_prefix("token=")));
     let given = headers.get(TOKEN).and_then(|token| token.to_str().ok()).or_else(in_query).unwrap_or_default();
-    if !same(given, &shared.token) {
+    if !same(given, &access.token) {
         let text = "no or a wrong token: open the address that `misclosure lab` printed";
         return Err(Refusal::new(StatusCode::UNAUTHORIZED, text));
     }

@@ -12,6 +12,7 @@
 //! - [`figures`] as [`asked`], [`candidates`], [`predict`], [`space`]: what is shown of a node.
 //! - [`photos`]: the images themselves, where their folder is known.
 //! - [`simulated`]: a block whose errors one chooses.
+//! - [`planning`]: a page of its own, on which a scenario is planned with sliders.
 //! - [`server`]: HTTP; [`guard`] says who is answered.
 
 pub mod api;
@@ -27,6 +28,7 @@ pub mod live;
 pub mod measurements;
 pub mod node;
 pub mod photos;
+pub mod planning;
 pub mod predict;
 pub mod predicted;
 pub mod quantity;
@@ -40,6 +42,7 @@ pub mod tree;
 pub mod view;
 
 mod about;
+mod answers;
 mod aside;
 mod changing;
 mod commands;
@@ -54,7 +57,6 @@ mod points;
 mod restore;
 mod routes;
 mod screened;
-mod shared;
 mod sources;
 mod truth;
 mod worker;

@@ -1,14 +1,13 @@
 //! Requests and their answers, as [`super::api`] says.
 
 use super::about;
+use super::answers::{Answer, bad, blocking, body, embedded, unknown};
 use super::asked::Asked;
-use super::assets::asset;
 use super::change::Change;
 use super::figures::{NAMES, draw};
 use super::guard::Refusal;
 use super::measurements::{Page, measurements};
 use super::node::Absent;
-use super::shared::Shared;
 use super::state::Lab;
 use super::{candidates, commands, points, predict, simulated, space, truth};
 use axum::extract::{Path, Query, State};
@@ -18,7 +17,6 @@ use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
-use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::collections::HashMap;
 use std::convert::Infallible;
@@ -27,9 +25,8 @@ use std::time::Duration;
 use tokio_stream::wrappers::BroadcastStream;
 use tokio_stream::{Stream, StreamExt};
 
-type App = State<Arc<Shared>>;
+type App = State<Arc<Lab>>;
 type Parameters = Query<HashMap<String, String>>;
-type Answer = Result<Response, Refusal>;
 
 /// Rows of a page of measurements at most.
 const MOST_ROWS: usize = 10_000;
@@ -37,7 +34,7 @@ const MOST_ROWS: usize = 10_000;
 const ALIVE: Duration = Duration::from_secs(10);
 
 /// Every route.
-pub fn all() -> Router<Arc<Shared>> {
+pub(super) fn all(lab: Arc<Lab>) -> Router {
     Router::new()
         .route("/api/tree", get(tree))
         .route("/api/longest", get(longest))
@@ -55,14 +52,7 @@ pub fn all() -> Router<Arc<Shared>> {
         .route("/api/simulate", post(simulate))
         .route("/api/truth/{id}", get(truth))
         .fallback(file)
-}
-
-fn bad(text: impl Into<String>) -> Refusal {
-    Refusal::new(StatusCode::BAD_REQUEST, text)
-}
-
-fn unknown(text: impl Into<String>) -> Refusal {
-    Refusal::new(StatusCode::NOT_FOUND, text)
+        .with_state(lab)
 }
 
 impl From<Absent> for Refusal {
@@ -86,44 +76,29 @@ impl From<anyhow::Error> for Refusal {
     }
 }
 
-/// Has a thread that may take its time do the work.
-async fn blocking<T: Send + 'static>(
-    shared: Arc<Shared>,
-    work: impl FnOnce(&Lab) -> Result<T, Refusal> + Send + 'static,
-) -> Result<T, Refusal> {
-    let failed =
-        |_| Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "internal error, described where the program runs");
-    tokio::task::spawn_blocking(move || work(&shared.lab)).await.map_err(failed)?
-}
-
 fn number(text: &str) -> Result<u32, Refusal> {
     text.parse().map_err(|_| unknown(format!("step {text:?}: expected a whole number")))
 }
 
-fn body<T: DeserializeOwned>(text: &str) -> Result<T, Refusal> {
-    serde_json::from_str(text).map_err(|error| bad(format!("the body of the request: {error}")))
-}
-
 async fn file(uri: Uri) -> Answer {
-    let found = asset(uri.path()).ok_or_else(|| unknown(format!("there is nothing at {:?}", uri.path())))?;
-    Ok(([(CONTENT_TYPE, found.content_type)], found.bytes).into_response())
+    embedded(uri.path(), "/index.html")
 }
 
-async fn tree(State(shared): App) -> Answer {
-    Ok(Json(about::tree(&shared.lab)).into_response())
+async fn tree(State(lab): App) -> Answer {
+    Ok(Json(about::tree(&lab)).into_response())
 }
 
-async fn longest(State(shared): App) -> Answer {
-    blocking(shared, |lab| Ok(Json(lab.longest_of_steps()?).into_response())).await
+async fn longest(State(lab): App) -> Answer {
+    blocking(lab, |lab| Ok(Json(lab.longest_of_steps()?).into_response())).await
 }
 
-async fn block(State(shared): App) -> Answer {
-    blocking(shared, |lab| Ok(Json(about::block(lab)).into_response())).await
+async fn block(State(lab): App) -> Answer {
+    blocking(lab, |lab| Ok(Json(about::block(lab)).into_response())).await
 }
 
-async fn events(State(shared): App) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
+async fn events(State(lab): App) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
     let tree = || Event::default().event("tree").data("{}");
-    let stream = BroadcastStream::new(shared.lab.listen()).map(move |event| {
+    let stream = BroadcastStream::new(lab.listen()).map(move |event| {
         // Whoever was too slow asks for the tree again.
         let Ok(event) = event else { return Ok(tree()) };
         Ok(Event::default().event(event.name()).data(json!(event).to_string()))
@@ -139,28 +114,28 @@ struct Wanted {
     change: Change,
 }
 
-async fn add(State(shared): App, text: String) -> Answer {
+async fn add(State(lab): App, text: String) -> Answer {
     let Wanted { parent, change } = body(&text)?;
     if matches!(change, Change::Base | Change::Simulate { .. }) {
         return Err(bad(format!("{}: this is no step that could be asked for", change.words())));
     }
     if let Change::Add { effect, .. } = &change
         && !effect.starts_with("free:")
-        && shared.lab.effect(effect).is_none()
+        && lab.effect(effect).is_none()
     {
         return Err(bad(format!("there is no effect {effect:?} in the catalogue")));
     }
-    let id = shared.lab.post(Some(parent), change)?;
+    let id = lab.post(Some(parent), change)?;
     Ok((StatusCode::ACCEPTED, Json(json!({ "id": id }))).into_response())
 }
 
-async fn cancel(State(shared): App, Path(id): Path<String>) -> Answer {
-    shared.lab.cancel(number(&id)?)?;
+async fn cancel(State(lab): App, Path(id): Path<String>) -> Answer {
+    lab.cancel(number(&id)?)?;
     Ok(Json(json!({})).into_response())
 }
 
-async fn dismiss(State(shared): App, Path(id): Path<String>) -> Answer {
-    shared.lab.dismiss(number(&id)?)?;
+async fn dismiss(State(lab): App, Path(id): Path<String>) -> Answer {
+    lab.dismiss(number(&id)?)?;
     Ok(Json(json!({})).into_response())
 }
 
@@ -175,23 +150,23 @@ fn svg(text: String) -> Response {
     ([(CONTENT_TYPE, "image/svg+xml")], text).into_response()
 }
 
-async fn figure(State(shared): App, Path((id, name)): Path<(String, String)>, Query(query): Parameters) -> Answer {
+async fn figure(State(lab): App, Path((id, name)): Path<(String, String)>, Query(query): Parameters) -> Answer {
     let (id, name, asked) = (number(&id)?, figure_name(&name)?, Asked::read(&query).map_err(bad)?);
-    blocking(shared, move |lab| Ok(svg(draw(lab, id, &name, None, &asked)?))).await
+    blocking(lab, move |lab| Ok(svg(draw(lab, id, &name, None, &asked)?))).await
 }
 
 async fn predicted_figure(
-    State(shared): App,
+    State(lab): App,
     Path((id, effect, name)): Path<(String, String, String)>,
     Query(query): Parameters,
 ) -> Answer {
     let (id, name, asked) = (number(&id)?, figure_name(&name)?, Asked::read(&query).map_err(bad)?);
-    blocking(shared, move |lab| Ok(svg(draw(lab, id, &name, Some(&effect), &asked)?))).await
+    blocking(lab, move |lab| Ok(svg(draw(lab, id, &name, Some(&effect), &asked)?))).await
 }
 
-async fn prediction(State(shared): App, Path((id, effect)): Path<(String, String)>) -> Answer {
+async fn prediction(State(lab): App, Path((id, effect)): Path<(String, String)>) -> Answer {
     let id = number(&id)?;
-    blocking(shared, move |lab| {
+    blocking(lab, move |lab| {
         let found = predict::predicted(lab, id, &effect)?;
         let before = lab.saved(id)?.figures;
         let after = super::tree::Figures {
@@ -209,7 +184,7 @@ async fn prediction(State(shared): App, Path((id, effect)): Path<(String, String
     .await
 }
 
-async fn node(State(shared): App, Path((id, what)): Path<(String, String)>, Query(query): Parameters) -> Answer {
+async fn node(State(lab): App, Path((id, what)): Path<(String, String)>, Query(query): Parameters) -> Answer {
     let id = number(&id)?;
     let page = Page {
         brush: Asked::read(&query).map_err(bad)?.brush,
@@ -217,7 +192,7 @@ async fn node(State(shared): App, Path((id, what)): Path<(String, String)>, Quer
         limit: count(&query, "limit", 100)?.min(MOST_ROWS),
         by_size: query.get("sort").is_none_or(|sort| sort != "image"),
     };
-    blocking(shared, move |lab| {
+    blocking(lab, move |lab| {
         let json = |value: Value| Json(value).into_response();
         Ok(match what.as_str() {
             "measurements" => json(measurements(lab, id, &page)?),
@@ -263,8 +238,8 @@ fn of_folder(lab: &Lab, id: u32, name: &str) -> Answer {
 }
 
 /// The file of an image, which is named as in the block.
-async fn photo(State(shared): App, Path(name): Path<String>) -> Answer {
-    blocking(shared, move |lab| {
+async fn photo(State(lab): App, Path(name): Path<String>) -> Answer {
+    blocking(lab, move |lab| {
         let photos = lab.setup.photos.as_ref();
         let photos = photos.ok_or_else(|| unknown("the laboratory was not opened with --images"))?;
         let image = lab.setup.block.images.iter().position(|image| image.name == name);
@@ -276,8 +251,8 @@ async fn photo(State(shared): App, Path(name): Path<String>) -> Answer {
     .await
 }
 
-async fn causes(State(shared): App) -> Answer {
-    let simulated = shared.lab.setup.simulated.as_ref();
+async fn causes(State(lab): App) -> Answer {
+    let simulated = lab.setup.simulated.as_ref();
     let simulated = simulated.ok_or_else(|| unknown("the laboratory was not opened with --simulate"))?;
     Ok(Json(simulated::causes(simulated)).into_response())
 }
@@ -295,9 +270,9 @@ fn first_seed() -> u64 {
     1
 }
 
-async fn simulate(State(shared): App, text: String) -> Answer {
+async fn simulate(State(lab): App, text: String) -> Answer {
     let Measure { errors, seed } = body(&text)?;
-    blocking(shared, move |lab| {
+    blocking(lab, move |lab| {
         let simulated = lab.setup.simulated.as_ref();
         let simulated = simulated.ok_or_else(|| unknown("the laboratory was not opened with --simulate"))?;
         simulated.check(&errors, seed).map_err(|refused| bad(format!("{refused:#}")))?;
@@ -307,7 +282,7 @@ async fn simulate(State(shared): App, text: String) -> Answer {
     .await
 }
 
-async fn truth(State(shared): App, Path(id): Path<String>) -> Answer {
+async fn truth(State(lab): App, Path(id): Path<String>) -> Answer {
     let id = number(&id)?;
-    blocking(shared, move |lab| Ok(Json(truth::truth(lab, id)?).into_response())).await
+    blocking(lab, move |lab| Ok(Json(truth::truth(lab, id)?).into_response())).await
 }

@@ -6,6 +6,8 @@ import { brushBetween, isOf, plotOf, rectangleOf } from "../../web/plots.js";
 import { judged, verdictOf } from "../../web/judge.js";
 import { expected, timeWords } from "../../web/timing.js";
 import { editsInWords } from "../../web/edits.js";
+import { change, rowsOf } from "../../web/plan_answer.js";
+import { placeOf, valueAt, wordsOf } from "../../web/plan_dials.js";
 import { mm, probability, significant, unitText, withSigma } from "../../web/numbers.js";
 import { extent, quantile, readSpace, rectangle, roundBelow } from "../../web/space_data.js";
 import { rows } from "../../web/lanes.js";
@@ -112,4 +114,33 @@ test("the end of a step is estimated from those of its kind, else from those lik
   assert.equal(timeWords(4, 12), "4 s, about 8 s left");
   assert.equal(timeWords(15, 12), "15 s, expected 12 s");
   assert.match(timeWords(200, null), /^3 min; no step/);
+});
+
+test("a slider and its value agree, whole numbers stay whole, and the ends are the ends", () => {
+  const dials = [{ min: 20, max: 500, whole: false }, { min: 0, max: 10_000, whole: true },
+    { min: 0.005, max: 5, whole: false }, { min: 0, max: 10, whole: true }, { min: 0, max: 45, whole: false }];
+  for (const dial of dials) {
+    assert.deepEqual([valueAt(dial, 0), valueAt(dial, 1)], [dial.min, dial.max]);
+    for (const place of [0.1, 0.35, 0.5, 0.8]) {
+      const value = valueAt(dial, place);
+      assert.ok(!dial.whole || Number.isInteger(value), `${value}`);
+      assert.ok(Math.abs(placeOf(dial, value) - place) < 0.06, `${value} at ${placeOf(dial, value)}, not ${place}`);
+    }
+  }
+  assert.deepEqual(wordsOf("gnss_xy_m"), ["GNSS xy", "m"]);
+  assert.deepEqual(wordsOf("cross_strips"), ["cross strips", ""]);
+});
+
+test("a number that fell is better, one that hardly moved is no change, and one that was not there is none", () => {
+  assert.deepEqual(change(0.9, 1), { text: "−10 %", kind: "better" });
+  assert.deepEqual(change(3, 1), { text: "× 3.0", kind: "worse" });
+  assert.deepEqual([change(1.001, 1), change(1, NaN), change(null, 1)], [null, null, null]);
+});
+
+test("effects of many parameters have one row: what moves points most", () => {
+  const size = (parameter, moves_m) => ({ parameter, size: 1, moves_m });
+  const plan = { effects: [{ effect: "few", sizes: [size("a", 1), size("b", 2)] },
+    { effect: "many", sizes: [size("a", 1), size("b", 9), size("c", null), size("d", 2)] }] };
+  assert.deepEqual(rowsOf(plan).map((row) => [row.effect, row.parameter, row.more ?? 0]),
+    [["few", "a", 0], ["few", "b", 0], ["many", "b", 3]]);
 });

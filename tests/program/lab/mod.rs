@@ -4,6 +4,7 @@ mod alone;
 mod commands;
 mod ends;
 mod mistakes;
+mod planning;
 mod program;
 mod security;
 mod simulated;
