@@ -46,8 +46,9 @@ pub fn judge(recorded: &Interior, estimated: &Interior, at: &[[f64; 2]]) -> Opti
     let own = differs(recorded);
     let tried = [(Estimated::None, differs(&none)), (Estimated::Opposite, differs(&opposite))];
     let (which, undone) = tried.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    // Not a number compares as false.
-    (own > LEAST_PX && own > BEYOND * undone).then_some(Found { estimated: which, own, undone })
+    // What is left once the mistake is undone has to be that of two calibrations. Beside a recorded distortion that is
+    // far too large, no distortion is nearer to the estimate, without being it. Not a number compares as false.
+    (own > LEAST_PX && undone < LEAST_PX && own > BEYOND * undone).then_some(Found { estimated: which, own, undone })
 }
 
 /// The recorded interior with the distortion of the opposite sign.
@@ -141,6 +142,10 @@ mod tests {
         other[K1] *= 0.8;
         assert_eq!(judge(&RECORDED, &RECORDED, &at()), None);
         assert_eq!(judge(&RECORDED, &other, &at()), None);
+        // A recorded distortion that is twelve times too large: the estimate is nearer to none, and is not none.
+        let mut strong = RECORDED;
+        strong[K1..=P2].iter_mut().for_each(|own| *own *= 12.0);
+        assert_eq!(judge(&strong, &RECORDED, &at()), None);
         other[K1] = f64::NAN;
         assert_eq!(judge(&RECORDED, &other, &at()), None);
         let mut weak = RECORDED;
