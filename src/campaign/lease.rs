@@ -147,6 +147,7 @@ impl Watch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::SystemTime;
 
     #[test]
     fn a_case_is_taken_once_and_taken_over_once() {
@@ -162,6 +163,12 @@ mod tests {
         assert!(dead(&mut watch, Duration::from_millis(10)));
         beat(&first.path, 1).expect("a beat");
         assert!(!dead(&mut watch, Duration::from_millis(10)), "it lives");
+        // The clock of either machine jumps: times of files say nothing.
+        for time in [SystemTime::UNIX_EPOCH, SystemTime::now() + Duration::from_secs(1 << 30)] {
+            let file = OpenOptions::new().write(true).open(&first.path).expect("the lease");
+            file.set_modified(time).expect("a time");
+            assert!(!dead(&mut watch, Duration::from_secs(5)), "seen a moment ago");
+        }
         assert_eq!(claim(place, "a", 2).expect("a folder").expect("the next").generation, 2);
         assert!(claim(place, "a", 2).expect("a folder").is_none());
         release(place, "a", 2);

@@ -21,6 +21,7 @@
 //! angle_deg = 0.5
 //! focal_px = 20.0
 //! points = false                                # tie points have no approximations
+//! centre_share = 0.01                           # of the sensor: centres of distortion
 //! [truth]                                       # for the judge of the tests alone, see `Truth`; absent: nobody judges
 //! ```
 //!
@@ -139,6 +140,9 @@ pub struct Start {
     /// Tie points have approximations.
     #[serde(default = "yes")]
     pub points: bool,
+    /// Standard deviation of each coordinate of a centre of distortion, as a share of the sensor.
+    #[serde(default)]
+    pub centre_share: f64,
 }
 
 /// What a diagnosis should say.
@@ -325,8 +329,8 @@ impl Recipe {
         if let Some(Outliers { fraction, min_px, max_px }) = self.outliers {
             all.push(format!("outliers:fraction={fraction},min={min_px},max={max_px}"));
         }
-        if let Some(Start { position_m, angle_deg, focal_px, points: _ }) = self.start {
-            all.push(format!("start:position_m={position_m},angle_deg={angle_deg}"));
+        if let Some(Start { position_m, angle_deg, focal_px, points: _, centre_share }) = self.start {
+            all.push(format!("start:position_m={position_m},angle_deg={angle_deg},centre_share={centre_share}"));
             all.push(format!("calibration:f={focal_px}"));
         }
         all.push(format!("noise:px={}", self.noise.px));

@@ -1,12 +1,13 @@
-//! Bad approximations: the poses and points that the adjustment starts from.
+//! Bad approximations: the poses, points and centres of distortion that the adjustment starts from.
 
 use super::*;
 use crate::block::Block;
+use crate::camera::{DCX, DCY};
 use nalgebra::{UnitQuaternion, Vector3};
 
 pub(super) static CAUSE: Cause = Cause {
     id: "start",
-    summary: "perturbed start values of poses and points, normally distributed; measurements stay",
+    summary: "perturbed start values of poses, points and cameras, normally distributed; measurements stay",
     parameters: &[
         parameter(
             "position_m",
@@ -21,6 +22,12 @@ pub(super) static CAUSE: Cause = Cause {
             "standard deviation of the rotation about each camera axis",
         ),
         parameter("points_m", "m", DefaultValue::Number(0.0), "standard deviation of each coordinate of a tie point"),
+        parameter(
+            "centre_share",
+            "",
+            DefaultValue::Number(0.0),
+            "standard deviation of each coordinate of a centre of distortion, as a share of the sensor",
+        ),
         parameter("seed", "", DefaultValue::Optional("the seed of the whole"), "seed of these numbers alone"),
     ],
     prepare,
@@ -30,12 +37,15 @@ struct Start {
     centres: Vec<Vector3<f64>>,
     rotations: Vec<Vector3<f64>>,
     points: Vec<Vector3<f64>>,
+    /// Shares of the sensor's width and height, by camera.
+    distortion_centres: Vec<Vector3<f64>>,
 }
 
 fn prepare(setting: &mut Setting) -> Prepared {
     let values = setting.values;
     let (position, angle, points) =
         (values.size("position_m")?, values.size("angle_deg")?.to_radians(), values.size("points_m")?);
+    let share = values.size("centre_share")?;
     if let Some(seed) = values.optional("seed") {
         ensure!(seed >= 0.0 && seed.fract() == 0.0, "parameter `seed` must be a whole number, it is {seed}");
         setting.random = Random::new(seed as u64, CAUSE.id, 0);
@@ -46,8 +56,9 @@ fn prepare(setting: &mut Setting) -> Prepared {
         centres: draw(images, position),
         rotations: draw(images, angle),
         points: draw(setting.world.tie_points.len(), points),
+        distortion_centres: draw(setting.world.cameras.len(), share),
     };
-    unless(position == 0.0 && angle == 0.0 && points == 0.0, start)
+    unless([position, angle, points, share] == [0.0; 4], start)
 }
 
 impl Action for Start {
@@ -55,6 +66,10 @@ impl Action for Start {
         for ((image, centre), rotation) in block.images.iter_mut().zip(&self.centres).zip(&self.rotations) {
             image.pose.centre += centre;
             image.pose.rotation = UnitQuaternion::from_scaled_axis(*rotation) * image.pose.rotation;
+        }
+        for (camera, share) in block.cameras.iter_mut().zip(&self.distortion_centres) {
+            camera.interior[DCX] += share.x * f64::from(camera.width_px);
+            camera.interior[DCY] += share.y * f64::from(camera.height_px);
         }
         for (point, shift) in block.tie_points.iter_mut().zip(&self.points) {
             if let Some(position) = &mut point.position {
