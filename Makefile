@@ -38,6 +38,7 @@ pictures: build ## the pictures of README and book, from runs on blocks of the r
 	scripts/effect_pictures.sh
 	scripts/gallery.sh
 	cargo run --release --example how_it_decides
+	cargo run --release --example planning_shapes
 
 test: setup ## everything CI runs: format, lints, documentation, Rust and C++ tests, the laboratory's page where a Chromium is at hand
 	scripts/test.sh

@@ -1,6 +1,6 @@
 //! Does a diagnosis find what a plan says? `cargo run --release --example planned_power -- 60` plans a small dike and
 //! puts an error of each planned size into 60 blocks. It prints the share of blocks in which a diagnosis names anything,
-//! and the share in which it names the right effect.
+//! and the share in which it names the right effect. Further words are the only effects that it tries.
 
 use misclosure::adjust::Options;
 use misclosure::diagnose::{run::diagnose, settings::Settings};
@@ -24,7 +24,9 @@ const EFFECTS: [[&str; 3]; 8] = [
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let blocks: u64 = std::env::args().nth(1).unwrap_or("60".into()).parse()?;
+    let mut words = std::env::args().skip(1);
+    let blocks: u64 = words.next().unwrap_or("60".into()).parse()?;
+    let only: Vec<String> = words.collect();
     let few = [("points".to_string(), 400.0), ("check".to_string(), 60.0)].into();
     let truth = simulate(&Scenario::preset("dike", &few)?, 1)?.block;
     let model = Model { datum: Datum::All, ..Model::default() };
@@ -35,6 +37,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("| effect | seen from | anything named | named from | named |");
     println!("|---|---|---|---|---|");
     for [effect, parameter, error] in EFFECTS {
+        if !only.is_empty() && !only.iter().any(|own| own == effect) {
+            continue;
+        }
         let own = planned.effects.iter().find(|own| own.effect == effect).ok_or(effect)?;
         let size = own.sizes.iter().find(|size| size.parameter == parameter).ok_or(parameter)?;
         let places = own.at.iter().map(|(name, value)| format!("{name}={value}"));
