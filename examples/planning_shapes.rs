@@ -79,7 +79,7 @@ fn bowl_axis() -> Axis {
 }
 
 fn panel(title: &str, x: Axis, y: Axis, series: Vec<Series>) -> Panel {
-    Panel { title: title.into(), x, y, series, ..Panel::default() }
+    Panel { title: title.into(), x, y, series }
 }
 
 /// A number of the plans of a preset, mm, against a parameter.
