@@ -25,10 +25,22 @@ pub(crate) fn hold() -> MutexGuard<'static, Vec<PathBuf>> {
 /// Removes the temporary folders of this program, which ends now: the list stays locked.
 pub(crate) fn remove_all() {
     let held = hold();
-    for folder in held.iter() {
-        let _ = fs::remove_dir_all(folder);
-    }
+    held.iter().for_each(|folder| remove(folder));
     std::mem::forget(held);
+}
+
+/// Removes a folder into which another thread may write meanwhile: under another name nothing new gets into it. A
+/// thread that makes its folders anew makes them a few times at most.
+fn remove(folder: &Path) {
+    for number in 0..TRIES {
+        let mut name = folder.as_os_str().to_owned();
+        name.push(format!("-{number}"));
+        let moved = PathBuf::from(name);
+        if fs::rename(folder, &moved).is_err() {
+            return;
+        }
+        let _ = fs::remove_dir_all(moved);
+    }
 }
 
 /// A temporary folder; dropping removes it.
@@ -98,6 +110,25 @@ fn sweep(folder: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_folder_goes_while_it_is_written_to() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join(format!("{UNFINISHED}x"));
+        for _ in 0..50 {
+            fs::create_dir(&folder).unwrap();
+            std::thread::scope(|scope| {
+                let writer = scope.spawn(|| {
+                    // Until the folder has gone.
+                    (0..).take_while(|k| fs::write(folder.join(k.to_string()), "").is_ok()).count()
+                });
+                while fs::read_dir(&folder).unwrap().count() < 20 {}
+                remove(&folder);
+                assert!(writer.join().unwrap() >= 20);
+            });
+            assert_eq!(fs::read_dir(root.path()).unwrap().count(), 0);
+        }
+    }
 
     #[test]
     fn what_a_killed_program_left_goes_and_what_another_holds_stays() {
