@@ -120,7 +120,7 @@ mod tests {
             std::thread::scope(|scope| {
                 let writer = scope.spawn(|| {
                     // Until the folder has gone.
-                    (0..).take_while(|k| fs::write(folder.join(k.to_string()), "").is_ok()).count()
+                    (0..100_000).take_while(|k| fs::write(folder.join(k.to_string()), "").is_ok()).count()
                 });
                 while fs::read_dir(&folder).unwrap().count() < 20 {}
                 remove(&folder);
