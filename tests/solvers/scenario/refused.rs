@@ -16,7 +16,8 @@ fn wrong_parameters_are_named() {
     assert_eq!(message("corridor", "length_m", f64::NAN), "corridor: length_m = NaN: expected 200 to 10000");
     assert_eq!(
         message("dike", "lenght", 1.0),
-        "dike has no parameter \"lenght\": expected one of check, points, tilt_deg"
+        "dike has no parameter \"lenght\": expected one of check, control, control_xy_m, control_z_m, forward_overlap, \
+         gnss_xy_m, gnss_z_m, height_m, points, tilt_deg"
     );
     assert_eq!(message("dike", "points", 1000.5), "dike: points = 1000.5: expected a whole number");
 }
