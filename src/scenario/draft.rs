@@ -6,8 +6,8 @@ use super::strips::image_count;
 /// Tie points of a draft at least. With a thousand, the sizes that a plan of the presets gives are 1 to 3 % larger in
 /// the middle, of single effects up to a quarter.
 const TIE_POINTS: usize = 1000;
-/// Tie points of a draft for each image at least: with four to six images a point, each image measures some fifty.
-const TIE_POINTS_PER_IMAGE: usize = 10;
+/// Tie points of a draft for each image at least: with five images a point, each image measures some thirty-five.
+const TIE_POINTS_PER_IMAGE: usize = 7;
 /// Check points of a draft: their root mean square is then known to some per cent.
 const CHECKS: usize = 100;
 
@@ -43,7 +43,7 @@ mod tests {
         let whole = Scenario::preset("dike", &[("points".into(), 14_000.0)].into()).unwrap();
         let draft = whole.draft().unwrap();
         let information = |own: &Scenario| own.tie_count() as f64 / own.sigma.tie_px.powi(2);
-        assert_eq!((draft.tie_count(), draft.surveyed.check.count), (1130, 100));
+        assert_eq!((draft.tie_count(), draft.surveyed.check.count), (1000, 100));
         assert!((information(&draft) / information(&whole) - 1.0).abs() < 1e-12);
         assert_eq!(draft.surveyed.control, whole.surveyed.control);
         // A density follows its own rule.

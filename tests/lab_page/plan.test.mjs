@@ -36,7 +36,7 @@ test("a slider moves the numbers, its rest settles them, and a refusal is said",
 
   await page.locator("#dials select").selectOption("control");
   await settled(page, "--datum control");
-  const number = row(page, "control").locator("[type=number]");
+  const number = page.getByRole("spinbutton", { name: "control", exact: true });
   await number.fill("0");
   await number.blur();
   await page.locator("#state .error").waitFor({ timeout: STEP });
