@@ -229,7 +229,8 @@ impl Check<'_> {
     }
 
     fn overlap(&self, key: &str, value: f64) -> Result<()> {
-        self.that((0.0..=0.99).contains(&value), key, &value, "0 to 0.99")
+        // Neighbours that share nothing hold nothing together.
+        self.that(value > 0.0 && value <= 0.99, key, &value, "more than 0, at most 0.99")
     }
 
     fn unique(&self, key: &str, names: &[&String]) -> Result<()> {
