@@ -47,7 +47,8 @@ export function wordsOf(name) {
 export function drawDials(place, { scenario, dials, datum }, turned) {
   const values = {};
   let chosen = datum ?? "";
-  const tell = () => turned(values, chosen || null);
+  // Where the command line says another datum, the default has to be said.
+  const tell = () => turned(values, chosen || (datum ? "all" : null));
   const rows = dials.map((dial) => slider(dial, (value) => {
     if (value === null || value === dial.value) delete values[dial.name];
     else values[dial.name] = value;

@@ -272,7 +272,7 @@
 //!
 //! # A plan on sliders
 //!
-//! `misclosure lab --plan SCENARIO` has a page and two requests of its own, and none of those above.
+//! `misclosure lab --plan SCENARIO` serves another page. It answers two requests, and none of those above.
 //!
 //! `GET /api/dials`:
 //!

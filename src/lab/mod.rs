@@ -12,7 +12,7 @@
 //! - [`figures`] as [`asked`], [`candidates`], [`predict`], [`space`]: what is shown of a node.
 //! - [`photos`]: the images themselves, where their folder is known.
 //! - [`simulated`]: a block whose errors one chooses.
-//! - [`planning`]: a page of its own, on which a scenario is planned with sliders.
+//! - [`planning`]: another page, on which a user plans a scenario with sliders.
 //! - [`server`]: HTTP; [`guard`] says who is answered.
 
 pub mod api;

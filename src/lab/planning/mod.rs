@@ -47,7 +47,7 @@ pub struct Turned {
     /// Parameters of the scenario that are not as it says.
     #[serde(default)]
     pub values: BTreeMap<String, f64>,
-    /// What defines position, orientation and scale; absent: all that the block has.
+    /// What defines position, orientation and scale; absent: as the command line says, else all that the block has.
     pub datum: Option<Datum>,
     /// Is a quick answer wanted?
     #[serde(default)]

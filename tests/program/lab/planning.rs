@@ -44,7 +44,7 @@ fn what_is_turned_is_planned_as_the_command_says() {
     let output = output.expect("the program");
     let in_shell: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(sizes(&whole["plan"]), sizes(&in_shell), "{command}");
-    // Without a datum of its own it is that of the command line.
+    // A request without a datum takes that of the command line.
     let control = planned(&lab, &json!({ "values": values }));
     assert!(control["command"].as_str().is_some_and(|text| text.ends_with("--datum control")));
     assert_ne!(sizes(&whole["plan"]), sizes(&control["plan"]));
