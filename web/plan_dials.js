@@ -72,7 +72,7 @@ function slider(dial, turn) {
   const [words, unit] = wordsOf(dial.name);
   const start = dial.value ?? dial.min;
   const shown = h("input", { type: "number", min: dial.min, max: dial.max, step: dial.whole ? "1" : "any",
-    "aria-label": `${words} ${unit}`, value: dial.value ?? "", placeholder: "–" });
+    "aria-label": `${words} ${unit}`.trim(), value: dial.value ?? "", placeholder: "–" });
   const range = h("input", { type: "range", min: "0", max: "1", step: String(1 / STEPS),
     "aria-label": dial.about, value: placeOf(dial, start) });
   const take = (value) => {

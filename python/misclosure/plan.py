@@ -30,7 +30,8 @@ class Plan:
 
     @property
     def hidden(self) -> Records:
-        """Effects that the block cannot show: effect, needs."""
+        """Effects that the block cannot show: effect, needs, typical (parameter, size, unit, moves_m, moves_height_m:
+        what it does to the points at a size met in practice; None where that is not known)."""
         return Records(self.json["hidden"])
 
     @property

@@ -248,7 +248,7 @@ mod tests {
             power: 0.8,
             tied_centre: false,
             effects: vec![visible("focal-temperature", temperature), visible("focal-time", vec![])],
-            hidden: vec![Hidden { effect: "refraction".into(), needs: vec!["more height".into()] }],
+            hidden: vec![Hidden { effect: "refraction".into(), needs: vec!["more height".into()], typical: None }],
             precision: Precision {
                 plan_m: None,
                 height_m: Some(Spread { rms: 0.007, typical: 0.005, worst: 0.02 }),

@@ -20,15 +20,17 @@
 
 pub mod choose;
 pub mod goal;
+mod hidden;
 pub mod notice;
 mod precision;
 mod reliability;
 pub mod said;
 mod visible;
 
+pub use hidden::{Hidden, Typical};
 pub use precision::{OfChecks, OfPoint, Precision, Spread};
 pub use reliability::Reliability;
-pub use visible::{Hidden, Size, Visible};
+pub use visible::{Size, Visible};
 
 use crate::adjust::AdjustError;
 use crate::adjust::native::pool::Pool;
@@ -145,13 +147,14 @@ fn plan_in_pool(extent: Extent, block: &Block, model: &Model, settings: &Setting
     (settings.tell)("testing what it would show of each effect");
     let added = Added { own: fit.model.effects.len(), ..Added::default() };
     let linearised = linearise_expected(block, &fit, &added, settings)?;
-    let (effects, hidden) = visible::of_effects(block, &linearised, settings);
+    let effects = visible::of_effects(block, &linearised, settings);
+    let hidden = hidden::of_effects(block, &linearised, &effects);
     (settings.tell)("computing the precision of points");
     let certainty = match extent {
         Extent::Whole => Some(precision::certainty(&fit, &settings.options)?),
         Extent::Draft => None,
     };
-    let precision = precision::of_fit(block, &fit, certainty.as_ref(), &effects, settings.options.threads)?;
+    let precision = precision::of_fit(block, &fit, certainty.as_ref(), (&effects, &hidden), settings.options.threads)?;
     let reliability = certainty.map_or(Ok(Vec::new()), |certainty| reliability::of(&certainty, ALPHA))?;
     Ok(Plan {
         format: 1,

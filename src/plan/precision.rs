@@ -1,6 +1,6 @@
 //! How precise points and cameras would be.
 
-use super::Visible;
+use super::{Hidden, Visible};
 use crate::adjust::native::Native;
 use crate::adjust::{Covariance, CovarianceOf, Options, Solver};
 use crate::block::Block;
@@ -77,6 +77,11 @@ pub struct OfChecks {
     pub plan_unseen_m: f64,
     /// The same of the height, m.
     pub height_unseen_m: f64,
+    /// Root mean square of a horizontal coordinate, if of the effects that the block cannot show the one that moves
+    /// points most is there, at its typical size, m.
+    pub plan_hidden_m: f64,
+    /// The same of the height, m.
+    pub height_hidden_m: f64,
 }
 
 /// Of many points.
@@ -118,7 +123,7 @@ pub(super) fn of_fit(
     block: &Block,
     fit: &Fit,
     certainty: Option<&Certainty>,
-    effects: &[Visible],
+    effects: (&[Visible], &[Hidden]),
     threads: usize,
 ) -> Result<Precision, DiagnoseError> {
     let comparison = run::compare(block, &fit.problem, &fit.solution)?;
@@ -145,23 +150,31 @@ pub(super) fn of_fit(
     })
 }
 
-fn of_checks(expected: &Expected, effects: &[Visible]) -> Option<OfChecks> {
+fn of_checks(expected: &Expected, (shown, hidden): (&[Visible], &[Hidden])) -> Option<OfChecks> {
     let sigmas = || expected.sigmas_m.iter();
     let plan_m = Spread::of(sigmas().map(|own| (0.5 * (own.x * own.x + own.y * own.y)).sqrt()).collect())?;
     let height_m = Spread::of(sigmas().map(|own| own.z).collect())?;
-    let sizes = || effects.iter().flat_map(|own| &own.sizes);
-    let most = |of: &dyn Fn(f64, f64) -> f64| {
-        sizes().filter_map(|own| Some(of(own.moves_m?, own.moves_height_m?))).fold(0.0, f64::max)
-    };
-    // RMS of one horizontal coordinate: sqrt((d3^2 - dz^2) / 2), with d3 the 3D RMS and dz that of the height.
-    let plan_moved = most(&|all, height| (0.5 * (all * all - height * height).max(0.0)).sqrt());
-    let height_moved = most(&|_, height| height);
+    let sizes = shown.iter().flat_map(|own| &own.sizes);
+    let unseen = most(sizes.filter_map(|own| Some((own.moves_m?, own.moves_height_m?))));
+    let hidden =
+        most(hidden.iter().filter_map(|own| own.typical.as_ref()).map(|own| (own.moves_m, own.moves_height_m)));
     Some(OfChecks {
-        plan_unseen_m: plan_m.rms.hypot(plan_moved),
-        height_unseen_m: height_m.rms.hypot(height_moved),
+        plan_unseen_m: plan_m.rms.hypot(unseen.0),
+        height_unseen_m: height_m.rms.hypot(unseen.1),
+        plan_hidden_m: plan_m.rms.hypot(hidden.0),
+        height_hidden_m: height_m.rms.hypot(hidden.1),
         dome_m: expected.dome_m,
         reach_m: expected.reach_m,
         plan_m,
         height_m,
+    })
+}
+
+/// The largest move of one horizontal coordinate, and of the height: of 3D moves `d` and those in height `z` the former
+/// is `sqrt((d^2 - z^2) / 2)`.
+fn most(moves: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
+    moves.fold((0.0, 0.0), |(plan, height), (d, z)| {
+        let own = (0.5 * (d * d - z * z).max(0.0)).sqrt();
+        (own.max(plan), z.max(height))
     })
 }

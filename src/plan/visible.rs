@@ -55,15 +55,6 @@ pub struct Size {
     pub moves_height_m: Option<f64>,
 }
 
-/// An effect that a block cannot show.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Hidden {
-    /// Its id.
-    pub effect: String,
-    /// What the block lacks.
-    pub needs: Vec<String>,
-}
-
 impl Visible {
     /// What it does to the points while it is not seen, m: the worst of its parameters.
     pub fn worst_m(&self) -> Option<f64> {
@@ -71,12 +62,8 @@ impl Visible {
     }
 }
 
-/// Physical effects that a linearised block shows, and those that it does not.
-pub(super) fn of_effects(
-    block: &Block,
-    linearised: &Linearised,
-    settings: &Settings<'_>,
-) -> (Vec<Visible>, Vec<Hidden>) {
+/// Physical effects that a linearised block shows.
+pub(super) fn of_effects(block: &Block, linearised: &Linearised, settings: &Settings<'_>) -> Vec<Visible> {
     let situation = linearised.situation(settings);
     let beside = situation.beside();
     let hypotheses = hypothesis::all(linearised, &Prices::new(), settings);
@@ -110,8 +97,7 @@ pub(super) fn of_effects(
     }
     shown.retain(|own| !own.sizes.is_empty());
     shown.sort_by(|a, b| b.worst_m().unwrap_or(0.0).total_cmp(&a.worst_m().unwrap_or(0.0)));
-    let hidden = hidden(linearised, &shown);
-    (shown, hidden)
+    shown
 }
 
 fn sizes(
@@ -232,22 +218,4 @@ fn deviation_of(linearised: &Linearised, column: usize) -> String {
         _ => None,
     });
     name.unwrap_or_default()
-}
-
-/// Physical candidates that are not shown, with what they need.
-fn hidden(linearised: &Linearised, shown: &[Visible]) -> Vec<Hidden> {
-    let mut hidden: Vec<Hidden> = Vec::new();
-    let mut add = |effect: &str, needs: Vec<String>| {
-        let known = |own: &Hidden| own.effect == effect;
-        if !shown.iter().any(|own| own.effect == effect) && !hidden.iter().any(known) {
-            hidden.push(Hidden { effect: effect.to_owned(), needs });
-        }
-    };
-    for set in linearised.sets.iter().filter(|set| set.physical) {
-        add(&set.id, vec!["a block whose other unknowns do not take it up".into()]);
-    }
-    for candidate in linearised.untested.iter().filter(|candidate| candidate.physical) {
-        add(&candidate.id, candidate.needs.clone());
-    }
-    hidden
 }

@@ -5,6 +5,7 @@ use super::figures::{
     PlanArrows, PlanEllipses, PlanSigned, Sample, Series, Station, VectorField,
 };
 use super::numbers::{fixed, significant};
+use crate::block::{Block, Image, Role};
 use crate::diagnose::verdict::Diagnosis;
 use crate::geodesy::crs::Crs;
 use crate::geodesy::geographic::LocalSystem;
@@ -147,6 +148,28 @@ pub fn flights(run: &RunFolder) -> FlightPlan {
         frame: frame(run),
         flights,
         width: None,
+    }
+}
+
+/// The same of a block that was simulated.
+pub fn flights_of_block(block: &Block) -> FlightPlan {
+    let of_role = |role: Role| {
+        let points = block.surveyed.iter().filter(move |point| point.role == role);
+        points.map(|point| point.position.into()).collect()
+    };
+    let station = |image: &Image| Station {
+        position_m: image.pose.centre.into(),
+        flight: image.flight.index(),
+        name: image.name.clone(),
+        ..Station::default()
+    };
+    FlightPlan {
+        title: "Images, control and check points".into(),
+        flights: block.flights.clone(),
+        images: block.images.iter().map(station).collect(),
+        control_m: of_role(Role::Control),
+        check_m: of_role(Role::Check),
+        ..FlightPlan::default()
     }
 }
 

@@ -110,6 +110,21 @@ pub enum ScenarioError {
         /// Images needed.
         images: usize,
     },
+    /// Images of a flight that share no ground with the next one.
+    #[error(
+        "{scenario}: no image of flight {flight} shares ground with the next one of its strip: they are {base_m:.0} m \
+         apart, and an image is {length_m:.0} m long on the ground. Fly higher, or take images more often"
+    )]
+    Gaps {
+        /// Scenario.
+        scenario: String,
+        /// Name.
+        flight: String,
+        /// Mean distance of successive images, m.
+        base_m: f64,
+        /// Nominal footprint along the track, m.
+        length_m: f64,
+    },
     /// Not a usable argument of a function.
     #[error("{what} = {value}: expected {expected}")]
     Argument {

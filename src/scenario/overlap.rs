@@ -97,59 +97,59 @@ impl OverlapReport {
             dropped,
         }
     }
+}
 
-    pub(super) fn of_scenario(scenario: &Scenario, block: &Block, strip: &[usize]) -> Self {
-        let rays: Vec<_> = block.cameras.iter().map(sensor_rays).collect();
-        let overlap = |a: usize, b: usize| {
-            let (a, b) = (&block.images[a], &block.images[b]);
-            shared(a, &rays[a.camera.index()], b, &block.cameras[b.camera.index()])
-        };
-        let aims: Vec<_> = block.images.iter().map(aim).collect();
-        let flights = (0..block.flights.len())
-            .map(|index| {
-                let images: Vec<usize> =
-                    (0..block.images.len()).filter(|i| block.images[*i].flight.index() == index).collect();
-                // Validated: a route, flight or ring has at least one image.
-                let first_strip = images.first().map_or(0, |i| strip[*i]);
-                let last_strip = images.last().map_or(0, |i| strip[*i]);
-                let strips = last_strip - first_strip + 1;
-                let distance = |a: usize, b: usize| (block.images[a].pose.centre - block.images[b].pose.centre).norm();
-                let successive: Vec<_> =
-                    images.windows(2).filter(|pair| strip[pair[0]] == strip[pair[1]]).map(|p| (p[0], p[1])).collect();
-                // Beside is who looks at the same place: strips of a tilted camera look in opposite directions.
-                let beside: Vec<_> = images
-                    .iter()
-                    .filter_map(|&a| {
-                        let gap = |b: usize| (aims[a] - aims[b]).norm();
-                        let next = images.iter().copied().filter(|b| strip[*b] == strip[a] + 1);
-                        next.min_by(|b, c| gap(*b).total_cmp(&gap(*c))).map(|b| (a, b))
-                    })
-                    .collect();
-                let flight = index.checked_sub(scenario.routes.len()).and_then(|own| scenario.flights.get(own));
-                let camera = images.first().map(|i| &block.cameras[block.images[*i].camera.index()]);
-                let height = images.iter().map(|i| block.images[*i].pose.centre.z).sum::<f64>() / images.len() as f64;
-                let gsd_m = camera.map_or(0.0, |camera| height / camera.interior[F]);
-                FlightOverlap {
-                    flight: block.flights[index].clone(),
-                    images: images.len(),
-                    strips,
-                    footprint_m: match (flight, camera) {
-                        (Some(flight), _) => footprint(scenario, flight),
-                        (None, Some(c)) => [f64::from(c.width_px) * gsd_m, f64::from(c.height_px) * gsd_m],
-                        (None, None) => [0.0; 2],
-                    },
-                    strip_spacing_m: flight
-                        .filter(|flight| strip_count(scenario, flight) > 1)
-                        .map(|flight| strip_spacing(scenario, flight)),
-                    base_m: mean(successive.iter().map(|(a, b)| distance(*a, *b))),
-                    gsd_m,
-                    forward_overlap: mean(successive.iter().filter_map(|(a, b)| overlap(*a, *b))),
-                    side_overlap: mean(beside.iter().filter_map(|(a, b)| overlap(*a, *b))),
-                }
-            })
-            .collect();
-        OverlapReport { flights, ..Self::of_block(block, Dropped::default()) }
-    }
+/// The flights of a scenario, as its images were placed.
+pub(super) fn of_flights(scenario: &Scenario, block: &Block, strip: &[usize]) -> Vec<FlightOverlap> {
+    let rays: Vec<_> = block.cameras.iter().map(sensor_rays).collect();
+    let overlap = |a: usize, b: usize| {
+        let (a, b) = (&block.images[a], &block.images[b]);
+        shared(a, &rays[a.camera.index()], b, &block.cameras[b.camera.index()])
+    };
+    let aims: Vec<_> = block.images.iter().map(aim).collect();
+    (0..block.flights.len())
+        .map(|index| {
+            let images: Vec<usize> =
+                (0..block.images.len()).filter(|i| block.images[*i].flight.index() == index).collect();
+            // Validated: a route, flight or ring has at least one image.
+            let first_strip = images.first().map_or(0, |i| strip[*i]);
+            let last_strip = images.last().map_or(0, |i| strip[*i]);
+            let strips = last_strip - first_strip + 1;
+            let distance = |a: usize, b: usize| (block.images[a].pose.centre - block.images[b].pose.centre).norm();
+            let successive: Vec<_> =
+                images.windows(2).filter(|pair| strip[pair[0]] == strip[pair[1]]).map(|p| (p[0], p[1])).collect();
+            // Beside is who looks at the same place: strips of a tilted camera look in opposite directions.
+            let beside: Vec<_> = images
+                .iter()
+                .filter_map(|&a| {
+                    let gap = |b: usize| (aims[a] - aims[b]).norm();
+                    let next = images.iter().copied().filter(|b| strip[*b] == strip[a] + 1);
+                    next.min_by(|b, c| gap(*b).total_cmp(&gap(*c))).map(|b| (a, b))
+                })
+                .collect();
+            let flight = index.checked_sub(scenario.routes.len()).and_then(|own| scenario.flights.get(own));
+            let camera = images.first().map(|i| &block.cameras[block.images[*i].camera.index()]);
+            let height = images.iter().map(|i| block.images[*i].pose.centre.z).sum::<f64>() / images.len() as f64;
+            let gsd_m = camera.map_or(0.0, |camera| height / camera.interior[F]);
+            FlightOverlap {
+                flight: block.flights[index].clone(),
+                images: images.len(),
+                strips,
+                footprint_m: match (flight, camera) {
+                    (Some(flight), _) => footprint(scenario, flight),
+                    (None, Some(c)) => [f64::from(c.width_px) * gsd_m, f64::from(c.height_px) * gsd_m],
+                    (None, None) => [0.0; 2],
+                },
+                strip_spacing_m: flight
+                    .filter(|flight| strip_count(scenario, flight) > 1)
+                    .map(|flight| strip_spacing(scenario, flight)),
+                base_m: mean(successive.iter().map(|(a, b)| distance(*a, *b))),
+                gsd_m,
+                forward_overlap: mean(successive.iter().filter_map(|(a, b)| overlap(*a, *b))),
+                side_overlap: mean(beside.iter().filter_map(|(a, b)| overlap(*a, *b))),
+            }
+        })
+        .collect()
 }
 
 impl fmt::Display for OverlapReport {

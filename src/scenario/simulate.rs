@@ -2,7 +2,7 @@
 
 use super::description::Scenario;
 use super::flight::{self, Flown};
-use super::overlap::OverlapReport;
+use super::overlap::{Dropped, FlightOverlap, OverlapReport, of_flights};
 use super::random::{Table, stream};
 use super::terrain::{Ground, GroundPlace};
 use super::visibility::Viewer;
@@ -52,6 +52,8 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Result<Simulation> {
         extra_image_columns: Vec::new(),
     };
     let ground = Ground::new(&scenario.terrain, seed);
+    let flights = of_flights(scenario, &block, &strip);
+    refuse_gaps(scenario, &flights)?;
     let images = std::mem::take(&mut block.images);
     let field =
         Field { scenario, seed, ground: &ground, viewer: Viewer::new(&block.cameras, &images, ground.height_range()) };
@@ -68,8 +70,23 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Result<Simulation> {
     }
     drop(field);
     let block = Block { images, tie_points, ties, surveyed, marks, ..block };
-    let report = OverlapReport::of_scenario(scenario, &block, &strip);
+    let report = OverlapReport { flights, ..OverlapReport::of_block(&block, Dropped::default()) };
     Ok(Simulation { truth: truth_of(&block), block, report })
+}
+
+/// Refuses a flight or route of which no image shares ground with the next one of its strip.
+fn refuse_gaps(scenario: &Scenario, flights: &[FlightOverlap]) -> Result<()> {
+    // Images of a ring look at its middle, and rings come last.
+    let flown = &flights[..scenario.routes.len() + scenario.flights.len()];
+    match flown.iter().find(|own| own.forward_overlap == Some(0.0)) {
+        Some(FlightOverlap { flight, base_m, footprint_m, .. }) => Err(ScenarioError::Gaps {
+            scenario: scenario.name.clone(),
+            flight: flight.clone(),
+            base_m: base_m.unwrap_or_default(),
+            length_m: footprint_m[1],
+        }),
+        None => Ok(()),
+    }
 }
 
 /// The block without its measurements.

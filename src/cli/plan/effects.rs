@@ -2,7 +2,7 @@
 
 use super::super::text::{listed, paragraph};
 use super::precision::short_mm;
-use crate::plan::{Plan, Size, Visible};
+use crate::plan::{Hidden, Plan, Size, Typical, Visible};
 use crate::report::numbers::{or_dash, significant, unit_of};
 use crate::report::tables::Table;
 
@@ -72,16 +72,23 @@ pub fn notes(planned: &Plan) -> Vec<String> {
 }
 
 /// Effects that cannot be shown, by what they need.
-fn by_needs(planned: &Plan) -> Vec<(String, Vec<&str>)> {
-    let mut all: Vec<(String, Vec<&str>)> = Vec::new();
+fn by_needs(planned: &Plan) -> Vec<(String, Vec<String>)> {
+    let mut all: Vec<(String, Vec<String>)> = Vec::new();
     for hidden in &planned.hidden {
-        let needs = hidden.needs.join("; ");
+        let (needs, effect) = (hidden.needs.join("; "), with_moves(hidden));
         match all.iter_mut().find(|(own, _)| *own == needs) {
-            Some((_, effects)) => effects.push(&hidden.effect),
-            None => all.push((needs, vec![&hidden.effect])),
+            Some((_, effects)) => effects.push(effect),
+            None => all.push((needs, vec![effect])),
         }
     }
     all
+}
+
+/// The effect, and what it does to the points at its typical size.
+fn with_moves(hidden: &Hidden) -> String {
+    let Some(Typical { parameter, size, unit, moves_m, .. }) = &hidden.typical else { return hidden.effect.clone() };
+    let (size, moves) = (significant(*size, 2), short_mm(*moves_m));
+    format!("{} (a typical {parameter} of {size} {} moves points by {moves} mm)", hidden.effect, unit_of(unit))
 }
 
 /// A row for each parameter; of many parameters one with their range.

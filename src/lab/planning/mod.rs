@@ -6,12 +6,11 @@
 pub(super) mod routes;
 
 use crate::adjust::Options;
-use crate::block::{Block, Image, Role};
 use crate::diagnose::settings::Settings;
 use crate::model::{Datum, Model};
 use crate::plan::{Extent, Plan, plan_to};
-use crate::report::figures::{FlightPlan, Station, flights_plan_profile, plan_ellipses};
-use crate::report::pictures::ellipses_of_plan;
+use crate::report::figures::{flights_plan_profile, plan_ellipses};
+use crate::report::pictures::{ellipses_of_plan, flights_of_block};
 use crate::run::default_diagnosis_datum;
 use crate::scenario::{Dial, FlightOverlap, Result, Scenario, simulate};
 use serde::{Deserialize, Serialize};
@@ -110,7 +109,7 @@ impl Planning {
             draft: draft.as_ref().map(Scenario::tie_count),
             tie_points: whole.tie_count(),
             check: whole.surveyed.check.count,
-            map: map(&block),
+            map: flights_plan_profile(&flights_of_block(&block)),
             ellipses: draft.is_none().then(|| plan_ellipses(&ellipses_of_plan(&planned.precision))),
             command: self.command(turned),
             plan: planned,
@@ -130,25 +129,4 @@ impl Planning {
         }
         command
     }
-}
-
-fn map(block: &Block) -> String {
-    let of_role = |role: Role| {
-        let points = block.surveyed.iter().filter(move |point| point.role == role);
-        points.map(|point| point.position.into()).collect()
-    };
-    let station = |image: &Image| Station {
-        position_m: image.pose.centre.into(),
-        flight: image.flight.index(),
-        name: image.name.clone(),
-        ..Station::default()
-    };
-    flights_plan_profile(&FlightPlan {
-        title: "Images, control and check points".into(),
-        flights: block.flights.clone(),
-        images: block.images.iter().map(station).collect(),
-        control_m: of_role(Role::Control),
-        check_m: of_role(Role::Check),
-        ..FlightPlan::default()
-    })
 }

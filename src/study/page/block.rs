@@ -1,9 +1,9 @@
 //! The block (table 1, figure 1) and S0.
 
-use crate::block::Role;
-use crate::report::figures::{FlightPlan, Station, flights_plan_profile};
+use crate::report::figures::flights_plan_profile;
 use crate::report::html::Page;
 use crate::report::numbers::{fixed, mm, or_dash, px, significant};
+use crate::report::pictures::flights_of_block;
 use crate::report::tables::Table;
 use crate::scenario::Simulation;
 use crate::study::published;
@@ -39,23 +39,7 @@ pub fn section(page: &mut Page, results: &Results, simulation: &Simulation) -> R
     }
     table.note("Published are 80 % forward and 70 % side overlap, which these counts over 200 m cannot have.");
     page.table(&table);
-    let place = |p: nalgebra::Vector3<f64>| [p.x, p.y, p.z];
-    let surveyed = |role: Role| {
-        block.surveyed.iter().filter(|point| point.role == role).map(|point| place(point.position)).collect()
-    };
-    let station = |image: &crate::block::Image| Station {
-        position_m: place(image.pose.centre),
-        flight: image.flight.index(),
-        ..Station::default()
-    };
-    let plan = FlightPlan {
-        title: "Flights, plan and profile".into(),
-        flights: block.flights.clone(),
-        images: block.images.iter().map(station).collect(),
-        control_m: surveyed(Role::Control),
-        check_m: surveyed(Role::Check),
-        ..FlightPlan::default()
-    };
+    let plan = flights_of_block(block);
     page.figure("flights", flights_plan_profile(&plan), "Figure 1: the flights. Control and check points on the dike.");
 
     let s0 = results.adjusted("s0")?;

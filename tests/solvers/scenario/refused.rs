@@ -61,6 +61,12 @@ fn wrong_scenarios_are_refused_by_line_or_key() {
         ("length_m = 200.0", "length_m = inf", "terrain.length_m = inf: expected more than 0"),
         ("constant_s = 400.0", "constant_s = 0", "temperature.time_constant_s = 0.0: expected more than 0"),
         ("count = 5000", "count = 5, max_marks = 1", "surveyed.check.max_marks = Some(1): expected at least 3"),
+        (
+            "[15, 14, 15]",
+            "[3, 3, 3]",
+            "no image of flight nadir50 shares ground with the next one of its strip: they are 100 m apart, and an image \
+             is 33 m long on the ground. Fly higher, or take images more often",
+        ),
         ("best = 0.62", "best = 1e-9", "no place found for a tie point: none of 1000 is seen by 2 images"),
     ] {
         assert_eq!(message(from, to), format!("dike: {expected}"));
