@@ -59,7 +59,7 @@ function numbers(answer, first) {
   check("check points, height (RMS)", (own) => own.height_m.rms);
   check("height, with what stays unseen", (own) => own.height_unseen_m);
   check("height, with the worst that cannot be seen", (own) =>
-    (own.height_hidden_m > own.height_m.rms ? own.height_hidden_m : null));
+    (mm(own.height_hidden_m) === mm(own.height_m.rms) ? null : own.height_hidden_m));
   check("bowl of the heights (1 sigma)", (own) => own.dome_m);
   return rows;
 }
@@ -82,8 +82,8 @@ export function drawAnswer(summary, effects, answer, first) {
   };
   const now = new Set(answer.plan.effects.map((one) => one.effect));
   const gone = (first?.plan.effects ?? []).map((one) => one.effect).filter((effect) => !now.has(effect));
-  const hidden = answer.plan.hidden.map(({ effect, typical }) =>
-    (typical ? `${effect} (typically moves points by ${mm(typical.moves_m)} mm)` : effect));
+  const hidden = answer.plan.hidden.map(({ effect, typical }) => (typical.length
+    ? `${effect} (typically moves points by ${mm(Math.max(...typical.map((own) => own.moves_m)))} mm)` : effect));
   fill(effects,
     h("table", {}, h("thead", {}, h("tr", {}, ["effect", "parameter", "seen from", "", "",
       "unseen it moves points by, mm", "", "till named it may be called"].map((text) => h("th", {}, text)))),

@@ -16,8 +16,8 @@ class Plan:
 
     @property
     def effects(self) -> Records:
-        """Effects that the block can show: effect, sizes (see `sizes`), at, absorbed, tell. What hides most of the
-        points' error comes first."""
+        """Effects that the block can show: effect, sizes (see `sizes`), at, absorbed (parameters that it does not
+        show), absorbed_typical (see `hidden`), tell. What hides most of the points' error comes first."""
         return Records(self.json["effects"])
 
     @property
@@ -30,8 +30,8 @@ class Plan:
 
     @property
     def hidden(self) -> Records:
-        """Effects that the block cannot show: effect, needs, typical (parameter, size, unit, moves_m, moves_height_m:
-        what it does to the points at a size met in practice; None where that is not known)."""
+        """Effects that the block cannot show: effect, needs, typical (of each parameter: parameter, size, unit,
+        moves_m, moves_height_m: what a size met in practice does to the points; empty where that is not known)."""
         return Records(self.json["hidden"])
 
     @property

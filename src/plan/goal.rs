@@ -230,8 +230,8 @@ mod tests {
             moves_height_m: None,
         };
         let visible = |effect: &str, sizes: Vec<Size>| {
-            let (at, absorbed) = Default::default();
-            Visible { effect: effect.into(), sizes, at, absorbed, tell: None }
+            let (at, absorbed, absorbed_typical) = Default::default();
+            Visible { effect: effect.into(), sizes, at, absorbed, absorbed_typical, tell: None }
         };
         let temperature = vec![size("a", 0.1, &["focal-time"]), size("b", 0.3, &[])];
         Plan {
@@ -248,7 +248,7 @@ mod tests {
             power: 0.8,
             tied_centre: false,
             effects: vec![visible("focal-temperature", temperature), visible("focal-time", vec![])],
-            hidden: vec![Hidden { effect: "refraction".into(), needs: vec!["more height".into()], typical: None }],
+            hidden: vec![Hidden { effect: "refraction".into(), needs: vec!["more height".into()], typical: vec![] }],
             precision: Precision {
                 plan_m: None,
                 height_m: Some(Spread { rms: 0.007, typical: 0.005, worst: 0.02 }),

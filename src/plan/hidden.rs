@@ -1,4 +1,4 @@
-//! Effects that a block cannot show, and what they may do to its points all the same.
+//! Effects and parameters that a block cannot show, and what they may do to its points all the same.
 
 use super::Visible;
 use crate::block::Block;
@@ -17,13 +17,12 @@ pub struct Hidden {
     pub effect: String,
     /// What the block lacks.
     pub needs: Vec<String>,
-    /// What it does at a size that is met in practice. Not known where the block lacks what the effect acts by (times,
-    /// temperatures, positions of GNSS), and of values that are random by image.
-    pub typical: Option<Typical>,
+    /// What each of its parameters does at a size that is met in practice. Not known where the block lacks what the
+    /// effect acts by (times, temperatures, positions of GNSS), and of values that are random by image.
+    pub typical: Vec<Typical>,
 }
 
-/// A parameter at its typical size, which other unknowns of the block take up. Of several the one that moves points
-/// most.
+/// A parameter at its typical size, which other unknowns of the block take up.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Typical {
     /// Parameter, the others of its effect zero.
@@ -36,6 +35,13 @@ pub struct Typical {
     pub moves_m: f64,
     /// The same in height alone, m.
     pub moves_height_m: f64,
+}
+
+impl Typical {
+    /// The one that moves points most.
+    pub fn worst(all: &[Self]) -> Option<&Self> {
+        all.iter().max_by(|a, b| a.moves_m.total_cmp(&b.moves_m))
+    }
 }
 
 /// Physical candidates that are not shown.
@@ -57,8 +63,11 @@ pub(super) fn of_effects(block: &Block, linearised: &Linearised, shown: &[Visibl
     all
 }
 
-/// The scale of a column is the typical size of its parameter.
-fn typical(block: &Block, linearised: &Linearised, columns: &[usize]) -> Option<Typical> {
+/// What columns that are not seen do at their typical size, which is their scale.
+pub(super) fn typical(block: &Block, linearised: &Linearised, columns: &[usize]) -> Vec<Typical> {
+    if columns.is_empty() {
+        return Vec::new();
+    }
     let alone = |column: &usize| {
         let mut values = vec![0.0; linearised.values.len()];
         values[*column] = 1.0;
@@ -66,8 +75,9 @@ fn typical(block: &Block, linearised: &Linearised, columns: &[usize]) -> Option<
     };
     let impacts = impact::of_values(block, linearised, &columns.iter().map(alone).collect::<Vec<_>>());
     let moved = columns.iter().zip(impacts).filter_map(|(column, impact)| Some((column, impact?)));
-    let (column, most) = moved.max_by(|(_, a), (_, b)| a.rms_m.total_cmp(&b.rms_m))?;
-    let (parameter, unit) = linearised.parameter(*column);
-    let size = linearised.unit(*column);
-    Some(Typical { parameter, size, unit, moves_m: most.rms_m, moves_height_m: most.height_m })
+    let of = |(column, impact): (&usize, impact::Impact)| {
+        let ((parameter, unit), size) = (linearised.parameter(*column), linearised.unit(*column));
+        Typical { parameter, size, unit, moves_m: impact.rms_m, moves_height_m: impact.height_m }
+    };
+    moved.map(of).collect()
 }

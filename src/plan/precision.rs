@@ -156,8 +156,9 @@ fn of_checks(expected: &Expected, (shown, hidden): (&[Visible], &[Hidden])) -> O
     let height_m = Spread::of(sigmas().map(|own| own.z).collect())?;
     let sizes = shown.iter().flat_map(|own| &own.sizes);
     let unseen = most(sizes.filter_map(|own| Some((own.moves_m?, own.moves_height_m?))));
-    let hidden =
-        most(hidden.iter().filter_map(|own| own.typical.as_ref()).map(|own| (own.moves_m, own.moves_height_m)));
+    let typical = hidden.iter().flat_map(|own| &own.typical);
+    let typical = typical.chain(shown.iter().flat_map(|own| &own.absorbed_typical));
+    let hidden = most(typical.map(|own| (own.moves_m, own.moves_height_m)));
     Some(OfChecks {
         plan_unseen_m: plan_m.rms.hypot(unseen.0),
         height_unseen_m: height_m.rms.hypot(unseen.1),

@@ -1,5 +1,6 @@
 //! The smallest size of each effect that a block would show.
 
+use super::hidden::{Typical, typical};
 use crate::block::Block;
 use crate::diagnose::candidate::Candidate;
 use crate::diagnose::hypothesis::{self, Hypothesis, PLACE_PARAMETERS, Prices};
@@ -31,6 +32,8 @@ pub struct Visible {
     pub at: BTreeMap<String, f64>,
     /// Parameters that the block absorbs: whatever their size, other unknowns take them up.
     pub absorbed: Vec<String>,
+    /// What these do at a size that is met in practice.
+    pub absorbed_typical: Vec<Typical>,
     /// What would tell it from those that look like it.
     pub tell: Option<String>,
 }
@@ -77,12 +80,10 @@ pub(super) fn of_effects(block: &Block, linearised: &Linearised, settings: &Sett
     for one in &judged {
         let Some(hypothesis) = hypotheses.iter().find(|own| own.set == one.set) else { continue };
         let kept = &one.pivoted.kept;
-        let absorbed = match one.component {
+        let columns = linearised.sets[one.set].columns.iter().copied();
+        let absorbed: Vec<usize> = match one.component {
             Some(_) => Vec::new(),
-            None => {
-                let columns = linearised.sets[one.set].columns.iter();
-                columns.filter(|c| !kept.contains(c)).map(|c| linearised.parameter(*c).0).collect()
-            }
+            None => columns.filter(|column| !kept.contains(column)).collect(),
         };
         let words = effects::find(&id(one)).and_then(|effect| effect.descriptor().words.as_ref());
         let sizes = sizes(block, linearised, &beside, one, hypothesis, &rivals);
@@ -91,7 +92,8 @@ pub(super) fn of_effects(block: &Block, linearised: &Linearised, settings: &Sett
             effect: id(one),
             sizes,
             at: at(linearised, one.set),
-            absorbed,
+            absorbed: absorbed.iter().map(|column| linearised.parameter(*column).0).collect(),
+            absorbed_typical: typical(block, linearised, &absorbed),
             tell: words.filter(|_| !is_alone).map(|words| words.tell.to_string()),
         });
     }

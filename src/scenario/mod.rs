@@ -112,8 +112,8 @@ pub enum ScenarioError {
     },
     /// Images of a flight that share no ground with the next one.
     #[error(
-        "{scenario}: no image of flight {flight} shares ground with the next one of its strip: they are {base_m:.0} m \
-         apart, and an image is {length_m:.0} m long on the ground. Fly higher, or take images more often"
+        "{scenario}: no image of flight {flight} shares ground with the next one of its strip. They are {base_m:.0} m \
+         apart, and an image is {length_m:.0} m long on the ground: fly higher, or take images more often"
     )]
     Gaps {
         /// Scenario.

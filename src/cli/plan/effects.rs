@@ -9,6 +9,9 @@ use crate::report::tables::Table;
 /// Parameters of an effect, and names of others, that the table shows one by one.
 const SHOWN: usize = 3;
 
+/// A move of points that no survey notices, m.
+const NOTHING_M: f64 = 1e-5;
+
 /// What was planned.
 pub fn heading(planned: &Plan) -> String {
     let Plan { block, images, tie_points, tie_measurements, control, check, gnss, .. } = planned;
@@ -55,6 +58,11 @@ pub fn notes(planned: &Plan) -> Vec<String> {
     for (needs, effects) in by_needs(planned) {
         notes.push(format!("Not to be seen: {}; needed: {needs}.", effects.join(", ")));
     }
+    for own in planned.effects.iter().filter(|own| !own.absorbed.is_empty()) {
+        let names: Vec<&str> = own.absorbed.iter().map(String::as_str).collect();
+        let (names, moves) = (listed(&names, SHOWN), moves(&own.absorbed_typical));
+        notes.push(format!("Of {} not to be seen: {names}{moves}.", own.effect));
+    }
     let told = planned.effects.iter().filter_map(|own| Some((own, own.tell.as_ref()?)));
     for (own, tell) in told {
         let others = listed(&others(&own.sizes), SHOWN);
@@ -86,9 +94,18 @@ fn by_needs(planned: &Plan) -> Vec<(String, Vec<String>)> {
 
 /// The effect, and what it does to the points at its typical size.
 fn with_moves(hidden: &Hidden) -> String {
-    let Some(Typical { parameter, size, unit, moves_m, .. }) = &hidden.typical else { return hidden.effect.clone() };
-    let (size, moves) = (significant(*size, 2), short_mm(*moves_m));
-    format!("{} (a typical {parameter} of {size} {} moves points by {moves} mm)", hidden.effect, unit_of(unit))
+    format!("{}{}", hidden.effect, moves(&hidden.typical))
+}
+
+fn moves(all: &[Typical]) -> String {
+    let Some(Typical { parameter, size, unit, moves_m, .. }) = Typical::worst(all) else { return String::new() };
+    let moves = match *moves_m < NOTHING_M {
+        true => format!("less than {}", short_mm(NOTHING_M)),
+        false => short_mm(*moves_m),
+    };
+    let size = significant(*size, 2);
+    let sized = [size.as_str(), unit_of(unit)].join(" ");
+    format!(" (a typical {parameter} of {} moves points by {moves} mm)", sized.trim_end())
 }
 
 /// A row for each parameter; of many parameters one with their range.

@@ -41,11 +41,12 @@ pub fn of_checks(check: &OfChecks) -> String {
         short_mm(check.plan_unseen_m),
         short_mm(check.height_unseen_m)
     );
-    if check.plan_hidden_m > check.plan_m.rms || check.height_hidden_m > check.height_m.rms {
+    let hidden = [short_mm(check.plan_hidden_m), short_mm(check.height_hidden_m)];
+    if hidden != [short_mm(check.plan_m.rms), short_mm(check.height_m.rms)] {
+        let [plan, height] = hidden;
         text += &format!(
-            " Of the effects that it cannot show, the worst at its typical size makes that {} mm and {} mm.",
-            short_mm(check.plan_hidden_m),
-            short_mm(check.height_hidden_m)
+            " Of the parameters that it cannot show, the worst at its typical size makes that {plan} mm and {height} \
+             mm."
         );
     }
     if let (Some(dome), Some(reach)) = (check.dome_m, check.reach_m) {
