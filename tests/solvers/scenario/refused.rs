@@ -64,8 +64,8 @@ fn wrong_scenarios_are_refused_by_line_or_key() {
         (
             "[15, 14, 15]",
             "[3, 3, 3]",
-            "no image of flight nadir50 shares ground with the next one of its strip. They are 100 m apart, and an \
-             image is 33 m long on the ground: fly higher, or take images more often",
+            "no image of flight oblique50 shares ground with the next one of its strip. They are 100 m apart, and an \
+             image is 46 m long on the ground: fly higher, or take images more often",
         ),
         ("best = 0.62", "best = 1e-9", "no place found for a tie point: none of 1000 is seen by 2 images"),
     ] {
