@@ -23,8 +23,8 @@ class Plan:
     @property
     def sizes(self) -> Records:
         """One record per effect and parameter, for a table: effect, parameter, size (seen from), named_size (named as
-        what it is from), looks_like (what it may be called below), unit, moves_m (what it does to the points while it
-        is not seen, 3D RMS), moves_height_m."""
+        what it is from), looks_like (what it may be called below), unit, plausible (the largest size that is), moves_m
+        (what it does to the points while it is not seen, no larger than is plausible, 3D RMS), moves_height_m."""
         own = self.json["effects"]
         return Records([{"effect": one["effect"], **size} for one in own for size in one["sizes"]])
 

@@ -226,6 +226,7 @@ mod tests {
             named_size: Some(1.001 * size),
             looks_like: looks_like.iter().map(|own| own.to_string()).collect(),
             unit: "px/K".into(),
+            plausible: None,
             moves_m: None,
             moves_height_m: None,
         };

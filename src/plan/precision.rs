@@ -73,7 +73,7 @@ pub struct OfChecks {
     /// Largest horizontal distance of a check point from their middle, m.
     pub reach_m: Option<f64>,
     /// Root mean square of a horizontal coordinate, if the effect that moves points most is there, just too small to
-    /// be seen, m.
+    /// be seen and no larger than is plausible, m.
     pub plan_unseen_m: f64,
     /// The same of the height, m.
     pub height_unseen_m: f64,

@@ -51,11 +51,20 @@ pub struct Size {
     pub looks_like: Vec<String>,
     /// Unit.
     pub unit: String,
-    /// What an effect of this size, unseen, does to check points (without any, to tie points): 3D RMS, m. Not known of
-    /// random values.
+    /// The largest size that is plausible, by the catalogue of effects. Not known of all.
+    pub plausible: Option<f64>,
+    /// What an effect of this size, or of the largest plausible one where that is smaller, does to check points
+    /// (without any, to tie points) unseen: 3D RMS, m. Not known of random values.
     pub moves_m: Option<f64>,
     /// The same in height alone, m.
     pub moves_height_m: Option<f64>,
+}
+
+impl Size {
+    /// Does the block show no plausible size?
+    pub fn is_beyond_plausible(&self) -> bool {
+        self.plausible.is_some_and(|plausible| self.size > plausible)
+    }
 }
 
 impl Visible {
@@ -121,6 +130,7 @@ fn sizes(
             named_size: Some(size * linearised.unit(first)),
             looks_like: Vec::new(),
             unit,
+            plausible: plausible(linearised, first),
             moves_m: None,
             moves_height_m: None,
         };
@@ -142,10 +152,19 @@ fn sizes(
         let size = scaled * linearised.unit(*column);
         let factor = (found.named / found.seen).sqrt();
         let named_size = (factor <= FAR).then_some(factor * size);
-        let (moves_m, moves_height_m) = (impact.as_ref().map(|own| own.rms_m), impact.map(|own| own.height_m));
-        Size { parameter, size, named_size, looks_like: found.looks_like, unit, moves_m, moves_height_m }
+        let plausible = plausible(linearised, *column);
+        let share = plausible.map_or(1.0, |plausible| (plausible / size).min(1.0));
+        let (moves_m, moves_height_m) =
+            (impact.as_ref().map(|own| share * own.rms_m), impact.map(|own| share * own.height_m));
+        Size { parameter, size, named_size, looks_like: found.looks_like, unit, plausible, moves_m, moves_height_m }
     };
     kept.iter().zip(&scaled).zip(found).zip(impacts).map(size).collect()
+}
+
+/// The largest plausible size of a parameter, in its unit.
+fn plausible(linearised: &Linearised, column: usize) -> Option<f64> {
+    let [min, max] = linearised.plausible[column]?;
+    Some(max.max(-min) * linearised.unit(column))
 }
 
 /// Values of the parameters that an effect is given.

@@ -84,11 +84,7 @@ impl Cost {
 
     /// In words: `about 80 s and 2.7 GB`.
     pub fn in_words(&self) -> String {
-        let time = match self.seconds {
-            s if s < 1.0 => "less than 1 s".to_string(),
-            s if s < 100.0 => format!("about {} s", round(s)),
-            s => format!("about {} min", round(s / 60.0)),
-        };
+        let time = duration_in_words(self.seconds);
         let memory = match self.bytes {
             b if b < 1e9 => format!("{} MB", round(b / 1e6)),
             b => format!("{:.1} GB", b / 1e9),
@@ -112,6 +108,15 @@ impl Cost {
             ),
             _ => Ok(()),
         }
+    }
+}
+
+/// An estimated time in words: `about 80 s`.
+pub fn duration_in_words(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => "less than 1 s".to_string(),
+        s if s < 100.0 => format!("about {} s", round(s)),
+        s => format!("about {} min", round(s / 60.0)),
     }
 }
 

@@ -58,6 +58,12 @@ pub fn notes(planned: &Plan) -> Vec<String> {
     for (needs, effects) in by_needs(planned) {
         notes.push(format!("Not to be seen: {}; needed: {needs}.", effects.join(", ")));
     }
+    let sizes = planned.effects.iter().flat_map(|own| own.sizes.iter().map(move |size| (own, size)));
+    let beyond: Vec<String> =
+        sizes.filter(|(_, size)| size.is_beyond_plausible()).map(|(own, size)| beyond(own, size)).collect();
+    if !beyond.is_empty() {
+        notes.push(format!("Seen from a size on that is not plausible: {}.", beyond.join(", ")));
+    }
     for own in planned.effects.iter().filter(|own| !own.absorbed.is_empty()) {
         let names: Vec<&str> = own.absorbed.iter().map(String::as_str).collect();
         let (names, moves) = (listed(&names, SHOWN), moves(&own.absorbed_typical));
@@ -95,6 +101,12 @@ fn by_needs(planned: &Plan) -> Vec<(String, Vec<String>)> {
 /// The effect, and what it does to the points at its typical size.
 fn with_moves(hidden: &Hidden) -> String {
     format!("{}{}", hidden.effect, moves(&hidden.typical))
+}
+
+/// A parameter of which no plausible size is seen.
+fn beyond(own: &Visible, size: &Size) -> String {
+    let most = size.plausible.map_or(String::new(), |plausible| significant(plausible, 2));
+    format!("{} {} (up to {most} {}", own.effect, size.parameter, unit_of(&size.unit)).trim_end().to_owned() + ")"
 }
 
 fn moves(all: &[Typical]) -> String {

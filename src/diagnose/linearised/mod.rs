@@ -55,7 +55,8 @@ pub struct Linearised {
     pub values: Vec<f64>,
     /// What is in.
     pub taken: Vec<Taken>,
-    plausible: Vec<Option<[f64; 2]>>,
+    /// Least and largest plausible value of each column, in scaled units.
+    pub plausible: Vec<Option<[f64; 2]>>,
     clusters: Clusters,
     clustered: Vec<Option<usize>>,
     design_effects: Vec<f64>,
