@@ -53,8 +53,8 @@ command -v python3 >/dev/null || export PYO3_NO_PYTHON=1
 part cargo fmt --check
 # The Python crate takes part everywhere: cargo then compiles what both need once.
 part cargo clippy --release --all-targets --workspace --features misclosure-py/ceres -- -D warnings
-# What differs without Ceres: the library and the program.
-part cargo clippy --release --lib --bins --no-default-features --features lab -- -D warnings
+# What differs without Ceres: the library, the program and the Python package.
+part cargo clippy --release --lib --bins --workspace --no-default-features --features misclosure/lab -- -D warnings
 part env RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps --workspace --features misclosure-py/ceres
 # The lints compiled the examples; tests/program/examples.rs runs them.
 part cargo test --release --tests --workspace --features misclosure-py/ceres
