@@ -32,7 +32,7 @@ pub trait Host: Sync {
     fn message(&self, text: &str);
     /// The work is here now.
     fn step(&self, text: &str);
-    /// The work will take so many seconds from now on, by an estimate.
+    /// The host hears when the work probably ends: so many seconds from now.
     fn expect(&self, _seconds: f64) {}
 }
 

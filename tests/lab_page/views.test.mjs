@@ -24,7 +24,8 @@ test("every view has a figure with units at its axes", { timeout: 5 * STEP }, as
   }
   const lab = await startLab(t, named, "-o", join(at, "lab"));
 
-  for (const [width, height, colorScheme] of [[1600, 1000, "light"], [1024, 768, "dark"]]) {
+  for (const [width, height, colorScheme] of [[1600, 1000, "light"], [1600, 1000, "dark"], [1024, 768, "light"],
+    [1024, 768, "dark"]]) {
     await t.test(`${width} px, ${colorScheme}`, async (t) => {
       const page = await openPage(t, lab.url, { width, height, colorScheme });
       let dialogs = 0;
