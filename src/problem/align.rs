@@ -6,6 +6,7 @@
 use super::{PositionObservation, Problem};
 use crate::math::rotation::skew;
 use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
+use std::f64::consts::PI;
 
 /// A position of the block and where it was observed.
 pub(super) struct Pair {
@@ -30,6 +31,8 @@ const LEAST_PAIRS: usize = 3;
 const DAMPING: f64 = 1e-3;
 /// The adjustment does the rest: steps that gain less than this share of the sum of squares are left to it.
 const GAIN: f64 = 1e-3;
+/// A half turn leaves less than this share of the sum of squares: a tenth of the distances.
+const TURNED: f64 = 0.01;
 /// A turn by half a right angle takes five.
 const MOST_STEPS: usize = 50;
 
@@ -93,16 +96,42 @@ impl Alignment {
 }
 
 /// The similarity of least weighted squares; `None` where there is nothing to gain, or too few positions.
+///
+/// From a start that is turned by nearly 180 degrees, the best scale is negative: it falls to zero, and all positions
+/// with it to one place. Every turn is within 120 degrees of none or of a half turn about one of the axes (a unit
+/// quaternion has a component of a half at least), and the search begins at each of the four. A half turn has to fit
+/// far better: about a straight strip it fits as well as none, but for noise.
 fn align(pairs: &[Pair]) -> Option<Alignment> {
     if pairs.len() < LEAST_PAIRS {
         return None;
     }
-    let centre = pairs.iter().map(|pair| pair.source).sum::<Vector3<f64>>() / pairs.len() as f64;
-    let identity = Alignment { scale: 1.0, rotation: UnitQuaternion::identity(), shift: Vector3::zeros(), centre };
-    let (mut best, mut least, mut damping) = (identity.clone(), identity.sum_of_squares(pairs), DAMPING);
-    let mut moved = false;
+    let half_turn = |axis| UnitQuaternion::from_axis_angle(&axis, PI);
+    let half_turns = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()].map(half_turn);
+    let centre = |of: fn(&Pair) -> Vector3<f64>| pairs.iter().map(of).sum::<Vector3<f64>>() / pairs.len() as f64;
+    let (from, to) = (centre(|pair| pair.source), centre(|pair| pair.target));
+    let as_is = Alignment { scale: 1.0, rotation: UnitQuaternion::identity(), shift: Vector3::zeros(), centre: from };
+    let turned = half_turns.map(|rotation| Alignment { rotation, shift: to - from, ..as_is.clone() });
+    let at_start = as_is.sum_of_squares(pairs);
+    let (mut best, mut least) = descend(as_is, pairs);
+    for start in turned {
+        let (other, sum) = descend(start, pairs);
+        if is_gain(least, sum) && sum < TURNED * least {
+            (best, least) = (other, sum);
+        }
+    }
+    is_gain(at_start, least).then_some(best)
+}
+
+/// Does a sum of squares fall by something that the observations tell?
+fn is_gain(from: f64, to: f64) -> bool {
+    from - to >= (GAIN * from).max(1.0)
+}
+
+/// Where damped steps from a start end, and the sum of squares there.
+fn descend(start: Alignment, pairs: &[Pair]) -> (Alignment, f64) {
+    let (mut least, mut best, mut damping) = (start.sum_of_squares(pairs), start, DAMPING);
     for _ in 0..MOST_STEPS {
-        let next = best.step(pairs, damping)?;
+        let Some(next) = best.step(pairs, damping) else { break };
         let sum = next.sum_of_squares(pairs);
         if sum.is_nan() || sum >= least {
             if damping > 1.0 {
@@ -111,15 +140,13 @@ fn align(pairs: &[Pair]) -> Option<Alignment> {
             damping *= 10.0;
             continue;
         }
-        let gain = least - sum;
-        // A fall by less than one is nothing that the observations tell.
-        if gain < 1.0 || gain < GAIN * least {
+        if !is_gain(least, sum) {
             break;
         }
-        (best, least, moved) = (next, sum, true);
+        (best, least) = (next, sum);
         damping = DAMPING;
     }
-    moved.then_some(best)
+    (best, least)
 }
 
 impl Problem {
@@ -168,6 +195,24 @@ mod tests {
         let found = align(&pairs).expect("something to gain");
         // What is left is less than the gain that is not pursued.
         assert!(found.sum_of_squares(&pairs) < 1.0, "{}", found.sum_of_squares(&pairs));
+    }
+
+    /// From any start, half turns and turns close to them included.
+    #[test]
+    fn turns_of_every_size_are_found() {
+        let sources = [[0.0, 0.0, 0.0], [40.0, 3.0, 1.0], [5.0, 60.0, -2.0], [33.0, 52.0, 8.0], [18.0, 9.0, 4.0]];
+        for axis in
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0], [-3.0, 1.0, 2.0]]
+        {
+            for degrees in [30.0, 90.0, 120.0, 150.0, 170.0, 180.0_f64] {
+                let turn = Vector3::from(axis).normalize() * degrees.to_radians();
+                let (rotation, shift) = (UnitQuaternion::from_scaled_axis(turn), Vector3::new(5e3, -3e3, 40.0));
+                let pairs = pairs(&Alignment { scale: 3.0, rotation, shift, centre: Vector3::zeros() }, &sources);
+                let found = align(&pairs).expect("something to gain");
+                let left = found.sum_of_squares(&pairs);
+                assert!(left < 1.0, "{degrees} degrees about {axis:?}: {left}");
+            }
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@ use misclosure::effects::{self, Role};
 use misclosure::model::{Datum, Model};
 use misclosure::run::Run;
 use misclosure::scenario::{SurveyNoise, add_noise, add_survey_noise};
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// Easting, northing and height of the zero, m.
 const NATIONAL: [f64; 3] = [500_000.0, 5_000_000.0, 100.0];
@@ -99,5 +99,28 @@ fn every_effect() {
         term.values.insert(misclosure::model::PRIOR_KEY.to_string(), 3.0);
         let model = Model { datum: Datum::All, effects: vec![term], ..Model::default() };
         same_in_national_coordinates(&block, &model);
+    }
+}
+
+/// Poses as another program leaves them: smaller, turned over or about the vertical, and somewhere else.
+#[test]
+fn poses_in_a_system_of_their_own_are_brought_into_that_of_control() {
+    let block = noisy(preset("mapping", &[("points", 600.0)], 1).block);
+    let model = Model { datum: Datum::Control, ..Model::default() };
+    let there = solve_both(&block, &model);
+    for turn in [Vector3::z() * 3.1, Vector3::x() * 2.9, Vector3::new(1.0, 1.0, 1.0) * 1.7] {
+        let turn = UnitQuaternion::from_scaled_axis(turn);
+        let move_into = |place: Vector3<f64>| 0.2 * (turn * place) + Vector3::new(40.0, -30.0, 5.0);
+        let mut own = block.clone();
+        for image in &mut own.images {
+            image.pose.rotation *= turn.inverse();
+            image.pose.centre = move_into(image.pose.centre);
+        }
+        for position in own.tie_points.iter_mut().filter_map(|point| point.position.as_mut()) {
+            *position = move_into(*position);
+        }
+        let here = solve_both(&own, &model);
+        let (difference, name) = largest_difference(&there, &here);
+        assert!(difference < ALLOWED_SIGMA, "turned by {turn}: {name} by {difference:e} sigma");
     }
 }
