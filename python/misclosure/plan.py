@@ -23,8 +23,9 @@ class Plan:
     @property
     def sizes(self) -> Records:
         """One record per effect and parameter, for a table: effect, parameter, size (seen from), named_size (named as
-        what it is from), looks_like (what it may be called below), unit, plausible (the largest size that is), moves_m
-        (what it does to the points while it is not seen, no larger than is plausible, 3D RMS), moves_height_m."""
+        what it is from), looks_like (what it may be called below), unit, size_alone (what size would be if everything
+        else were known), plausible (the largest size that is), moves_m (what it does to the points while it is not
+        seen, no larger than is plausible, 3D RMS), moves_height_m."""
         own = self.json["effects"]
         return Records([{"effect": one["effect"], **size} for one in own for size in one["sizes"]])
 
@@ -37,7 +38,8 @@ class Plan:
     @property
     def precision(self) -> Record:
         """Standard deviations if nothing is wrong: plan_m and height_m of tie points (typical, worst: 95 %),
-        parameters."""
+        plan_limits and height_limits (what 95 % would stay below with cameras known, and with poses known, too; the
+        parameter that takes most), parameters."""
         return Record(self.json["precision"])
 
     def __repr__(self) -> str:

@@ -6,7 +6,7 @@ pub mod ceres;
 pub mod native;
 
 use crate::problem::{Problem, State};
-use nalgebra::{DMatrix, Matrix3, SMatrix};
+use nalgebra::{DMatrix, Matrix3, Matrix3xX, SMatrix};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -36,6 +36,8 @@ pub enum CovarianceOf {
     /// These, every pose and every point.
     #[default]
     Everything,
+    /// These, and what the covariance of points is made of ([`PointParts`]). The native solver alone has it.
+    WithParts,
 }
 
 /// Options of a solve. Each solver destructures them without `..`: a new option that one of them forgets does not
@@ -138,6 +140,20 @@ pub struct Covariance {
     pub points: Vec<Matrix3<f64>>,
     /// Per value of `theta`: its variance (image-scoped ones included; zero where held).
     pub theta_variances: Vec<f64>,
+    /// Per point. Empty unless asked for.
+    pub point_parts: Vec<PointParts>,
+}
+
+/// What the covariance of a point is made of.
+///
+/// With the covariance `X` (`3 x shared`) of the point and the shared parameters, and theirs, `C`, the point has
+/// `C_point - X C^-1 X'` where all shared parameters are known, and `C_point - x x' / C_kk` where the `k`-th is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointParts {
+    /// Its covariance where every pose, camera and effect is known, m^2.
+    pub rays: Matrix3<f64>,
+    /// Covariance with each of [`Covariance::shared_unknowns`], m and raw units.
+    pub with_shared: Matrix3xX<f64>,
 }
 
 /// What a solver found.

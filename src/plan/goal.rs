@@ -2,7 +2,8 @@
 
 use super::notice::Asked;
 use super::said::Said;
-use super::{Plan, Visible};
+use super::why::{imprecise, too_small, unseen};
+use super::{Plan, Precision};
 use crate::effects;
 use crate::inject::mistakes;
 use serde::Serialize;
@@ -49,7 +50,7 @@ pub struct Standing {
     pub unit: String,
     /// Is it reached?
     pub reached: bool,
-    /// Why it is not reached, where no size tells.
+    /// Why it is not reached.
     pub why: Option<String>,
     /// Natural logarithm of how many times too large the value is; zero where the goal is reached.
     #[serde(skip)]
@@ -127,18 +128,27 @@ impl Goal {
     pub fn standing(&self, plan: &Plan, said: Option<&Said>) -> Standing {
         let of = |value: Option<f64>, wanted: f64, unit: &str, why: &dyn Fn() -> String| {
             let shortfall = value.map_or(HIDDEN, |value| (value / wanted).ln().clamp(0.0, HIDDEN));
-            let why = value.is_none().then(why);
-            Standing { goal: self.to_string(), value, unit: unit.into(), reached: shortfall == 0.0, why, shortfall }
+            let reached = shortfall == 0.0;
+            let why = (!reached).then(why);
+            Standing { goal: self.to_string(), value, unit: unit.into(), reached, why, shortfall }
         };
-        let too_large = || "the block is too large for the covariance of each point".to_string();
         let millimetres = |spread: Option<super::Spread>| spread.map(|spread| 1e3 * spread.worst);
+        let Precision { plan_m, height_m, plan_limits, height_limits, .. } = &plan.precision;
         match self {
-            Self::Plan(metres) => of(millimetres(plan.precision.plan_m), 1e3 * metres, "mm", &too_large),
-            Self::Height(metres) => of(millimetres(plan.precision.height_m), 1e3 * metres, "mm", &too_large),
+            Self::Plan(metres) => {
+                of(millimetres(*plan_m), 1e3 * metres, "mm", &|| imprecise(plan_limits.as_ref(), *metres))
+            }
+            Self::Height(metres) => {
+                of(millimetres(*height_m), 1e3 * metres, "mm", &|| imprecise(height_limits.as_ref(), *metres))
+            }
             Self::Effect { id, size, unit } => {
-                let sizes = visible(plan, id).into_iter().flat_map(|own| &own.sizes);
-                let worst = sizes.filter(|own| own.unit == *unit).map(|own| own.size).reduce(f64::max);
-                of(worst, *size, unit, &|| unseen(plan, id, unit))
+                let sizes = plan.visible(id).into_iter().flat_map(|own| &own.sizes);
+                let sizes = sizes.filter(|own| own.unit == *unit);
+                let worst = sizes.max_by(|a, b| a.size.total_cmp(&b.size));
+                of(worst.map(|worst| worst.size), *size, unit, &|| match worst {
+                    Some(worst) => too_small(worst, *size),
+                    None => unseen(plan, id, unit),
+                })
             }
             Self::Separate(a, b) => {
                 let alike = [self.alike(plan, a, b), self.alike(plan, b, a)];
@@ -159,7 +169,7 @@ impl Goal {
 
     /// How far `a` is from never being called `b`, and why.
     fn alike(&self, plan: &Plan, a: &str, b: &str) -> (f64, Option<String>) {
-        let Some(own) = visible(plan, a) else { return (HIDDEN, Some(unseen(plan, a, ""))) };
+        let Some(own) = plan.visible(a) else { return (HIDDEN, Some(unseen(plan, a, ""))) };
         let taken_for = own.sizes.iter().filter(|size| size.looks_like.iter().any(|other| other == b));
         let shortfall = |size: &super::Size| size.named_size.map_or(HIDDEN / 2.0, |named| (named / size.size).ln());
         match taken_for.map(shortfall).reduce(f64::max) {
@@ -169,28 +179,10 @@ impl Goal {
     }
 }
 
-fn visible<'p>(plan: &'p Plan, id: &str) -> Option<&'p Visible> {
-    plan.effects.iter().find(|own| own.effect == id)
-}
-
-/// Why a plan has no size of an effect in a unit.
-fn unseen(plan: &Plan, id: &str, unit: &str) -> String {
-    if let Some(hidden) = plan.hidden.iter().find(|own| own.effect == id) {
-        return format!("{id} stays hidden; needed: {}", hidden.needs.join("; "));
-    }
-    match visible(plan, id) {
-        Some(own) => {
-            let units: Vec<&str> = own.sizes.iter().map(|size| size.unit.as_str()).collect();
-            format!("{id} has no size in {unit} but in {}", units.join(", "))
-        }
-        None => format!("{id} is known from the coordinate system, or a part of the model"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::{Hidden, Precision, Size, Spread};
+    use crate::plan::{Hidden, Limits, Size, Spread, Visible};
 
     #[test]
     fn goals_are_read_and_what_is_none_says_what_is_expected() {
@@ -226,6 +218,7 @@ mod tests {
             named_size: Some(1.001 * size),
             looks_like: looks_like.iter().map(|own| own.to_string()).collect(),
             unit: "px/K".into(),
+            size_alone: Some(0.1 * size),
             plausible: None,
             moves_m: None,
             moves_height_m: None,
@@ -253,6 +246,13 @@ mod tests {
             precision: Precision {
                 plan_m: None,
                 height_m: Some(Spread { rms: 0.007, typical: 0.005, worst: 0.02 }),
+                plan_limits: None,
+                height_limits: Some(Limits {
+                    rays_m: 0.004,
+                    cameras_known_m: 0.01,
+                    parameter: Some("f".into()),
+                    parameter_known_m: Some(0.012),
+                }),
                 parameters: Default::default(),
                 check: None,
                 points: vec![],
@@ -268,6 +268,13 @@ mod tests {
         assert!(standing("height 20 mm").reached && !standing("height 19 mm").reached);
         // Twice too large.
         assert!((standing("height 10 mm").shortfall - 2f64.ln()).abs() < 1e-12);
+        let why = |goal: &str| standing(goal).why.expect("it is not reached");
+        assert_eq!(standing("height 20 mm").why, None);
+        assert!(why("height 15 mm").contains("f most (12.0 mm"), "cameras: {}", why("height 15 mm"));
+        assert!(why("height 5 mm").contains("poses and datum"), "{}", why("height 5 mm"));
+        assert!(why("height 3 mm").contains("control and GNSS do not"), "{}", why("height 3 mm"));
+        assert!(why("focal-temperature 0.2 px/K").contains("99.0 %"), "{}", why("focal-temperature 0.2 px/K"));
+        assert!(why("focal-temperature 0.01 px/K").contains("too few"), "{}", why("focal-temperature 0.01 px/K"));
         assert!(standing("plan 1 m").why.is_some_and(|why| why.contains("too large")));
         assert_eq!(standing("focal-temperature 0.2 px/K").value, Some(0.3), "the worst parameter");
         let hidden = standing("refraction 1 px");

@@ -21,13 +21,16 @@
 pub mod choose;
 pub mod goal;
 mod hidden;
+mod limits;
 pub mod notice;
 mod precision;
 mod reliability;
 pub mod said;
 mod visible;
+mod why;
 
 pub use hidden::{Hidden, Typical};
+pub use limits::Limits;
 pub use precision::{OfChecks, OfPoint, Precision, Spread};
 pub use reliability::Reliability;
 pub use visible::{Size, Visible};
@@ -83,6 +86,13 @@ pub struct Plan {
     pub reliability: Vec<Reliability>,
     /// Effects whose size is known from the coordinate system.
     pub known: Vec<Known>,
+}
+
+impl Plan {
+    /// What it shows of an effect.
+    pub fn visible(&self, id: &str) -> Option<&Visible> {
+        self.effects.iter().find(|own| own.effect == id)
+    }
 }
 
 /// Level of a test of one residual alone, as usual in reliability (Baarda 1968).

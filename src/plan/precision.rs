@@ -1,6 +1,6 @@
 //! How precise points and cameras would be.
 
-use super::{Hidden, Visible};
+use super::{Hidden, Limits, Visible, limits};
 use crate::adjust::native::Native;
 use crate::adjust::{Covariance, CovarianceOf, Options, Solver};
 use crate::block::Block;
@@ -25,6 +25,10 @@ pub struct Precision {
     pub plan_m: Option<Spread>,
     /// Of the height of a tie point, m.
     pub height_m: Option<Spread>,
+    /// What keeps horizontal coordinates of tie points from being more precise.
+    pub plan_limits: Option<Limits>,
+    /// What keeps their heights from it.
+    pub height_limits: Option<Limits>,
     /// Of each free camera parameter and effect parameter of the model, in its own unit.
     pub parameters: BTreeMap<String, f64>,
     /// Of the check points; without any there is nothing to compare.
@@ -114,7 +118,7 @@ pub(super) struct Certainty {
 pub(super) fn certainty(fit: &Fit, options: &Options) -> Result<Certainty, DiagnoseError> {
     let mut problem = fit.problem.clone();
     problem.start = fit.solution.state.clone();
-    let options = Options { covariance: CovarianceOf::Everything, may_stay_unconverged: true, ..options.clone() };
+    let options = Options { covariance: CovarianceOf::WithParts, may_stay_unconverged: true, ..options.clone() };
     let solution = Native.solve(&problem, &options_for(&problem, &options), &mut |_| ControlFlow::Continue(()))?;
     Ok(Certainty { problem, covariance: solution.covariance })
 }
@@ -132,16 +136,21 @@ pub(super) fn of_fit(
     let adjusted = Adjusted { block, model, problem: &fit.problem, state, comparison, null_base };
     let check = expected(&adjusted, threads)?.and_then(|expected| of_checks(&expected, effects));
     let Some(Certainty { problem, covariance: Some(covariance) }) = certainty else {
-        let (plan_m, height_m, parameters, points) = Default::default();
-        return Ok(Precision { plan_m, height_m, parameters, check, points });
+        let (plan_m, height_m, plan_limits, height_limits, parameters, points) = Default::default();
+        return Ok(Precision { plan_m, height_m, plan_limits, height_limits, parameters, check, points });
     };
     let is_tie = |k: &usize| matches!(problem.point_sources[*k], PointSource::Tie(_));
     let of = |k: usize| OfPoint::new(&problem.point_names[k], problem.start.points[k], &covariance.points[k]);
-    let points: Vec<OfPoint> = (0..covariance.points.len()).filter(is_tie).map(of).collect();
+    let ties: Vec<usize> = (0..covariance.points.len()).filter(is_tie).collect();
+    let points: Vec<OfPoint> = ties.iter().copied().map(of).collect();
+    let [plan_limits, height_limits] =
+        limits::of_ties(problem, covariance, &ties).map_or([None, None], |own| own.map(Some));
     let parameters = covariance.shared_unknowns.iter().enumerate();
     Ok(Precision {
         plan_m: Spread::of(points.iter().map(OfPoint::plan_m).collect()),
         height_m: Spread::of(points.iter().map(|own| own.sigma_m.z).collect()),
+        plan_limits,
+        height_limits,
         parameters: parameters
             .map(|(k, unknown)| (problem.unknown_name(*unknown), covariance.shared[(k, k)].sqrt()))
             .collect(),

@@ -169,6 +169,7 @@ mod tests {
             poses: vec![],
             points: vec![],
             theta_variances: vec![],
+            point_parts: vec![],
         };
         for covariance in [None, Some(covariance)] {
             let all = of(&Certainty { problem: problem.clone(), covariance }, 1e-3).unwrap();

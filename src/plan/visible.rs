@@ -51,6 +51,9 @@ pub struct Size {
     pub looks_like: Vec<String>,
     /// Unit.
     pub unit: String,
+    /// What `size` would be if everything else were known: cameras, poses, points and datum. Not known of random
+    /// values.
+    pub size_alone: Option<f64>,
     /// The largest size that is plausible, by the catalogue of effects. Not known of all.
     pub plausible: Option<f64>,
     /// What an effect of this size, or of the largest plausible one where that is smaller, does to check points
@@ -130,6 +133,7 @@ fn sizes(
             named_size: Some(size * linearised.unit(first)),
             looks_like: Vec::new(),
             unit,
+            size_alone: None,
             plausible: plausible(linearised, first),
             moves_m: None,
             moves_height_m: None,
@@ -150,13 +154,16 @@ fn sizes(
     let size = |(((column, scaled), found), impact): (((&usize, &f64), Found), Option<impact::Impact>)| {
         let (parameter, unit) = linearised.parameter(*column);
         let size = scaled * linearised.unit(*column);
+        let left = beside.information[(*column, *column)] / beside.length[*column];
+        let size_alone = Some(left.sqrt() * size);
         let factor = (found.named / found.seen).sqrt();
         let named_size = (factor <= FAR).then_some(factor * size);
         let plausible = plausible(linearised, *column);
         let share = plausible.map_or(1.0, |plausible| (plausible / size).min(1.0));
         let (moves_m, moves_height_m) =
             (impact.as_ref().map(|own| share * own.rms_m), impact.map(|own| share * own.height_m));
-        Size { parameter, size, named_size, looks_like: found.looks_like, unit, plausible, moves_m, moves_height_m }
+        let looks_like = found.looks_like;
+        Size { parameter, size, named_size, looks_like, unit, size_alone, plausible, moves_m, moves_height_m }
     };
     kept.iter().zip(&scaled).zip(found).zip(impacts).map(size).collect()
 }

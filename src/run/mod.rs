@@ -132,7 +132,7 @@ pub type Progress<'a> = dyn FnMut(&'static str, &Iteration) -> ControlFlow<()> +
 pub fn options_for(problem: &Problem, options: &Options) -> Options {
     let layout = problem.layout();
     let reduced = layout.point(0, 0);
-    let covariance = if reduced > EVERYTHING_UNKNOWNS && options.covariance == CovarianceOf::Everything {
+    let covariance = if reduced > EVERYTHING_UNKNOWNS && options.covariance >= CovarianceOf::Everything {
         CovarianceOf::Shared
     } else {
         options.covariance

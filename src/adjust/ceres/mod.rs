@@ -103,6 +103,7 @@ fn shared_covariance(unknowns: &[u64], shared: &[f64], theta_variances: &[f64]) 
         poses: Vec::new(),
         points: Vec::new(),
         theta_variances: theta_variances.to_vec(),
+        point_parts: Vec::new(),
     }
 }
 
@@ -135,6 +136,10 @@ impl Solver for Ceres {
             let option = "a state that is not converged".into();
             return Err(AdjustError::Unsupported { solver: NAME, option });
         }
+        if wanted == CovarianceOf::WithParts {
+            let option = "the parts of the covariance of points".into();
+            return Err(AdjustError::Unsupported { solver: NAME, option });
+        }
         let points = problem.layout().point(0, 0);
         let reduced = problem.free()[..points].iter().filter(|free| **free).count();
         if wanted == CovarianceOf::Everything && reduced > LARGEST_DENSE_INVERSE {
@@ -158,7 +163,7 @@ impl Solver for Ceres {
             covariance: match wanted {
                 CovarianceOf::Nothing => 0,
                 CovarianceOf::Shared => 1,
-                CovarianceOf::Everything => 2,
+                CovarianceOf::Everything | CovarianceOf::WithParts => 2,
             },
         };
         let arrays = Arrays::new(problem, &problem.start)?;

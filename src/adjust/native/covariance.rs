@@ -3,9 +3,9 @@
 use super::factor::Factor;
 use super::linearise::rays_do_not_meet;
 use super::point::{PointRows, Prepared, inverse_of_damped};
-use crate::adjust::{AdjustError, Covariance, CovarianceOf};
+use crate::adjust::{AdjustError, Covariance, CovarianceOf, PointParts};
 use faer::Mat;
-use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
+use nalgebra::{DMatrix, Matrix3, Matrix3xX, SMatrix, Vector3};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -29,6 +29,7 @@ pub fn shared(at: &Prepared<'_>, factor: &Factor) -> Covariance {
         poses: Vec::new(),
         points: Vec::new(),
         theta_variances,
+        point_parts: Vec::new(),
     }
 }
 
@@ -67,53 +68,89 @@ pub fn covariance(at: &Prepared<'_>, factor: &Factor, of: CovarianceOf) -> Resul
             covariance.theta_variances[t] = inverse[(position, position)] * column.scale * column.scale;
         }
     }
-    covariance.points = match structure.dim {
-        6 => points::<6>(at, &inverse)?,
-        7 => points::<7>(at, &inverse)?,
-        8 => points::<8>(at, &inverse)?,
-        _ => points::<{ super::MAX_DIM }>(at, &inverse)?,
+    let with_parts = of == CovarianceOf::WithParts;
+    (covariance.points, covariance.point_parts) = match structure.dim {
+        6 => points::<6>(at, &inverse, with_parts)?,
+        7 => points::<7>(at, &inverse, with_parts)?,
+        8 => points::<8>(at, &inverse, with_parts)?,
+        _ => points::<{ super::MAX_DIM }>(at, &inverse, with_parts)?,
     };
     Ok(Some(covariance))
 }
 
-/// `V^-1 + V^-1 W' S^-1 W V^-1` of every point. Errors: a point that its rays do not fix.
-fn points<const D: usize>(at: &Prepared<'_>, inverse: &Mat<f64>) -> Result<Vec<Matrix3<f64>>, AdjustError> {
+/// `V^-1 + V^-1 W' S^-1 W V^-1` of every point, and its parts where they are wanted. Errors: a point that its rays do
+/// not fix.
+fn points<const D: usize>(
+    at: &Prepared<'_>,
+    inverse: &Mat<f64>,
+    with_parts: bool,
+) -> Result<(Vec<Matrix3<f64>>, Vec<PointParts>), AdjustError> {
     let structure = at.structure;
-    let n = structure.images * D;
-    let part = |chunk: &Range<usize>| -> Result<Vec<Matrix3<f64>>, AdjustError> {
+    let part = |chunk: &Range<usize>| -> Result<Vec<(Matrix3<f64>, Option<PointParts>)>, AdjustError> {
         let mut rows = PointRows::<D>::new();
-        let of_point = |j: usize| -> Result<Matrix3<f64>, AdjustError> {
+        let of_point = |j: usize| {
             rows.linearise(at, j)?;
-            let v = inverse_of_damped(&rows.v_matrix, 0.0).ok_or_else(|| rays_do_not_meet(at.problem, j))?;
-            Ok(v + spread(&rows, inverse, n, &v))
+            let rays = inverse_of_damped(&rows.v_matrix, 0.0).ok_or_else(|| rays_do_not_meet(at.problem, j))?;
+            let carried = Carried::of(&rows, structure.images * D, &rays);
+            let with_shared = || carried.with_border(inverse, &structure.border_scale);
+            let parts = with_parts.then(|| PointParts { rays, with_shared: with_shared() });
+            Ok((rays + carried.covariance(inverse), parts))
         };
         chunk.clone().map(of_point).collect()
     };
-    let parts: Vec<Vec<Matrix3<f64>>> = structure.chunks.par_iter().map(part).collect::<Result<_, _>>()?;
-    Ok(parts.concat())
+    let all: Vec<Vec<_>> = structure.chunks.par_iter().map(part).collect::<Result<_, _>>()?;
+    let (points, parts): (Vec<_>, Vec<_>) = all.into_iter().flatten().unzip();
+    Ok((points, parts.into_iter().flatten().collect()))
 }
 
-/// `V^-1 W' S^-1 W V^-1` over the point's images and the border.
-fn spread<const D: usize>(rows: &PointRows<D>, inverse: &Mat<f64>, n: usize, v_inverse: &Matrix3<f64>) -> Matrix3<f64> {
-    let mut positions = Vec::with_capacity(rows.rows.len() * D + rows.columns.len());
-    let mut columns: Vec<Vector3<f64>> = Vec::with_capacity(positions.capacity());
-    for row in &rows.rows {
-        for k in 0..D {
-            positions.push(row.rank as usize * D + k);
-            columns.push(v_inverse * Vector3::from(row.w[k]));
+/// `V^-1 W'` of a point: what its images' unknowns and those of the border carry into it.
+struct Carried {
+    /// Row of the whole inverse of each.
+    positions: Vec<usize>,
+    columns: Vec<Vector3<f64>>,
+    /// Rows of the images.
+    n: usize,
+}
+
+impl Carried {
+    fn of<const D: usize>(rows: &PointRows<D>, n: usize, rays: &Matrix3<f64>) -> Self {
+        let mut positions = Vec::with_capacity(rows.rows.len() * D + rows.columns.len());
+        let mut columns: Vec<Vector3<f64>> = Vec::with_capacity(positions.capacity());
+        for row in &rows.rows {
+            for k in 0..D {
+                positions.push(row.rank as usize * D + k);
+                columns.push(rays * Vector3::from(row.w[k]));
+            }
         }
-    }
-    for (l, column) in rows.columns.index().iter().enumerate() {
-        positions.push(n + *column as usize);
-        columns.push(v_inverse * Vector3::new(rows.w_shared[0][l], rows.w_shared[1][l], rows.w_shared[2][l]));
-    }
-    let mut sum = Matrix3::zeros();
-    for (p, a) in positions.iter().zip(&columns) {
-        let mut carried = Vector3::zeros();
-        for (q, b) in positions.iter().zip(&columns) {
-            carried += b * inverse[(*p, *q)];
+        for (l, column) in rows.columns.index().iter().enumerate() {
+            positions.push(n + *column as usize);
+            columns.push(rays * Vector3::new(rows.w_shared[0][l], rows.w_shared[1][l], rows.w_shared[2][l]));
         }
-        sum += a * carried.transpose();
+        Self { positions, columns, n }
     }
-    sum
+
+    /// `V^-1 W' S^-1 W V^-1`.
+    fn covariance(&self, inverse: &Mat<f64>) -> Matrix3<f64> {
+        let mut sum = Matrix3::zeros();
+        for (p, a) in self.positions.iter().zip(&self.columns) {
+            sum += a * self.along(inverse, *p).transpose();
+        }
+        sum
+    }
+
+    /// `-V^-1 W' S^-1` at the border, raw units.
+    fn with_border(&self, inverse: &Mat<f64>, scale: &[f64]) -> Matrix3xX<f64> {
+        let columns: Vec<Vector3<f64>> =
+            scale.iter().enumerate().map(|(l, scale)| -*scale * self.along(inverse, self.n + l)).collect();
+        Matrix3xX::from_columns(&columns)
+    }
+
+    /// `V^-1 W'` times a row of the inverse.
+    fn along(&self, inverse: &Mat<f64>, row: usize) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        for (q, b) in self.positions.iter().zip(&self.columns) {
+            sum += b * inverse[(row, *q)];
+        }
+        sum
+    }
 }

@@ -219,14 +219,26 @@ pub fn error_free(block: Block) -> anyhow::Result<Block> {
 fn write(planned: &Plan, json: &serde_json::Value, page: &Page, folder: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
     write_json(&folder.join("plan.json"), json)?;
-    let header =
-        ["effect", "parameter", "size", "named_size", "unit", "moves_m", "moves_height_m", "looks_like", "plausible"];
+    let header = [
+        "effect",
+        "parameter",
+        "size",
+        "named_size",
+        "unit",
+        "moves_m",
+        "moves_height_m",
+        "looks_like",
+        "plausible",
+        "size_alone",
+    ];
     let mut table = TableWriter::create(&folder.join("effects.csv"), &header)?;
     for own in &planned.effects {
-        for Size { parameter, size, named_size, looks_like, unit, plausible, moves_m, moves_height_m } in &own.sizes {
+        for Size { parameter, size, named_size, looks_like, unit, size_alone, plausible, moves_m, moves_height_m } in
+            &own.sizes
+        {
             table.text(&own.effect).text(parameter).number(*size).optional(*named_size).text(unit);
             table.optional(*moves_m).optional(*moves_height_m).text(&looks_like.join(" "));
-            table.optional(*plausible);
+            table.optional(*plausible).optional(*size_alone);
             table.end_row()?;
         }
     }

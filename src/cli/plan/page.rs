@@ -17,6 +17,10 @@ pub fn page(planned: &Plan, mistakes: &[Noticed], goals: Option<&Reached>) -> Pa
     page.section("Smallest effects that it would show");
     page.table(&effects::table(planned)).list(effects::notes(planned));
     page.section("Precision of points");
+    let ties = precision::of_ties(planned);
+    if !ties.is_empty() {
+        page.paragraph(&ties.join(" "));
+    }
     if let Some(check) = &planned.precision.check {
         page.paragraph(&precision::of_checks(check));
     }

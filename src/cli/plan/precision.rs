@@ -10,25 +10,42 @@ pub const RELIABILITY: &str = "Smallest single errors that it would show";
 
 /// What points and measurements are worth.
 pub fn text(planned: &Plan) -> String {
-    let precision = &planned.precision;
     let mut text = String::new();
-    if let (Some(plan), Some(height)) = (precision.plan_m, precision.height_m) {
-        text += &format!(
-            "\nIf nothing is wrong, tie points have standard deviations of {} mm in plan and {} mm in height \
-             (median).\n95 % of them stay below {} mm and {} mm.\n",
-            short_mm(plan.typical),
-            short_mm(height.typical),
-            short_mm(plan.worst),
-            short_mm(height.worst)
-        );
+    let ties = of_ties(planned);
+    if !ties.is_empty() {
+        text += &format!("\n{}\n", ties.join("\n"));
     }
-    if let Some(check) = &precision.check {
+    if let Some(check) = &planned.precision.check {
         text += &format!("\n{}", paragraph("", 0, &of_checks(check)));
     }
     if !planned.reliability.is_empty() {
         text += &format!("\n{}\n\n{}", RELIABILITY.to_uppercase(), table(&planned.reliability).to_text());
     }
     text
+}
+
+/// How precise tie points will be, and what keeps them from being more precise: sentences.
+pub fn of_ties(planned: &Plan) -> Vec<String> {
+    let precision = &planned.precision;
+    let (Some(plan), Some(height)) = (precision.plan_m, precision.height_m) else { return Vec::new() };
+    let mut sentences = vec![
+        format!(
+            "If nothing is wrong, tie points have standard deviations of {} mm in plan and {} mm in height (median).",
+            short_mm(plan.typical),
+            short_mm(height.typical)
+        ),
+        format!("95 % of them stay below {} mm and {} mm.", short_mm(plan.worst), short_mm(height.worst)),
+    ];
+    if let (Some(plan), Some(height)) = (&precision.plan_limits, &precision.height_limits) {
+        sentences.push(format!(
+            "With every camera known that would be {} mm and {} mm; with every pose known, too, {} mm and {} mm.",
+            short_mm(plan.cameras_known_m),
+            short_mm(height.cameras_known_m),
+            short_mm(plan.rays_m),
+            short_mm(height.rays_m)
+        ));
+    }
+    sentences
 }
 
 /// What check points will show.

@@ -1,12 +1,15 @@
 //! With noise of known size: sigma0 is one, and errors of the estimates follow the covariance that the solvers state.
 
-use crate::common::{preset, solve_both_with, solve_native};
-use misclosure::adjust::{CovarianceOf, Options};
+use crate::common::{SOLVERS, preset, solve_both_with, solve_native};
+use misclosure::adjust::native::Native;
+use misclosure::adjust::{AdjustError, CovarianceOf, Options, Solver};
 use misclosure::math::statistics::{chi_square_quantile, chi_square_sf, mean, std};
 use misclosure::model::{Datum, Model};
+use misclosure::problem::Problem;
 use misclosure::run::Run;
 use misclosure::scenario::{Simulation, SurveyNoise, add_noise, add_survey_noise};
 use nalgebra::{DMatrix, DVector, Vector3};
+use std::ops::ControlFlow;
 
 const NOISE_PX: f64 = 0.3;
 const SEEDS: u64 = 60;
@@ -164,5 +167,53 @@ fn errors_of_everything_follow_their_covariance_with_control_and_gnss() {
         assert!(t.abs() < 3.46, "{what}: mean square of normalised errors {:.4}, t = {t:.2}", mean(means));
         // A standard deviation wrong by a tenth must show: else the test says nothing.
         assert!(3.46 * std(means) / (SEEDS as f64).sqrt() < 0.2, "{what}: too few seeds");
+    }
+}
+
+/// Adjustments in which something is held have the covariances that the parts of one without say.
+#[test]
+fn parts_of_the_covariance_of_points_are_those_of_adjustments_with_more_known() {
+    let mut simulation = preset("closerange", &[("points", 60.0)], 1);
+    add_noise(&mut simulation.block, NOISE_PX, 2).expect("noise");
+    let free = Problem::new(&simulation.block, &Model { datum: Datum::All, ..Model::default() }).expect("a problem");
+    let solve = |solver: &dyn Solver, problem: &Problem, covariance: CovarianceOf| {
+        solver.solve(problem, &Options { covariance, ..Options::default() }, &mut |_| ControlFlow::Continue(()))
+    };
+    let with_parts = solve(&Native, &free, CovarianceOf::WithParts).expect("a solution");
+    let covariance = with_parts.covariance.expect("a covariance");
+    let shared = covariance.shared.clone().cholesky().expect("a positive covariance");
+    let mut free = free;
+    free.start = with_parts.state;
+    let mut f_known = free.clone();
+    f_known.camera_free[0][0] = false;
+    let mut cameras_known = free.clone();
+    cameras_known.camera_free[0] = [false; 12];
+    let mut rays = cameras_known.clone();
+    rays.pose_free.fill([false; 6]);
+    rays.gnss.clear();
+    for (what, problem) in [("f", f_known), ("cameras", cameras_known), ("rays", rays)] {
+        for solver in SOLVERS {
+            let mut most = 0.0_f64;
+            let held =
+                solve(solver, &problem, CovarianceOf::Everything).unwrap_or_else(|error| panic!("{what}: {error}"));
+            for (j, found) in held.covariance.expect("a covariance").points.iter().enumerate() {
+                let (all, parts) = (covariance.points[j], &covariance.point_parts[j]);
+                let x = &parts.with_shared;
+                let expected = match what {
+                    "f" => all - x.column(0) * x.column(0).transpose() / covariance.shared[(0, 0)],
+                    "cameras" => all - x * shared.solve(&x.transpose()),
+                    _ => parts.rays,
+                };
+                let difference = (found - expected).abs().max() / all.diagonal().max();
+                assert!(difference < 1e-6, "{what} known, {}, point {j}: {difference:e}", solver.name());
+                most = most.max((all - found).diagonal().max() / all.diagonal().max());
+            }
+            // What is known makes points more precise, f least: a test in which nothing changed would show nothing.
+            assert!(most > 1e-3, "{what} known: {most:e} of a variance at most");
+        }
+    }
+    for solver in SOLVERS.iter().filter(|solver| solver.name() != Native.name()) {
+        let refused = solve(*solver, &free, CovarianceOf::WithParts);
+        assert!(matches!(refused, Err(AdjustError::Unsupported { .. })), "{}", solver.name());
     }
 }
