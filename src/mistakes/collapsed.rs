@@ -29,7 +29,7 @@ pub fn without(group: &Group, survey: &Survey) -> (Group, Option<Mistake>) {
     let rest = Group { members: keep(false), ..group.clone() };
     let together = keep(true);
     let few = together.len() < FEWEST;
-    if (few && !beside(&together, &rest)) || (!few && !apart(&together, &rest, survey)) {
+    if (few && !beside(&together, &rest, survey)) || (!few && !apart(&together, &rest, survey)) {
         return (group.clone(), None);
     }
     let all = rest.members.is_empty();
@@ -55,15 +55,16 @@ fn apart(together: &[Member], rest: &Group, survey: &Survey) -> bool {
 }
 
 /// Do the images see these members elsewhere than where they are recorded? By more than what the rest of the group
-/// leaves unexplained, by an order of magnitude.
-fn beside(members: &[Member], rest: &Group) -> bool {
+/// leaves unexplained and by more than a pixel, by an order of magnitude: few points may fit by chance.
+fn beside(members: &[Member], rest: &Group, survey: &Survey) -> bool {
     let (source, target) = seen(rest);
     let Some(aligned) = align(&source, &target, rest.sigma) else { return false };
     let [xy, z] = aligned.deviation();
+    let floor = xy.max(z).max(survey.pixel * aligned.similarity.scale);
     members
         .iter()
         .filter_map(|member| Some((member.computed?, member.recorded)))
-        .all(|(computed, recorded)| (aligned.similarity.apply(&computed) - recorded).norm() > BEYOND * xy.max(z))
+        .all(|(computed, recorded)| (aligned.similarity.apply(&computed) - recorded).norm() > BEYOND * floor)
 }
 
 /// Members that the images give: where, and as recorded.

@@ -27,6 +27,7 @@ mod clock;
 mod collapsed;
 
 pub mod estimated_distortion;
+mod few;
 mod group;
 mod judged;
 pub mod lost;
@@ -45,6 +46,7 @@ pub mod values;
 mod words;
 
 pub use bend::surface_terms;
+pub use few::are_few;
 use pair::Gate;
 pub use pair::with_value;
 pub use survey::{Focal, Group, Member, Subject, Survey};
@@ -164,7 +166,7 @@ pub fn doubtful(survey: &Survey, alpha: f64) -> Vec<Mistake> {
 /// Mistakes of the surveyed groups; none where the survey agrees with the images.
 pub fn screen(survey: &Survey, alpha: f64) -> Vec<Mistake> {
     let mut found = Vec::new();
-    let (mut judged, mut few) = (Vec::new(), Vec::new());
+    let (mut judged, mut few, mut small) = (Vec::new(), Vec::new(), Vec::new());
     for group in &survey.groups {
         let (rest, collapsed) = collapsed::without(group, survey);
         found.extend(collapsed);
@@ -172,7 +174,12 @@ pub fn screen(survey: &Survey, alpha: f64) -> Vec<Mistake> {
         if let Some(one) = group::judge(&rest, survey, alpha) {
             found.extend(one.mistakes.iter().cloned());
             judged.push(one);
+        } else {
+            small.push(rest);
         }
+    }
+    if judged.is_empty() {
+        found.extend(small.iter().filter_map(|group| few::judge(group, survey)));
     }
     found.extend(members::exchanged_between(&judged, alpha));
     found.extend(pair::judge_all(&judged, &few, survey, alpha, Gate::Certain));

@@ -104,6 +104,8 @@ pub struct Survey {
     pub groups: Vec<Group>,
     /// Upwards in the free network, as far as the approximate orientation knows it.
     pub up: Vector3<f64>,
+    /// Mean way from the points to the images that see them, in the free network.
+    pub cameras: Vector3<f64>,
     /// Mean distance from the images to the points that they see, in the free network.
     pub distance: f64,
     /// What a pixel is on the object, in the free network.

@@ -47,7 +47,8 @@ fn survey_at(place: impl Fn(Subject, usize) -> Vector3<f64>) -> Survey {
         group(Subject::Check, 30, 20, &[]),
         group(Subject::Gnss, 100, 60, &["a", "b", "c"]),
     ];
-    Survey { groups, up: Vector3::z(), distance: 0.25 * 85.0, pixel: 0.25 * 0.01, focal: Focal::Stated }
+    let cameras = network.rotation * Vector3::z();
+    Survey { groups, up: Vector3::z(), cameras, distance: 0.25 * 85.0, pixel: 0.25 * 0.01, focal: Focal::Stated }
 }
 
 fn rewrite(survey: &mut Survey, group: usize, change: impl Fn(usize, Vector3<f64>) -> Vector3<f64>) {

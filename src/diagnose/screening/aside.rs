@@ -32,7 +32,7 @@ pub fn without(block: &Block, model: &Model, mistakes: &[Mistake]) -> Option<(Bl
     if left == *block {
         return None;
     }
-    let control = left.count(Role::Control) > 0;
+    let control = seen_control(&left) >= FIX;
     let gnss = left.images.iter().any(|image| image.gnss.is_some());
     let datum = match (model.datum, control, gnss) {
         (_, false, false) => Datum::Free,
@@ -45,6 +45,15 @@ pub fn without(block: &Block, model: &Model, mistakes: &[Mistake]) -> Option<(Bl
 
 /// Control points that fix a block by themselves, as many as a similarity needs.
 const FIX: usize = 3;
+/// Images in which a point is seen from two directions.
+const SEEN: usize = 2;
+
+/// Control points that hold the block: seen from two directions.
+fn seen_control(block: &Block) -> usize {
+    let mut seen = vec![0; block.surveyed.len()];
+    block.marks.iter().for_each(|mark| seen[mark.point.index()] += 1);
+    block.surveyed.iter().zip(seen).filter(|(point, seen)| point.role == Role::Control && *seen >= SEEN).count()
+}
 
 /// Where control and GNSS disagree and neither is known to be wrong, the diagnosis goes on with control, if there is
 /// enough of it.

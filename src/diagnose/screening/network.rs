@@ -11,6 +11,7 @@ use crate::mistakes::Focal;
 use crate::model::{Datum, Model};
 use crate::run::fit::Fit;
 use crate::snooping::{Snooping, Strictness, robust_fit};
+use nalgebra::Vector3;
 use std::ops::ControlFlow;
 
 /// Tie points of each image that orient it: ten times as many as an orientation needs, over the sensor.
@@ -120,12 +121,18 @@ fn thinned(block: &Block) -> Block {
 
 /// Mean distance from images to the points that they see.
 pub fn distance(fit: &Fit) -> f64 {
+    ways_to_cameras(fit).map(|way| way.norm()).sum::<f64>() / fit.problem.observations.len() as f64
+}
+
+/// Mean way from points to the images that see them.
+pub fn way_to_cameras(fit: &Fit) -> Vector3<f64> {
+    ways_to_cameras(fit).sum::<Vector3<f64>>() / fit.problem.observations.len() as f64
+}
+
+fn ways_to_cameras(fit: &Fit) -> impl Iterator<Item = Vector3<f64>> {
     let (problem, state) = (&fit.problem, &fit.solution.state);
-    let mut sum = 0.0;
-    for (j, point) in state.points.iter().enumerate() {
-        for row in &problem.observations[problem.point_start[j]..problem.point_start[j + 1]] {
-            sum += (state.poses[row.image as usize].centre - point).norm();
-        }
-    }
-    sum / problem.observations.len() as f64
+    state.points.iter().enumerate().flat_map(move |(j, point)| {
+        let rows = &problem.observations[problem.point_start[j]..problem.point_start[j + 1]];
+        rows.iter().map(move |row| state.poses[row.image as usize].centre - point)
+    })
 }

@@ -19,7 +19,7 @@ use super::network::Oriented;
 use crate::block::Block;
 use crate::evaluate::{Comparison, Intersection, Intersections};
 use crate::math::rotation::skew;
-use crate::mistakes::{Group, Mistake, Subject, Survey, screen, surface_terms};
+use crate::mistakes::{Group, Mistake, Subject, Survey, are_few, screen, surface_terms};
 use crate::null_model::{NullModel, SharedBase};
 use crate::residuals::check_points::propagation::propagate;
 use crate::residuals::check_points::{Adjusted, alignment::OfPoint};
@@ -68,7 +68,7 @@ pub fn screened(
     }
 }
 
-/// Members that mistakes name one by one.
+/// Members that mistakes name one by one, or by a few together.
 fn suspects(survey: &Survey, mistakes: &[Mistake]) -> Vec<(Subject, usize)> {
     let mut suspects = Vec::new();
     for mistake in mistakes.iter().filter(|mistake| OF_MEMBERS.contains(&mistake.kind.as_str())) {
@@ -78,6 +78,15 @@ fn suspects(survey: &Survey, mistakes: &[Mistake]) -> Vec<(Subject, usize)> {
             let members = group.members.iter().enumerate();
             let named = members.filter(|(_, member)| mistake.names.contains(&member.name));
             suspects.extend(named.map(|(k, _)| (group.subject, k)));
+        }
+    }
+    // A few points are judged together.
+    if survey.groups.iter().all(are_few) {
+        let groups = survey.groups.iter().filter(|group| mistakes.iter().any(|own| own.subject == group.subject.key()));
+        for group in groups {
+            let seen = (0..group.members.len()).filter(|k| group.members[*k].computed.is_some());
+            let new: Vec<_> = seen.map(|k| (group.subject, k)).filter(|own| !suspects.contains(own)).collect();
+            suspects.extend(new);
         }
     }
     suspects

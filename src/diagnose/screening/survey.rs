@@ -1,6 +1,6 @@
 //! Surveyed positions beside those that the network of tie points gives.
 
-use super::network::{Oriented, distance};
+use super::network::{Oriented, distance, way_to_cameras};
 use super::surroundings::screened;
 use crate::block::{Block, Measurement, Role};
 use crate::camera::F;
@@ -111,7 +111,7 @@ impl<'f> Network<'f> {
         let distance = distance(fit);
         let lengths: Vec<f64> = fit.solution.state.interiors.iter().map(|interior| interior[F]).collect();
         let pixel = distance / mean(&lengths);
-        Survey { groups, up: Vector3::z(), distance, pixel, focal: *focal }
+        Survey { groups, up: Vector3::z(), cameras: way_to_cameras(fit), distance, pixel, focal: *focal }
     }
 }
 

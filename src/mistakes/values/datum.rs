@@ -27,15 +27,14 @@ pub fn judge(tables: &Tables, with_gnss: bool) -> Option<Mistake> {
     }
     let is_control = |k: &usize| tables.surveyed[*k].subject == Subject::Control && seen[*k] >= SEEN;
     let control: Vec<usize> = (0..seen.len()).filter(is_control).collect();
-    let positions: Vec<Vector3<f64>> = control.iter().map(|k| tables.surveyed[*k].position).collect();
-    let (kind, value, unit, what) = match positions.len() {
+    let (kind, value, unit, what) = match control.len() {
         0 => return None,
         count if count < FIX => {
             let are = if count == 1 { "is" } else { "are" };
             ("too-few", count as f64, "points", format!("only {count} {are} marked in two images or more"))
         }
         count => {
-            let distance = distance_from_line(&positions, tables)?;
+            let distance = distance_from_line(&control, tables)?;
             ("in-line", distance, "m", format!("all {count} lie within {distance:.2} m (RMS) of one line"))
         }
     };
@@ -49,17 +48,46 @@ pub fn judge(tables: &Tables, with_gnss: bool) -> Option<Mistake> {
     Some(Mistake::new(kind, Subject::Control.key(), sentence, remedy.into()).of(names).sized(value, None, unit))
 }
 
-/// Mean distance (RMS) of positions from their line, where that is near against the cameras' distance from it.
-fn distance_from_line(positions: &[Vector3<f64>], tables: &Tables) -> Option<f64> {
-    let count = positions.len() as f64;
-    let middle = positions.iter().sum::<Vector3<f64>>() / count;
-    let moments: Matrix3<f64> = positions.iter().map(|p| (p - middle) * (p - middle).transpose()).sum();
-    let axes = moments.symmetric_eigen();
-    let along = axes.eigenvectors.column(axes.eigenvalues.imax()).into_owned();
-    let beside = |p: &Vector3<f64>| (p - middle).cross(&along).norm_squared();
-    let distance = (positions.iter().map(beside).sum::<f64>() / count).sqrt();
-    let cameras = tables.images.iter().map(|image| beside(&image.centre)).sum::<f64>() / tables.images.len() as f64;
-    (cameras.sqrt() > TURNED * distance).then_some(distance)
+/// Mean distance (RMS) of control points from their line, where that is near against the cameras' distance from it.
+/// Approximate poses may be in a system of their own: their distance is that from the line through the places where the
+/// images see the points, in the length of the survey. Not known where images see fewer than two of them at one place.
+fn distance_from_line(control: &[usize], tables: &Tables) -> Option<f64> {
+    let recorded: Vec<Vector3<f64>> = control.iter().map(|k| tables.surveyed[*k].position).collect();
+    let met = control.iter().filter_map(|k| Some((tables.surveyed[*k].position, tables.surveyed[*k].met?)));
+    let (there, seen): (Vec<_>, Vec<_>) = met.unzip();
+    if seen.len() < 2 {
+        return None;
+    }
+    let cameras: Vec<Vector3<f64>> = tables.images.iter().map(|image| image.centre).collect();
+    let distance = Line::through(&recorded).distance(&recorded);
+    let (line, line_of_seen) = (Line::through(&there), Line::through(&seen));
+    let from_cameras = line_of_seen.distance(&cameras) * line.length / line_of_seen.length;
+    (from_cameras.is_finite() && from_cameras > TURNED * distance).then_some(distance)
+}
+
+/// The line that some places lie nearest to.
+struct Line {
+    middle: Vector3<f64>,
+    along: Vector3<f64>,
+    /// Distance of the places from the middle, RMS along the line.
+    length: f64,
+}
+
+impl Line {
+    fn through(places: &[Vector3<f64>]) -> Self {
+        let count = places.len() as f64;
+        let middle = places.iter().sum::<Vector3<f64>>() / count;
+        let moments: Matrix3<f64> = places.iter().map(|p| (p - middle) * (p - middle).transpose()).sum();
+        let axes = moments.symmetric_eigen();
+        let along = axes.eigenvectors.column(axes.eigenvalues.imax()).into_owned();
+        Self { middle, along, length: (axes.eigenvalues.max() / count).sqrt() }
+    }
+
+    /// Distance of places from the line, RMS.
+    fn distance(&self, places: &[Vector3<f64>]) -> f64 {
+        let beside = |p: &Vector3<f64>| (p - self.middle).cross(&self.along).norm_squared();
+        (places.iter().map(beside).sum::<f64>() / places.len() as f64).sqrt()
+    }
 }
 
 #[cfg(test)]
@@ -78,7 +106,7 @@ mod tests {
                 subject: Subject::Control,
                 position: (*place).into(),
                 exchanged: None,
-                met: None,
+                met: Some((*place).into()),
             })
             .collect();
         let mark = |k: usize, image: usize| Row { image, point: k, xy: [100.0, 200.0], sigma: 0.5 };
@@ -102,6 +130,22 @@ mod tests {
         let (found, distance) = kind(&with_control(&line)).expect("a line");
         assert_eq!(found, "in-line");
         assert!(distance.is_some_and(|distance| (0.1..1.0).contains(&distance)), "{distance:?}");
+    }
+
+    /// Poses of another program: a ten-thousandth of the size, turned, and somewhere else.
+    #[test]
+    fn poses_in_a_system_of_their_own_change_nothing() {
+        let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::x_axis(), 2.0);
+        for (places, is_line) in [
+            ([[0.0, 0.0, 0.0], [90.0, 0.0, 1.0], [40.0, 20.0, 0.0], [30.0, 30.0, 0.0]], false),
+            ([[0.0, 0.0, 0.0], [90.0, 1.0, 0.0], [45.0, 0.0, 0.0], [20.0, 0.0, 0.0]], true),
+        ] {
+            let mut tables = with_control(&places);
+            let move_into = |place: Vector3<f64>| 1e-4 * (turn * place) + Vector3::new(3e5, -2e4, 0.0);
+            tables.images.iter_mut().for_each(|image| image.centre = move_into(image.centre));
+            tables.surveyed.iter_mut().for_each(|point| point.met = Some(move_into(point.position)));
+            assert_eq!(kind(&tables).is_some(), is_line, "{places:?}");
+        }
     }
 
     #[test]

@@ -5,8 +5,6 @@ use crate::mistakes::survey::Subject;
 use crate::mistakes::{Mistake, words};
 use std::collections::BTreeMap;
 
-/// Equal positions that are no coincidence: two names may be given to one nail.
-const FEWEST: usize = 3;
 /// Distance of marks of one place in an image, px: even a bad mark is good to some pixels.
 const APART_PX: f64 = 20.0;
 
@@ -24,7 +22,7 @@ fn of_subject(tables: &Tables, subject: Subject) -> Option<Mistake> {
         // Zero has two signs.
         places.entry([0, 1, 2].map(|axis| (point.position[axis] + 0.0).to_bits())).or_default().push(k);
     }
-    let same = places.into_values().filter(|same| same.len() >= FEWEST).max_by_key(Vec::len)?;
+    let same = places.into_values().filter(|same| same.len() > 1).max_by_key(Vec::len)?;
     if !are_apart(tables, &same) {
         return None;
     }
@@ -34,13 +32,17 @@ fn of_subject(tables: &Tables, subject: Subject) -> Option<Mistake> {
     Some(words::collapsed(subject, names, &at, same.len()))
 }
 
-/// Does an image see two of the points at different places?
+/// Do most of the images that see two of the points see them at different places? Two names may be given to one nail,
+/// and one of its marks may be a blunder.
 fn are_apart(tables: &Tables, same: &[usize]) -> bool {
-    let mut first: BTreeMap<usize, Row> = BTreeMap::new();
-    tables.marks.iter().filter(|row| same.contains(&row.point)).any(|row| {
-        let other = first.entry(row.image).or_insert(row);
-        (row.xy[0] - other.xy[0]).hypot(row.xy[1] - other.xy[1]) > APART_PX
-    })
+    let mut seen: BTreeMap<usize, Vec<Row>> = BTreeMap::new();
+    for row in tables.marks.iter().filter(|row| same.contains(&row.point)) {
+        seen.entry(row.image).or_default().push(row);
+    }
+    let distance = |a: &Row, b: &Row| (a.xy[0] - b.xy[0]).hypot(a.xy[1] - b.xy[1]);
+    let several = seen.values().filter(|rows| rows.len() > 1);
+    let is_apart = |rows: &&Vec<Row>| rows.iter().any(|row| distance(row, &rows[0]) > APART_PX);
+    2 * several.clone().filter(is_apart).count() > several.count()
 }
 
 #[cfg(test)]
@@ -57,7 +59,9 @@ mod tests {
         tables.surveyed[3].position.x += 1.0;
         assert_eq!(judge(&tables)[0].names, ["g0", "g1", "g2"]);
         tables.surveyed[2].position.x += 2.0;
-        assert!(judge(&tables).is_empty(), "two names may be given to one nail");
+        assert_eq!(judge(&tables)[0].names, ["g0", "g1"], "and the images see two nails");
+        tables.surveyed[1].position.x += 3.0;
+        assert!(judge(&tables).is_empty());
     }
 
     #[test]
@@ -66,5 +70,9 @@ mod tests {
         let marks = (0..12).map(|k| Row { image: k % 3, point: k / 3, xy: [400.0, 300.0], sigma: 0.5 });
         let tables = Tables { marks: made::table(super::super::Measured::Marks, marks.collect()), ..tables };
         assert!(judge(&tables).is_empty());
+        // One of three images has a blunder.
+        let mut rows: Vec<Row> = tables.marks.iter().collect();
+        rows[0].xy[0] += 200.0;
+        assert!(judge(&Tables { marks: made::table(super::super::Measured::Marks, rows), ..tables }).is_empty());
     }
 }

@@ -2,6 +2,7 @@
 
 use super::super::Mistake;
 use super::super::clock::{Clock, GPS_AHEAD_OF_UTC};
+use super::super::few::Fit;
 use super::super::shape::Change;
 use super::super::survey::Subject;
 use super::super::undo::{edits_of, without_positions};
@@ -71,6 +72,41 @@ pub fn changed(subject: Subject, change: Change, drop: f64, ln_p: f64) -> Mistak
     match change.value() {
         Some((value, unit)) => with(found, value, sigma, unit),
         None => found,
+    }
+}
+
+/// What was done, as a part of a sentence.
+pub fn in_short(change: Change) -> String {
+    match change {
+        Change::HeightUnit(metres) => format!("heights {}", unit(metres)),
+        Change::Exchanged(a, b) => format!("{} and {} exchanged", AXES[a], AXES[b]),
+        Change::Reversed(axis) => format!("{} with the wrong sign", AXES[axis]),
+        Change::Degrees(_) => "geographic coordinates in degrees".into(),
+        Change::None | Change::Shifted(_) | Change::Clock(_) => String::new(),
+    }
+}
+
+/// A few points that together contradict the images, and what may be the cause.
+pub fn contradicting(subject: Subject, names: Vec<String>, fit: Fit, causes: &[String]) -> Mistake {
+    let (who, count, listed) = (subject.words(), names.len(), list(&names));
+    let what = match fit {
+        Fit::Off(off) => format!("do not have the shape that the images give: {off:.3} m (RMS) are left over"),
+        Fit::None => "do not resemble the shape that the images give".into(),
+        Fit::UpsideDown => "fit the images upside down alone: the cameras would lie below the ground".into(),
+    };
+    let sentence = match causes {
+        [] => format!("{who}: {listed} {what}. {count} points do not tell which of them is wrong."),
+        all => format!(
+            "{who}: {listed} {what}. What may be wrong: one point; {}. {count} points do not tell.",
+            all.join("; ")
+        ),
+    };
+    let remedy = "Compare control.csv and marks.csv with the list of the survey. A fifth point, or GNSS positions, would \
+                  tell what is wrong.";
+    let found = mistake("shape", subject.key(), names, f64::NAN, f64::NEG_INFINITY, [sentence, remedy.into()]);
+    match fit {
+        Fit::Off(off) => with(found, off, None, "m"),
+        Fit::None | Fit::UpsideDown => found,
     }
 }
 

@@ -9,7 +9,7 @@ mod set_aside;
 mod tests;
 
 pub use common::list;
-pub use group::{changed, collapsed};
+pub use group::{changed, collapsed, contradicting, in_short};
 pub use members::{exchanged, exchanged_images, flight_offset, wrong_coordinate, wrong_position, wrong_positions};
 pub use pair::{
     height_offset, is_of_one_point, of_one_point, other_frame, plan_offset, recorded_otherwise, rotation, scale, tilt,

@@ -6,6 +6,7 @@ mod cameras;
 mod clean;
 mod conventions;
 mod datum;
+mod few;
 mod groups;
 mod images;
 mod made;
