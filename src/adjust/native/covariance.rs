@@ -78,6 +78,9 @@ pub fn covariance(at: &Prepared<'_>, factor: &Factor, of: CovarianceOf) -> Resul
     Ok(Some(covariance))
 }
 
+/// Covariance of a point, and its parts where they are wanted.
+type OfPoint = (Matrix3<f64>, Option<PointParts>);
+
 /// `V^-1 + V^-1 W' S^-1 W V^-1` of every point, and its parts where they are wanted. Errors: a point that its rays do
 /// not fix.
 fn points<const D: usize>(
@@ -86,7 +89,7 @@ fn points<const D: usize>(
     with_parts: bool,
 ) -> Result<(Vec<Matrix3<f64>>, Vec<PointParts>), AdjustError> {
     let structure = at.structure;
-    let part = |chunk: &Range<usize>| -> Result<Vec<(Matrix3<f64>, Option<PointParts>)>, AdjustError> {
+    let part = |chunk: &Range<usize>| -> Result<Vec<OfPoint>, AdjustError> {
         let mut rows = PointRows::<D>::new();
         let of_point = |j: usize| {
             rows.linearise(at, j)?;
