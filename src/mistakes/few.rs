@@ -83,8 +83,8 @@ impl Trial {
         self.misfit < self.limit && !self.upside_down
     }
 
-    /// Does it change heights alone? Four points near a plane tell one number of their heights, which a wrong cause hits
-    /// by chance.
+    /// Does it change heights alone? Four points near a plane tell one number of their heights, and a wrong cause hits
+    /// it by chance.
     fn is_of_heights(&self) -> bool {
         matches!(self.cause, Cause::Changed(Change::HeightUnit(_) | Change::Reversed(2)))
     }
@@ -254,7 +254,7 @@ mod tests {
         let wrong = wrong.expect("a contradiction");
         assert_eq!((wrong.kind.as_str(), wrong.names.len()), ("shape", 4));
         assert!(wrong.value.is_some_and(|off| off > 5.0) && wrong.sentence.contains("do not tell"), "{wrong:?}");
-        // Of a square, two corners exchanged are the other two exchanged in its mirror image, which the vertical refuses.
+        // Of a square, two corners exchanged are the other two exchanged in its mirror image: the vertical refuses it.
         let square = [[0.0, 0.0, 0.0], [80.0, 0.0, 0.0], [80.0, 80.0, 0.0], [0.0, 80.0, 0.0]];
         let corners = |degrees| judged(&square, degrees, |k, p| if k < 2 { square[1 - k].into() } else { p });
         let found = corners(0.0).expect("a mistake");

@@ -101,8 +101,8 @@ pub fn contradicting(subject: Subject, names: Vec<String>, fit: Fit, causes: &[S
             all.join("; ")
         ),
     };
-    let remedy = "Compare control.csv and marks.csv with the list of the survey. A fifth point, or GNSS positions, would \
-                  tell what is wrong.";
+    let remedy = "Compare control.csv and marks.csv with the list of the survey. A fifth point, or GNSS positions, \
+                  would tell what is wrong.";
     let found = mistake("shape", subject.key(), names, f64::NAN, f64::NEG_INFINITY, [sentence, remedy.into()]);
     match fit {
         Fit::Off(off) => with(found, off, None, "m"),
