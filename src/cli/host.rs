@@ -32,7 +32,7 @@ pub trait Host: Sync {
     fn message(&self, text: &str);
     /// The work is here now.
     fn step(&self, text: &str);
-    /// The host hears when the work probably ends: so many seconds from now.
+    /// Tells the host in how many seconds the work will end, by an estimate.
     fn expect(&self, _seconds: f64) {}
 }
 
