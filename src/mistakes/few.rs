@@ -9,6 +9,7 @@
 use super::align::FEWEST;
 use super::shape::Change;
 use super::survey::{Group, Subject, Survey};
+use super::values::placed::extent;
 use super::{BEYOND, Mistake, ln_p, words};
 use crate::evaluate::similarity::{Similarity, SimilarityError, target_from_source};
 use nalgebra::Vector3;
@@ -150,12 +151,6 @@ pub fn judge(group: &Group, survey: &Survey) -> Option<Mistake> {
 /// Is a direction that of the vertical, roughly?
 fn is_above(direction: &Vector3<f64>) -> bool {
     direction.z > 0.5 * direction.norm()
-}
-
-/// Distance from the middle, RMS.
-fn extent(places: &[Vector3<f64>]) -> f64 {
-    let middle = places.iter().sum::<Vector3<f64>>() / places.len() as f64;
-    (places.iter().map(|place| (place - middle).norm_squared()).sum::<f64>() / places.len() as f64).sqrt()
 }
 
 fn named(cause: Cause, group: &Group, drop: f64, ln_p: f64) -> Mistake {

@@ -2,7 +2,7 @@
 
 use super::lost::control_points;
 use super::undone::with_conventions;
-use crate::block::{Block, Role};
+use crate::block::{Block, ByPoint, PointId, Role};
 use crate::mistakes::set_aside::{self, Count, SetAside};
 use crate::mistakes::{Mistake, Subject};
 use crate::model::{Datum, Model};
@@ -50,9 +50,9 @@ const SEEN: usize = 2;
 
 /// Control points that hold the block: seen from two directions.
 fn seen_control(block: &Block) -> usize {
-    let mut seen = vec![0; block.surveyed.len()];
-    block.marks.iter().for_each(|mark| seen[mark.point.index()] += 1);
-    block.surveyed.iter().zip(seen).filter(|(point, seen)| point.role == Role::Control && *seen >= SEEN).count()
+    let marks = ByPoint::new(&block.marks, block.surveyed.len());
+    let control = block.surveyed.iter().enumerate().filter(|(_, point)| point.role == Role::Control);
+    control.filter(|(k, _)| marks.count(PointId::from(*k)) >= SEEN).count()
 }
 
 /// Where control and GNSS disagree and neither is known to be wrong, the diagnosis goes on with control, if there is

@@ -40,7 +40,7 @@ mod extent;
 mod far;
 mod flights;
 mod focal;
-mod placed;
+pub mod placed;
 mod principal_point;
 mod same_place;
 mod scale;
