@@ -56,8 +56,10 @@ pub fn focal_lengths(block: &Block, model: &Model, interiors: &[Interior]) -> Re
         let times_worse = |(factor, misfits): &(f64, Vec<Misfit>)| (*factor, misfits[camera].times(given));
         let times: Vec<(f64, f64)> = others.iter().map(times_worse).collect();
         let id = &block.cameras[camera].id;
-        let better = |(factor, worse): &(f64, f64)| (*factor, factor.min(1.0) / worse);
-        let best = times.iter().map(better).max_by(|(_, a), (_, b)| a.total_cmp(b));
+        // Control that stands elsewhere fits any focal length better than the right one, and tie points do not.
+        let agreed = others.iter().filter(|(factor, misfits)| !misfits[camera].contradicts(given, *factor));
+        let better = |(factor, misfits): &(f64, Vec<Misfit>)| (*factor, factor.min(1.0) / misfits[camera].times(given));
+        let best = agreed.map(better).max_by(|(_, a), (_, b)| a.total_cmp(b));
         let not_clearly_worse = |(factor, worse): &(f64, f64)| worse * factor.recip().min(1.0) <= CLEARLY;
         let least = times.iter().copied().filter(not_clearly_worse).min_by(|(_, a), (_, b)| a.total_cmp(b));
         match best {
@@ -82,7 +84,16 @@ impl Misfit {
 
     /// By how many times it is larger than `other`, tie points and marks together.
     fn times(&self, other: &Misfit) -> f64 {
-        self.0.iter().zip(other.0).filter_map(|(own, other)| Some((*own)? / other?)).product()
+        self.ratios(other).product()
+    }
+
+    fn ratios(&self, other: &Misfit) -> impl Iterator<Item = f64> {
+        self.0.iter().zip(other.0).filter_map(|(own, other)| Some((*own)? / other?))
+    }
+
+    /// Is one kind of measurements, at `factor` times the focal length, clearly worse than `other`?
+    fn contradicts(&self, other: &Misfit, factor: f64) -> bool {
+        self.ratios(other).any(|worse| worse * factor.recip().min(1.0) > CLEARLY)
     }
 }
 

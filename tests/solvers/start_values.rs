@@ -123,6 +123,21 @@ fn a_good_focal_length_is_told_by_exact_poses() {
     }
 }
 
+/// Control in feet, or of another place: it stands beside where the images look, at every focal length.
+#[test]
+fn wrong_control_says_nothing_of_the_focal_length() {
+    for preset in ["dike", "corridor", "mapping"] {
+        let good = as_logged(without_points(block(preset, 600.0)));
+        let in_feet: fn(&mut Vector3<f64>) = |at| *at /= 0.3048;
+        let elsewhere: fn(&mut Vector3<f64>) = |at| *at += Vector3::new(400.0, -250.0, 0.0);
+        for wrong in [in_feet, elsewhere] {
+            let mut block = good.clone();
+            block.surveyed.iter_mut().for_each(|point| wrong(&mut point.position));
+            assert_eq!(focal_lengths_of(&block).doubts, [], "{preset}");
+        }
+    }
+}
+
 #[test]
 fn what_tells_nothing_of_the_focal_length_is_said() {
     // One strip that looks down, its attitudes and heights no better than level flight: height and focal length scale
