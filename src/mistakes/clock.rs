@@ -39,14 +39,13 @@ pub struct Clock {
     pub tried: usize,
 }
 
-/// The difference under which the positions of a group agree best; `None` where images have no times, or `as_recorded`
-/// leaves too little for one.
-pub fn best(group: &Group, as_recorded: Option<&Aligned>) -> Option<Clock> {
+/// The difference under which the positions of a group agree best; `None` where images have no times, or positions are
+/// `off` by too little for one as they are recorded, m.
+pub fn best(group: &Group, off: Option<f64>) -> Option<Clock> {
     let flights = flights(group);
     let interval = interval(&flights)?;
     let path: Vec<f64> = flights.iter().flat_map(|flight| steps(group, flight)).map(|step| step.norm()).collect();
-    let misfits = |aligned: &Aligned| median(&aligned.misfits.iter().map(Vector3::norm).collect::<Vec<_>>());
-    if as_recorded.is_some_and(|aligned| misfits(aligned) < LEAST_SHARE * median(&path)) {
+    if off.is_some_and(|off| off < LEAST_SHARE * median(&path)) {
         return None;
     }
     let differences = differences(interval, &flights);
@@ -205,16 +204,17 @@ mod tests {
         Group { subject: Subject::Gnss, sigma: [0.03, 0.05], members, flights: vec!["a".into()] }
     }
 
-    fn as_recorded(group: &Group) -> Option<Aligned> {
+    fn off(group: &Group) -> Option<f64> {
         let of = |own: &dyn Fn(&Member) -> Vector3<f64>| group.members.iter().map(own).collect::<Vec<_>>();
-        align(&of(&|member| member.computed.unwrap()), &of(&|member| member.recorded), group.sigma)
+        let aligned = align(&of(&|member| member.computed.unwrap()), &of(&|member| member.recorded), group.sigma)?;
+        Some(median(&aligned.misfits.iter().map(Vector3::norm).collect::<Vec<_>>()))
     }
 
     #[test]
     fn clocks_that_differ_are_found_with_their_difference() {
         for seconds in [5.0, -18.0, 11.3] {
             let group = flight(seconds);
-            let found = best(&group, as_recorded(&group).as_ref()).expect("a difference");
+            let found = best(&group, off(&group)).expect("a difference");
             assert!((found.seconds - seconds).abs() < 0.2, "{seconds}: {found:?}");
         }
     }
@@ -223,7 +223,7 @@ mod tests {
     fn known_differences_are_tried_beyond_the_grid() {
         // Images every 0.4 s: the grid ends at 12 s.
         let group = flight_of(GPS_AHEAD_OF_UTC, 2, 90);
-        let found = best(&group, as_recorded(&group).as_ref()).expect("a difference");
+        let found = best(&group, off(&group)).expect("a difference");
         assert!((found.seconds - GPS_AHEAD_OF_UTC).abs() < 0.2, "{found:?}");
         // The grid and 18 s, both ways; a flight of two minutes holds no half hour.
         assert_eq!(found.tried, 122);
@@ -235,7 +235,7 @@ mod tests {
     #[test]
     fn a_delay_of_the_receiver_and_images_without_times_are_left_alone() {
         let group = flight(0.1);
-        assert_eq!(best(&group, as_recorded(&group).as_ref()), None);
+        assert_eq!(best(&group, off(&group)), None);
         let mut group = flight(5.0);
         group.members.iter_mut().for_each(|member| member.time = None);
         assert_eq!(best(&group, None), None);

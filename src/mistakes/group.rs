@@ -3,12 +3,12 @@
 use super::align::{Aligned, align};
 use super::clock;
 use super::judged::Judged;
-use super::members;
+use super::members::{self, FEWEST_OF_FLIGHT};
 use super::shape::Change;
 use super::survey::{Group, Subject, Survey};
 use super::words;
 use super::{BEYOND, ln_p, price};
-use crate::math::statistics::{chi_square_quantile, mean};
+use crate::math::statistics::{chi_square_quantile, mean, median};
 use nalgebra::Vector3;
 use std::cmp::Ordering;
 
@@ -56,6 +56,33 @@ impl Trial {
         let squares: Vec<f64> = own.map(|k| self.aligned.square(k) * self.in_network()).collect();
         mean(&squares)
     }
+
+    /// How far the flight is off that is off most: the length of the median of its misfits, in the free network. `None`
+    /// where no flight has enough.
+    fn of_flights(&self, group: &Group) -> Option<f64> {
+        let of_flight = |flight: usize| {
+            let own = (0..self.members.len()).filter(|k| group.members[self.members[*k]].flight == flight);
+            let misfits: Vec<Vector3<f64>> = own.map(|k| self.aligned.misfits[k]).collect();
+            let along = |axis: usize| median(&misfits.iter().map(|misfit| misfit[axis]).collect::<Vec<_>>());
+            (misfits.len() >= FEWEST_OF_FLIGHT).then(|| Vector3::from_fn(|axis, _| along(axis)).norm())
+        };
+        let largest = (0..group.flights.len()).filter_map(of_flight).reduce(f64::max)?;
+        Some(largest / self.aligned.similarity.scale)
+    }
+
+    /// How far members are off, or a whole flight, m.
+    fn off(&self, group: &Group) -> f64 {
+        let members = median(&self.aligned.misfits.iter().map(Vector3::norm).collect::<Vec<_>>());
+        self.of_flights(group).map_or(members, |flight| members.max(flight * self.aligned.similarity.scale))
+    }
+
+    /// Does a difference of clocks take whole flights to their places? Strips that are all flown one way move together
+    /// by it, and those at another speed stay behind: less than single positions are off in a bent network.
+    fn is_of_flights(&self, none: Option<&Self>, group: &Group) -> bool {
+        let (Change::Clock(_), Some(none)) = (self.change, none) else { return false };
+        let [before, after] = [none, self].map(|trial| trial.of_flights(group));
+        before.zip(after).is_some_and(|(before, after)| before >= BEYOND * after)
+    }
 }
 
 /// Finds the change that takes a group to its shape in the free network, and judges its members under it. `None`
@@ -67,7 +94,7 @@ pub fn judge(group: &Group, survey: &Survey, alpha: f64) -> Option<Judged> {
     let mut trials: Vec<Trial> = Change::all(group).into_iter().filter_map(trial).collect();
     let none = trials.iter().position(|trial| trial.change == Change::None);
     if group.subject == Subject::Gnss
-        && let Some(clock) = clock::best(group, none.map(|none| &trials[none].aligned))
+        && let Some(clock) = clock::best(group, none.map(|none| trials[none].off(group)))
     {
         trials.extend(Trial::new(group, Change::Clock(clock), &seen));
     }
@@ -77,7 +104,9 @@ pub fn judge(group: &Group, survey: &Survey, alpha: f64) -> Option<Judged> {
         // A member that an alternative leaves without a position costs what a blunder costs.
         let after = trial.objective(variance, cap) + cap * (seen.len() - trial.members.len()) as f64;
         let before = none.map_or(cap * seen.len() as f64, |none| trials[none].objective(variance, cap));
-        let beyond = none.is_none_or(|none| trials[none].moves(trial, cap) >= BEYOND * BEYOND * variance);
+        let none = none.map(|none| &trials[none]);
+        let beyond = none.is_none_or(|none| none.moves(trial, cap) >= BEYOND * BEYOND * variance);
+        let beyond = beyond || trial.is_of_flights(none, group);
         if beyond && before - after > price(alpha, trial.change.alternatives()) {
             accepted.push((k, before - after));
         }
@@ -106,7 +135,10 @@ pub fn judge(group: &Group, survey: &Survey, alpha: f64) -> Option<Judged> {
         let ln_p = ln_p(drop, trial.change.alternatives());
         judged.mistakes.push(words::changed(group.subject, trial.change, drop, ln_p));
     }
-    members::judge(&mut judged, alpha);
+    // A position between two recorded ones is nobody's: what is wrong shows once the clocks agree.
+    if !matches!(trial.change, Change::Clock(_)) {
+        members::judge(&mut judged, alpha);
+    }
     Some(judged)
 }
 

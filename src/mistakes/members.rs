@@ -16,7 +16,7 @@ const OF_MAD: f64 = 1.4826;
 /// Positions before and after one in its flight that it is held against; twice as many points around one.
 const NEIGHBOURS: usize = 3;
 /// Images of a flight that must agree on its shift.
-const FEWEST_OF_FLIGHT: usize = 5;
+pub const FEWEST_OF_FLIGHT: usize = 5;
 
 /// Names the members that do not fit.
 pub fn judge(judged: &mut Judged, alpha: f64) {

@@ -240,3 +240,30 @@ fn lists_of_positions_that_slipped() {
     let found = screen(&flight, ALPHA);
     assert!(found.len() == 1 && found[0].kind == "flight-offset" && found[0].names.len() == 20, "{found:?}");
 }
+
+/// Strips that are all flown one way move together by a difference of clocks; those at another speed stay behind.
+#[test]
+fn a_difference_of_clocks_shows_in_the_flights_of_another_speed() {
+    const SPEEDS: [f64; 4] = [5.0, 5.0, 4.0, 6.0];
+    const IMAGES: usize = 15;
+    let along = |flight: usize, time: f64| {
+        let wander = 0.4 * Vector3::new((0.9 * time).sin(), 0.0, (1.7 * time).sin());
+        Vector3::new(12.0 * flight as f64, SPEEDS[flight] * time - 200.0, 60.0 + 8.0 * flight as f64) + wander
+    };
+    let of_image = |k: usize| (k / IMAGES, 4.0 * (k % IMAGES) as f64);
+    let place_of = |subject: Subject, k: usize| match subject {
+        Subject::Gnss => along(of_image(k - 100).0, of_image(k - 100).1),
+        _ => place(subject, k),
+    };
+    let mut survey = survey_at(place_of);
+    survey.groups[2].flights = ["a", "b", "c", "d"].map(String::from).to_vec();
+    survey.groups[2].members.iter_mut().enumerate().for_each(|(k, member)| {
+        let (flight, time) = of_image(k);
+        (member.flight, member.time) = (flight, Some(time));
+    });
+    assert!(kinds(&survey).is_empty());
+    rewrite(&mut survey, 2, |k, _| along(of_image(k).0, of_image(k).1 + 18.0));
+    let found = screen(&survey, ALPHA);
+    assert!(found.len() == 1 && found[0].kind == "clock-offset", "{found:?}");
+    assert!(found[0].value.is_some_and(|seconds| (seconds - 18.0).abs() < 0.3), "{found:?}");
+}

@@ -9,7 +9,7 @@ use super::words::{self, Fitting};
 use crate::camera::Camera;
 use crate::math::statistics::median;
 use crate::mistakes::several_cameras::FEWEST_SHARE;
-use crate::mistakes::{Mistake, ln_p, price};
+use crate::mistakes::{BEYOND, Mistake, ln_p, price};
 use nalgebra::{Matrix2, Vector2};
 
 /// A shift of the image below this is nothing that a person did, px: lenses and sensors wobble by less.
@@ -24,12 +24,15 @@ pub fn shifted<'a>(scene: &'a Scene, known: &Known) -> Vec<Shifted<'a>> {
 }
 
 /// Cropped images: a shift of one image's measurements that is significant beside how far those of all images spread,
-/// where that is more than noise gives.
+/// where that is more than noise gives, and an order of magnitude beyond the usual shift. A sensor or a focal length
+/// that changes from image to image shifts all of them, and a few far more than most.
 pub fn cropped(scene: &Scene, shifted: &[Shifted<'_>], alpha: f64) -> Vec<Mistake> {
     let usual = median(&shifted.iter().map(Shifted::normalised).collect::<Vec<_>>());
     let spread = (usual / MEDIAN_OF_RAYLEIGH).max(1.0);
+    let usual = median(&shifted.iter().map(Shifted::size).collect::<Vec<_>>());
+    let beyond = LEAST_SHIFT_PX.max(BEYOND * usual);
     let is_cropped = |shifted: &&Shifted<'_>| {
-        shifted.size() > LEAST_SHIFT_PX && shifted.drop / spread.powi(2) > price(alpha, scene.views.len())
+        shifted.size() > beyond && shifted.drop / spread.powi(2) > price(alpha, scene.views.len())
     };
     let found: Vec<&Shifted<'_>> = shifted.iter().filter(is_cropped).collect();
     if found.len() as f64 > FEWEST_SHARE * shifted.len() as f64 {
@@ -117,6 +120,9 @@ pub fn cost(camera: &Camera, rows: &[Row], resected: &Resected, known: &Known) -
 mod tests {
     use super::super::made_wrong::with;
     use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::StandardNormal;
 
     const ALPHA: f64 = 0.001;
 
@@ -132,5 +138,27 @@ mod tests {
 
         let (scene, known) = with(|xy| xy, 0.0);
         assert_eq!(cropped(&scene, &shifted(&scene, &known), ALPHA), []);
+    }
+    #[test]
+    fn a_sensor_that_moves_is_no_cropped_image() {
+        let (scene, _) = with(|xy| xy, 0.0);
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let mut normal = |sigma: f64| sigma * random.sample::<f64, _>(StandardNormal);
+        // Images differ in how well their measurements tell a shift.
+        let mut all: Vec<Shifted<'_>> = (0..scene.views.len())
+            .map(|view| {
+                let sigma = if view % 2 == 0 { 0.2 } else { 4.0 };
+                let [x, y] = [0, 1].map(|_| normal(10.0) + normal(sigma));
+                let drop = (x * x + y * y) / (sigma * sigma);
+                let covariance = Matrix2::identity() * sigma * sigma;
+                Shifted { view, camera: &scene.cameras[0], shift: [x, y], covariance, drop, fit: [30, 30] }
+            })
+            .collect();
+        assert_eq!(cropped(&scene, &all, ALPHA), []);
+
+        all[2].shift = [300.0, 0.0];
+        all[2].drop = (300.0_f64 / 0.2).powi(2);
+        let found = cropped(&scene, &all, ALPHA);
+        assert_eq!(found.iter().map(|one| one.names[0].as_str()).collect::<Vec<_>>(), ["i2"]);
     }
 }
