@@ -45,7 +45,9 @@ pub fn text(diagnosis: &Diagnosis, scaled: bool) -> String {
         }
     }
     if !diagnosis.left.is_empty() {
-        text += "\nUnexplained residual patterns:\n";
+        let what =
+            if diagnosis.check_points_alone_contradict() { "Unexplained" } else { "Unexplained residual patterns" };
+        text += &format!("\n{what}:\n");
     }
     for sentence in &diagnosis.left {
         text += &format!("  - {sentence}\n");

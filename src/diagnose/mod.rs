@@ -16,6 +16,7 @@
 pub mod added;
 pub mod candidate;
 mod catalogue;
+mod checked;
 pub mod competition;
 mod conclusion;
 mod descent;

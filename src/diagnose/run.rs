@@ -22,7 +22,7 @@ use crate::adjust::native::pool::Pool;
 use crate::block::Block;
 use crate::effects::{self, Stage};
 use crate::math::statistics::chi_square_quantile;
-use crate::mistakes::Mistake;
+use crate::mistakes::{Mistake, Subject};
 use crate::model::Model;
 use crate::residuals::{self, Structure, check_points};
 use crate::run::RunError;
@@ -104,7 +104,7 @@ fn diagnose_without_mistakes(
     };
     let mut mistakes = mistakes;
     if let Some((other, mistake)) = doubtful {
-        diagnosed = other;
+        diagnosed = other.unwrap_or(diagnosed);
         mistakes.push(mistake);
     }
     let fit = &diagnosed.improvement.fit;
@@ -113,26 +113,34 @@ fn diagnose_without_mistakes(
     judge_mistakes(&mut diagnosed.diagnosis, mistakes.into_iter().chain(aside).chain(focal));
     let imprecise = screening::of_weights(&diagnosed.diagnosis);
     judge_mistakes(&mut diagnosed.diagnosis, imprecise);
+    diagnosed.diagnosis.judge_check_points();
     Ok(diagnosed)
 }
 
-/// Does a diagnosis let surveyed groups contradict each other: is one imprecise, or moved by an effect?
+/// Does a diagnosis let surveyed groups contradict each other: is one imprecise, moved by an effect, or checked by
+/// points that contradict it?
 fn contradicts_survey(diagnosed: &Diagnosed) -> bool {
     let is_moved = |id: &str| effects::find(id).is_some_and(|effect| effect.descriptor().stage == Stage::Position);
     let Diagnosis { imprecise, recommended, .. } = &diagnosed.diagnosis;
-    imprecise.iter().any(Imprecise::is_of_survey) || recommended.iter().any(|id| is_moved(id))
+    let is_checked = diagnosed.diagnosis.contradicted_by_check_points().is_some();
+    is_checked || imprecise.iter().any(Imprecise::is_of_survey) || recommended.iter().any(|id| is_moved(id))
 }
 
 /// The same without a surveyed group that one mistake sets against another one, and the mistake: where nothing
 /// contradicts the survey then, and no cause is named that was not named before. A known displacement of a group is
-/// simpler than an effect, or a precision, that takes the place of it.
+/// simpler than an effect, or a precision, that takes the place of it. Check points have no part in the diagnosis, which
+/// is the same without them: `None`.
 fn without_contradiction(
     block: &Block,
     model: &Model,
     before: &Diagnosed,
     settings: &Settings<'_>,
-) -> Result<Option<(Diagnosed, Mistake)>, DiagnoseError> {
+) -> Result<Option<(Option<Diagnosed>, Mistake)>, DiagnoseError> {
+    let is_checked = before.diagnosis.contradicted_by_check_points().is_some();
     for mistake in screening::doubtful(block, model, settings.significance, &settings.options) {
+        if is_checked && mistake.subject == Subject::Check.key() {
+            return Ok(Some((None, mistake)));
+        }
         let Some((block, model)) = screening::without(block, model, std::slice::from_ref(&mistake)) else { continue };
         (settings.tell)(&format!("the same without the survey that may be wrong ({})", mistake.kind));
         let other = match diagnose_as_it_is(&block, &model, settings) {
@@ -144,7 +152,7 @@ fn without_contradiction(
         let is_simpler = other.diagnosis.recommended.iter().all(|id| named.contains(id));
         let explains = matches!(other.diagnosis.verdict, Verdict::Adequate | Verdict::Missing);
         if explains && is_simpler && !contradicts_survey(&other) {
-            return Ok(Some((other, mistake)));
+            return Ok(Some((Some(other), mistake)));
         }
     }
     Ok(None)

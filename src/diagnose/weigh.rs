@@ -41,6 +41,10 @@ fn sentence(diagnosis: &Diagnosis, precision_m: f64, tolerance_m: Option<f64>) -
     if diagnosis.verdict == Verdict::Mistake {
         return WITH_A_MISTAKE.into();
     }
+    if diagnosis.check_points_alone_contradict() {
+        return "No significant misfit remains in the images, and yet points are wrong by what the check points show."
+            .into();
+    }
     let largest = diagnosis
         .left_shapes
         .iter()

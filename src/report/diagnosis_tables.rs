@@ -13,6 +13,13 @@ pub fn verdict_sentence(diagnosis: &Diagnosis) -> String {
         Verdict::Adequate => "adequate: no significant misfit remains.".into(),
         Verdict::Missing => format!("missing: {}.", names(&diagnosis.recommended)),
         Verdict::Mistake => mistake_sentence(diagnosis, &names(&diagnosis.recommended)),
+        Verdict::Unexplained if diagnosis.check_points_alone_contradict() => match diagnosis.recommended.is_empty() {
+            true => "unexplained: the check points contradict the block, and its images do not show why.".into(),
+            false => {
+                let included = names(&diagnosis.recommended);
+                format!("unexplained: {included} is included, but the check points contradict the block.")
+            }
+        },
         Verdict::Unexplained if diagnosis.recommended.is_empty() => {
             "unexplained: residual patterns remain that no effect of the catalogue explains.".into()
         }

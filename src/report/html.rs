@@ -24,7 +24,7 @@ fn heading(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Adequate => "✓ Adequate: no significant misfit remains",
         Verdict::Missing => "! Missing effect: the camera model lacks a cause that this block shows",
-        Verdict::Unexplained => "? Unexplained: residual patterns remain that no effect of the catalogue explains",
+        Verdict::Unexplained => "? Unexplained: something remains that no effect of the catalogue explains",
         Verdict::Mistake => "✗ Mistake: something is recorded wrongly",
     }
 }

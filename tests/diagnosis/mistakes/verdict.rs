@@ -97,3 +97,28 @@ fn a_small_tilt_of_the_positions_is_no_shift() {
         assert!((angle - 0.3).abs() < 0.03, "{preset}: {angle} degrees");
     }
 }
+
+/// The images of a tilted list of check points fit as well as ever: only the check points contradict the block.
+#[test]
+fn a_block_that_its_check_points_contradict_is_not_adequate() {
+    let turned = |preset: &str, degrees: f64| {
+        let mut tilted = block(preset, 3);
+        let middle = tilted.surveyed.iter().map(|p| p.position).sum::<Vector3<f64>>() / tilted.surveyed.len() as f64;
+        let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::x_axis(), degrees.to_radians());
+        points(&mut tilted, Role::Check, |p| middle + turn * (p - middle));
+        diagnosis(&tilted)
+    };
+    for (preset, degrees) in [("mapping", 0.25), ("closerange", 0.5)] {
+        let found = turned(preset, degrees);
+        let kinds: Vec<&str> = found.mistakes.iter().map(|own| own.kind.as_str()).collect();
+        assert_eq!((kinds, found.recommended.len()), (vec!["tilt"], 0), "{preset}: {:?}", found.left);
+        let angle = found.mistakes[0].value.expect("an angle");
+        assert!((angle - degrees).abs() < 0.1 * degrees, "{preset}: {angle} degrees");
+    }
+    // Heights that bend are no mistake that anybody knows.
+    let mut bent = block("mapping", 3);
+    points(&mut bent, Role::Check, |p| p + Vector3::z() * (2e-5 * (p - Vector3::zeros()).xy().norm_squared()));
+    let found = diagnosis(&bent);
+    assert_eq!((found.verdict, &found.recommended[..]), (Verdict::Unexplained, &[][..]), "{:?}", found.mistakes);
+    assert!(found.left[0].contains("dome"), "{:?}", found.left);
+}
