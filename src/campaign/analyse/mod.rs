@@ -3,12 +3,14 @@
 mod anova;
 mod calibration;
 mod confusion;
+mod curves;
 mod page;
 mod power;
 
 pub use anova::{Anova, Source, anova};
 pub use calibration::{Calibration, FalseAlarms, QUANTILES, calibration, false_alarms};
 pub use confusion::{Confusion, confusion};
+pub use curves::{Curve, REACHED, Reached, curves};
 pub use page::{page, tables};
 pub use power::{Power, power};
 

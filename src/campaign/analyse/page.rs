@@ -2,8 +2,8 @@
 
 use super::super::gather::Row;
 use super::{
-    Anova, Calibration, Confusion, FalseAlarms, Power, QUANTILES, Share, anova, calibration, confusion, false_alarms,
-    power,
+    Anova, Calibration, Confusion, Curve, FalseAlarms, Power, QUANTILES, REACHED, Reached, Share, anova, calibration,
+    confusion, curves, false_alarms, power,
 };
 use crate::campaign::folder::State;
 use crate::report::figures::{Axis, LineChart, LineStyle, Panel, Series, line_chart};
@@ -23,6 +23,7 @@ pub fn tables(rows: &[Row], figure: &str) -> Vec<Table> {
     let (power, confusion, calibration) = (power(rows), confusion(rows), calibration(rows));
     if !power.is_empty() {
         all.push(power_table(&power));
+        all.extend(curves(&power).map(|(size, curves)| reached_table(&size, &curves)));
     }
     if !confusion.is_empty() {
         all.push(confusion_table(&confusion));
@@ -41,10 +42,9 @@ pub fn page(rows: &[Row], about: &str, figure: &str) -> Page {
     for table in tables(rows, figure) {
         page.table(&table);
     }
-    let power = power(rows);
-    if let Some(svg) = power_curves(&power) {
+    if let Some((size, curves)) = curves(&power(rows)) {
         let caption = "Power: share of the cases in which what is there is named. The table has the intervals.";
-        page.section("Power").figure("power", svg, caption);
+        page.section("Power").figure("power", power_curves(&size, &curves), caption);
     }
     let calibration = calibration(rows);
     if let Some(svg) = uniformity(&calibration) {
@@ -140,35 +140,52 @@ fn anova_table(anova: &Anova) -> Table {
     table
 }
 
-/// Against the first factor whose levels are numbers; a curve for each combination of the others.
-fn power_curves(all: &[Power]) -> Option<String> {
-    let number = |own: &Power, factor: &String| own.levels.get(factor).and_then(|level| level.parse::<f64>().ok());
-    let is_size = |factor: &&String| {
-        let levels: Vec<f64> = all.iter().filter_map(|own| number(own, factor)).collect();
-        levels.len() == all.len() && levels.iter().any(|level| *level != levels[0])
-    };
-    let size = all.first()?.levels.keys().find(is_size)?.clone();
-    let mut curves: Vec<(String, Vec<(f64, Share)>)> = Vec::new();
-    for own in all {
-        let others = own.levels.iter().filter(|(factor, _)| **factor != size).map(|(_, level)| level.as_str());
-        let label = others.chain([own.expected.join(" + ").as_str()]).collect::<Vec<_>>().join(", ");
-        let point = (number(own, &size)?, own.named);
-        match curves.iter_mut().find(|(name, _)| *name == label) {
-            Some((_, points)) => points.push(point),
-            None => curves.push((label, vec![point])),
+fn reached_table(size: &str, curves: &[Curve]) -> Table {
+    let mut table = Table::new(format!("{size} from which {} are named", percent(REACHED)));
+    table = table.text("there", "").text("others", "").number("from", "").text("largest tried", "");
+    for curve in curves {
+        let tried = curve.points.iter().map(|(size, _)| *size);
+        let [least, most] = [tried.clone().fold(f64::MAX, f64::min), tried.fold(f64::MIN, f64::max)];
+        let from = match curve.reaches(REACHED) {
+            Reached::BelowAll => format!("below {least}"),
+            Reached::At(size) => significant(size, 2),
+            Reached::BeyondAll => format!("above {most}"),
+        };
+        let share =
+            curve.points.last().map_or(String::new(), |(size, share)| format!("{size}: {}", percent(share.value())));
+        // The level that names what is there says it twice.
+        let others = curve.levels.iter().filter(|level| **level != curve.expected);
+        let others = others.map(String::as_str).collect::<Vec<_>>().join(", ");
+        table.row([curve.expected.clone(), others, from, share]);
+    }
+    table
+}
+
+/// A panel for each thing to find, with a curve for each combination of the other factors.
+fn power_curves(size: &str, curves: &[Curve]) -> String {
+    let mut panels: Vec<(&str, Vec<&Curve>)> = Vec::new();
+    for curve in curves {
+        match panels.iter_mut().find(|(expected, _)| *expected == curve.expected) {
+            Some((_, own)) => own.push(curve),
+            None => panels.push((&curve.expected, vec![curve])),
         }
     }
-    let series = curves.into_iter().map(|(label, mut points)| {
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Series::new(label, points.iter().map(|(x, share)| [*x, share.value()]).collect())
+    let is_log = curves.iter().flat_map(|curve| &curve.points).all(|(size, _)| *size > 0.0);
+    let columns = panels.len().min(3);
+    let panels = panels.into_iter().map(|(expected, own)| {
+        // A level that all curves of a panel share tells nothing there.
+        let tells = |k: &usize| own.iter().any(|curve| curve.levels[*k] != own[0].levels[*k]);
+        let telling: Vec<usize> = (0..own[0].levels.len()).filter(tells).collect();
+        let label = |curve: &Curve| telling.iter().map(|k| curve.levels[*k].as_str()).collect::<Vec<_>>().join(", ");
+        let points = |curve: &Curve| curve.points.iter().map(|(size, share)| [*size, share.value()]).collect();
+        Panel {
+            title: expected.to_owned(),
+            x: Axis { log: is_log, ..Axis::new(size, "") },
+            y: Axis::new("named", "").range(0.0, 1.0),
+            series: own.iter().map(|curve| Series::new(label(curve), points(curve))).collect(),
+        }
     });
-    let panel = Panel {
-        x: Axis::new(size, ""),
-        y: Axis { range: Some([0.0, 1.0]), ..Axis::new("named", "") },
-        series: series.collect(),
-        ..Panel::default()
-    };
-    Some(line_chart(&LineChart { panels: vec![panel], columns: 1, ..LineChart::default() }))
+    line_chart(&LineChart { panels: panels.collect(), columns, ..LineChart::default() })
 }
 
 fn uniformity(all: &[Calibration]) -> Option<String> {
