@@ -128,8 +128,8 @@ fn contradicts_survey(diagnosed: &Diagnosed) -> bool {
 
 /// The same without a surveyed group that one mistake sets against another one, and the mistake: where nothing
 /// contradicts the survey then, and no cause is named that was not named before. A known displacement of a group is
-/// simpler than an effect, or a precision, that takes the place of it. Check points have no part in the diagnosis, which
-/// is the same without them: `None`.
+/// simpler than an effect, or a precision, that takes the place of it. Check points have no part in the diagnosis,
+/// which is the same without them: `None`.
 fn without_contradiction(
     block: &Block,
     model: &Model,

@@ -23,6 +23,10 @@ impl Count {
 /// hundred, five in a bad one.
 pub const SHARE: f64 = 0.1;
 
+/// Measurements of an image below which nothing is said of it: twice what orients it. Of fewer, those that are left fit
+/// anything, and the others have no independent witness.
+const FEWEST_OF_IMAGE: usize = 6;
+
 /// What was set aside of a block.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SetAside {
@@ -44,7 +48,7 @@ pub fn judge(counts: &SetAside, named: &[String], alpha: f64) -> Vec<Mistake> {
     let (points, mut images) = (lost(&counts.control), lost(&counts.images));
     let usual = (counts.all.aside as f64 + 1.0) / (counts.all.all as f64 + 2.0);
     let level = (alpha / counts.images.len().max(1) as f64).ln();
-    images.retain(|image| image.ln_chance(usual) < level);
+    images.retain(|image| image.all >= FEWEST_OF_IMAGE && image.ln_chance(usual) < level);
     if !points.is_empty() {
         found.push(words::points_set_aside(&points, counts.control.len()));
     }
@@ -77,5 +81,12 @@ mod tests {
         assert_eq!((found[0].kind.as_str(), found[0].names.as_slice()), ("set-aside", &["a".to_string()][..]));
         assert!(judge(&SetAside { all: count("", 101, 1000), ..SetAside::default() }, &[], 1e-3).len() == 1);
         assert!(judge(&SetAside::default(), &[], 1e-3).is_empty());
+        let thin = |aside, all| SetAside {
+            images: vec![count("thin", aside, all)],
+            all: count("", aside, 100_000),
+            ..SetAside::default()
+        };
+        assert_eq!(judge(&thin(2, 3), &[], 1e-3), [], "three rays orient an image, whatever they are");
+        assert_eq!(judge(&thin(5, 6), &[], 1e-3).len(), 1);
     }
 }
