@@ -98,8 +98,10 @@ fn diagnose_without_mistakes(
         }
         diagnosed => diagnosed,
     }?;
-    let doubtful = match contradicts_survey(&diagnosed) {
-        true => without_contradiction(block, model, &diagnosed, settings)?,
+    // What is known to be wrong tells why check points contradict the block.
+    let is_checked = mistakes.is_empty() && diagnosed.diagnosis.contradicted_by_check_points().is_some();
+    let doubtful = match is_checked || contradicts_survey(&diagnosed) {
+        true => without_contradiction(block, model, &diagnosed, is_checked, settings)?,
         false => None,
     };
     let mut mistakes = mistakes;
@@ -117,26 +119,24 @@ fn diagnose_without_mistakes(
     Ok(diagnosed)
 }
 
-/// Does a diagnosis let surveyed groups contradict each other: is one imprecise, moved by an effect, or checked by
-/// points that contradict it?
+/// Does a diagnosis let surveyed groups contradict each other: is one imprecise, or moved by an effect?
 fn contradicts_survey(diagnosed: &Diagnosed) -> bool {
     let is_moved = |id: &str| effects::find(id).is_some_and(|effect| effect.descriptor().stage == Stage::Position);
     let Diagnosis { imprecise, recommended, .. } = &diagnosed.diagnosis;
-    let is_checked = diagnosed.diagnosis.contradicted_by_check_points().is_some();
-    is_checked || imprecise.iter().any(Imprecise::is_of_survey) || recommended.iter().any(|id| is_moved(id))
+    imprecise.iter().any(Imprecise::is_of_survey) || recommended.iter().any(|id| is_moved(id))
 }
 
 /// The same without a surveyed group that one mistake sets against another one, and the mistake: where nothing
 /// contradicts the survey then, and no cause is named that was not named before. A known displacement of a group is
-/// simpler than an effect, or a precision, that takes the place of it. Check points have no part in the diagnosis,
-/// which is the same without them: `None`.
+/// simpler than an effect, or a precision, that takes the place of it. Where check points contradict the block, they
+/// may be wrong, too; they have no part in the diagnosis, which is the same without them: `None`.
 fn without_contradiction(
     block: &Block,
     model: &Model,
     before: &Diagnosed,
+    is_checked: bool,
     settings: &Settings<'_>,
 ) -> Result<Option<(Option<Diagnosed>, Mistake)>, DiagnoseError> {
-    let is_checked = before.diagnosis.contradicted_by_check_points().is_some();
     for mistake in screening::doubtful(block, model, settings.significance, &settings.options) {
         if is_checked && mistake.subject == Subject::Check.key() {
             return Ok(Some((None, mistake)));

@@ -101,15 +101,17 @@ fn a_small_tilt_of_the_positions_is_no_shift() {
 /// The images of a tilted list of check points fit as well as ever: only the check points contradict the block.
 #[test]
 fn a_block_that_its_check_points_contradict_is_not_adequate() {
-    let turned = |preset: &str, degrees: f64| {
+    let turned = |preset: &str, role: Role, degrees: f64| {
         let mut tilted = block(preset, 3);
         let middle = tilted.surveyed.iter().map(|p| p.position).sum::<Vector3<f64>>() / tilted.surveyed.len() as f64;
         let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::x_axis(), degrees.to_radians());
-        points(&mut tilted, Role::Check, |p| middle + turn * (p - middle));
+        points(&mut tilted, role, |p| middle + turn * (p - middle));
         diagnosis(&tilted)
     };
-    for (preset, degrees) in [("mapping", 0.25), ("closerange", 0.5)] {
-        let found = turned(preset, degrees);
+    // Of control, the tilt is known before, and is said once.
+    let tilts = [("mapping", Role::Check, 0.25), ("closerange", Role::Check, 0.5), ("dike", Role::Control, 0.5)];
+    for (preset, role, degrees) in tilts {
+        let found = turned(preset, role, degrees);
         let kinds: Vec<&str> = found.mistakes.iter().map(|own| own.kind.as_str()).collect();
         assert_eq!((kinds, found.recommended.len()), (vec!["tilt"], 0), "{preset}: {:?}", found.left);
         let angle = found.mistakes[0].value.expect("an angle");
