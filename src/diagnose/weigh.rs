@@ -42,7 +42,7 @@ fn sentence(diagnosis: &Diagnosis, precision_m: f64, tolerance_m: Option<f64>) -
         return WITH_A_MISTAKE.into();
     }
     if diagnosis.check_points_alone_contradict() {
-        return "No significant misfit remains in the images, and yet points are wrong by what the check points show."
+        return "No significant misfit remains in the images, and yet block and check points contradict each other."
             .into();
     }
     let largest = diagnosis
