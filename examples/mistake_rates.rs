@@ -8,12 +8,13 @@
 //! size: lengths, angles, pixels and seconds are multiples of the kind's default. The clean blocks are examined, too.
 
 use misclosure::adjust::Options;
-use misclosure::diagnose::{run::diagnose, screening, settings::Settings};
+use misclosure::diagnose::{run::diagnose, settings::Settings};
 use misclosure::inject::{self, DefaultValue, mistakes};
 use misclosure::io::block::{read_block, write_block};
 use misclosure::mistakes::Mistake;
 use misclosure::model::{Datum, Model};
 use misclosure::scenario::{Scenario, SurveyNoise, add_survey_noise, simulate};
+use misclosure::screening;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::Path;

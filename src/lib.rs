@@ -68,13 +68,14 @@
 //! | [`run`] | one adjustment from end to end, and its folder | math, geodesy, camera, block, io, effects, model, problem, measure, adjust, null_model, evaluate, mistakes |
 //! | [`snooping`] | data snooping: blunders, and robust fits to find them at | math, score, camera, block, model, problem, measure, adjust, null_model, evaluate, run |
 //! | [`residuals`] | structure of the residuals, check points, and their pictures | math, score, camera, block, model, problem, measure, adjust, null_model, evaluate, run |
-//! | [`diagnose`] | which effect is missing | math, score, geodesy, camera, block, effects, model, problem, measure, adjust, null_model, evaluate, mistakes, run, snooping, residuals |
-//! | [`plan`] | what a block would show before it is measured | math, score, files, block, io, effects, model, problem, adjust, scenario, inject, mistakes, run, residuals, diagnose |
+//! | [`screening`] | what people got wrong, by the shape that the tie points alone give | math, geodesy, camera, block, model, problem, measure, adjust, null_model, evaluate, mistakes, run, snooping, residuals |
+//! | [`diagnose`] | which effect is missing | math, score, geodesy, camera, block, effects, model, problem, measure, adjust, null_model, evaluate, mistakes, run, snooping, residuals, screening |
+//! | [`plan`] | what a block would show before it is measured | math, score, files, block, io, effects, model, problem, adjust, scenario, inject, mistakes, run, residuals, screening, diagnose |
 //! | [`compare`] | runs side by side | camera, io, evaluate, diagnose, run |
 //! | [`report`] | tables, pictures, the page of a run | all but io, scenario, inject, kit, study, campaign, validate, lab |
-//! | [`study`] | the repetition of the study that this began with | all but snooping, residuals, diagnose, campaign, validate, lab |
+//! | [`study`] | the repetition of the study that this began with | all but snooping, residuals, screening, diagnose, campaign, validate, lab |
 //! | [`campaign`] | thousands of cases from one grid, by many workers | all but kit, study, validate, lab |
-//! | [`validate`] | problems with certified answers | all but snooping, residuals, diagnose, kit, report, study, campaign, lab |
+//! | [`validate`] | problems with certified answers | all but snooping, residuals, screening, diagnose, kit, report, study, campaign, lab |
 //! | [`book`] | the pages of `docs/` as chapters | nothing |
 //! | `lab` | the laboratory, a page of this machine (feature `lab`) | all but study, campaign, validate |
 //!
@@ -121,6 +122,8 @@ pub mod run;
 pub mod snooping;
 
 pub mod residuals;
+
+pub mod screening;
 
 pub mod diagnose;
 

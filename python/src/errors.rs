@@ -1,7 +1,6 @@
 //! An exception for each kind of error, with the program's own text. The classes stand in `misclosure/errors.py`.
 
 use misclosure::adjust::AdjustError;
-use misclosure::diagnose::error::DiagnoseError;
 use misclosure::effects::plugin::PluginError;
 use misclosure::evaluate::similarity::SimilarityError;
 use misclosure::io;
@@ -68,8 +67,7 @@ fn kind(cause: &(dyn std::error::Error + 'static)) -> Option<&'static str> {
     if cause.is::<std::io::Error>() {
         return Some("FileError");
     }
-    let of_diagnosis = cause.downcast_ref::<DiagnoseError>().map(|DiagnoseError::Run(error)| error);
-    match of_diagnosis.or_else(|| cause.downcast_ref::<RunError>()) {
+    match cause.downcast_ref::<RunError>() {
         Some(RunError::Adjust(error)) => Some(adjustment(error)),
         Some(RunError::Problem(_) | RunError::Measure(_) | RunError::Similarity(_)) => Some("ModelError"),
         None => cause.downcast_ref::<AdjustError>().map(adjustment),

@@ -4,20 +4,16 @@ use super::model_options::Treatment;
 use super::output::Output;
 use crate::adjust::{AdjustError, Options};
 use crate::block::Block;
-use crate::diagnose::error::DiagnoseError;
-use crate::diagnose::settings::Settings;
-use crate::diagnose::settle::settle;
 use crate::model::Model;
 use crate::run::fit::Fit;
 use crate::run::folder::{self, FILES, SUMMARY};
 use crate::run::{Run, RunError, residual_rows};
+use crate::snooping::settle::{Settling, settle};
 use crate::snooping::{Outliers, Snooping, Solved, Strictness, has_converged, robust_fit, stand_alone};
 
 const ADVICE: &str = "--outliers snoop sets them aside";
 /// Measurements that a message names.
 const NAMED: usize = 5;
-/// The search judges by thresholds of its own; no candidate is tested here.
-const NO_CANDIDATES: f64 = 0.0;
 
 /// What is set aside before the adjustment: points whose rays do not meet, and with `--outliers snoop` what stands
 /// alone.
@@ -27,14 +23,13 @@ pub fn search(
     options: &Options,
     treatment: Option<Treatment>,
     tell: &(dyn Fn(&str) + Sync),
-) -> Result<Snooping, DiagnoseError> {
+) -> Result<Snooping, RunError> {
     let mut search = Snooping::new(block, model);
     if treatment == Some(Treatment::Snoop) {
         tell("searching outliers");
-        let settings =
-            Settings { plugins: &[], options: options.clone(), significance: NO_CANDIDATES, snoop: true, tell };
-        let rough = settle(block, &mut search, model, None, Strictness::Loose, &settings)?;
-        settle(block, &mut search, model, Some(&rough), Strictness::Tight, &settings)?;
+        let settling = Settling { options, snoop: true, tell };
+        let rough = settle(block, &mut search, model, None, Strictness::Loose, &settling)?;
+        settle(block, &mut search, model, Some(&rough), Strictness::Tight, &settling)?;
     }
     Ok(search)
 }

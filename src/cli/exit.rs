@@ -1,7 +1,6 @@
 //! Exit codes: which error means which code, in one place.
 
 use crate::adjust::AdjustError;
-use crate::diagnose::error::DiagnoseError;
 use crate::effects::plugin::PluginError;
 use crate::evaluate::similarity::SimilarityError;
 use crate::io;
@@ -93,8 +92,7 @@ fn code(cause: &(dyn std::error::Error + 'static)) -> Option<Exit> {
         });
     }
     // Transparent errors: what they hold is not among their causes.
-    let of_diagnosis = cause.downcast_ref::<DiagnoseError>().map(|DiagnoseError::Run(error)| error);
-    match of_diagnosis.or_else(|| cause.downcast_ref::<RunError>()) {
+    match cause.downcast_ref::<RunError>() {
         Some(RunError::Adjust(error)) => Some(adjustment(error)),
         Some(RunError::Problem(_) | RunError::Measure(_) | RunError::Similarity(_)) => Some(Exit::BadInput),
         None => cause.downcast_ref::<AdjustError>().map(adjustment),
@@ -133,8 +131,6 @@ mod tests {
         assert_eq!(Exit::of(&anyhow::Error::from(Usage("no".into())).context("a").context("b")), Exit::BadInput);
         assert_eq!(Exit::of(&anyhow::anyhow!("disk full")), Exit::Other);
         let stuck = AdjustError::NotConverged { solver: "ceres", iterations: 3, reason: "stuck".into() };
-        assert_eq!(Exit::of(&DiagnoseError::from(stuck.clone()).into()), Exit::AdjustmentFailed);
-        assert_eq!(Exit::of(&DiagnoseError::from(ProblemError::Empty).into()), Exit::BadInput);
         assert_eq!(Exit::of(&RunError::from(stuck).into()), Exit::AdjustmentFailed);
         assert_eq!(Exit::of(&RunError::from(ProblemError::Empty).into()), Exit::BadInput);
         assert_eq!(Exit::of(&Disagreement("f".into()).into()), Exit::Disagreement);

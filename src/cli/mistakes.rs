@@ -2,13 +2,13 @@
 
 use crate::adjust::Options;
 use crate::block::Block;
-use crate::diagnose::screening;
 use crate::diagnose::settings::Settings;
 use crate::diagnose::two_cameras::under_one_name;
 use crate::io::block::read_block;
 use crate::mistakes::Mistake;
 use crate::model::Model;
 use crate::run::default_diagnosis_datum;
+use crate::screening;
 use std::path::Path;
 
 /// Significance level: the probability that a block without any misfit or mistake gets a finding.

@@ -1,7 +1,6 @@
 //! What a diagnosis comes to: its verdict, and everything that stands beside it.
 
 use super::entries;
-use super::error::DiagnoseError;
 use super::imprecise;
 use super::improvement::Improvement;
 use super::ledger::{Change, Step};
@@ -11,6 +10,7 @@ use super::settings::Settings;
 use super::verdict::{Diagnosis, LedgerRow, StructureEntry, Verdict};
 use crate::block::Block;
 use crate::residuals::Structure;
+use crate::run::RunError;
 
 /// Version of the format.
 const FORMAT: u32 = 1;
@@ -27,7 +27,7 @@ pub fn diagnosis(
     structure: &Structure,
     outliers: usize,
     settings: &Settings<'_>,
-) -> Result<Diagnosis, DiagnoseError> {
+) -> Result<Diagnosis, RunError> {
     let left_over = structure.family_wise().is_some() || !rest.fields.is_empty();
     let is_cause = |id: &&String| !rest.fields.iter().any(|field| field.id == **id);
     let causes: Vec<String> = improvement.added.iter().filter(is_cause).cloned().collect();

@@ -1,7 +1,6 @@
 //! One step of the descent: sets that the search prefers are fitted, and the fit of the lowest objective is taken.
 
 use super::competition::{Competition, Expected};
-use super::error::DiagnoseError;
 use super::heldout::held_out_px;
 use super::improvement::{Improvement, Weights};
 use super::ledger::{Change, Confirmation};
@@ -11,6 +10,7 @@ use super::refit::{Refits, Refitted};
 use super::search::{Ranked, SAME, search};
 use super::settings::Settings;
 use crate::block::Block;
+use crate::run::RunError;
 
 /// Sets of the search that are refitted: to first order the best of them is not always the first.
 const REFITS: usize = 3;
@@ -33,7 +33,7 @@ impl Improvement {
         block: &Block,
         linearised: &Linearised,
         settings: &Settings<'_>,
-    ) -> Result<bool, DiagnoseError> {
+    ) -> Result<bool, RunError> {
         let competition = Competition::new(linearised, &self.prices, settings);
         self.note_prices(&competition);
         let objective = competition.objective(linearised);
@@ -74,7 +74,7 @@ impl Improvement {
         mut best: Option<Tried>,
         competition: &Competition,
         refits: &Refits<'_>,
-    ) -> Result<Option<Tried>, DiagnoseError> {
+    ) -> Result<Option<Tried>, RunError> {
         let settings = refits.settings;
         for set in sets {
             let name = words(competition, &set.members);
@@ -104,7 +104,7 @@ impl Improvement {
         refits: &Refits<'_>,
         refitted: &Refitted,
         kept: bool,
-    ) -> Result<(), DiagnoseError> {
+    ) -> Result<(), RunError> {
         let reason = match &refitted.carrier {
             _ if kept => String::new(),
             Some(point) => format!("it rests on point {point} alone, and a blunder there explains the misfit as well"),

@@ -1,6 +1,5 @@
 //! The model that a diagnosis hands on, adjusted with both solvers.
 
-use super::error::DiagnoseError;
 use super::models::with_search_held;
 use super::run::Diagnosed;
 use super::settings::Settings;
@@ -46,7 +45,7 @@ impl Diagnosed {
         solvers: &[&dyn Solver],
         tolerance_m: Option<f64>,
         settings: &Settings<'_>,
-    ) -> Result<HandedOn, DiagnoseError> {
+    ) -> Result<HandedOn, RunError> {
         (settings.tell)(match solvers {
             [_] => "adjusting the final model with one solver",
             _ => "adjusting the final model with both solvers",

@@ -3,15 +3,15 @@
 //! A factor is estimated. It is a finding where the residuals reject every factor up to [`FINDING`]: with the estimate
 //! `f` from `r` redundant coordinates, `r f^2 / FINDING^2` is a chi-square of `r` degrees of freedom or smaller.
 
-use super::error::DiagnoseError;
-use super::squares;
 use super::weights::{FINDING, MOST};
 use crate::block::Block;
 use crate::math::statistics::chi_square_ln_sf;
 use crate::measure::Predictor;
 use crate::model::{FlightFactors, SigmaFactors};
 use crate::problem::PointSource;
+use crate::run::RunError;
 use crate::run::fit::Fit;
+use crate::run::squares;
 use serde::{Deserialize, Serialize};
 
 /// Images or points that are named at most.
@@ -91,7 +91,7 @@ impl Group {
 ///
 /// # Errors
 /// A state that cannot be predicted.
-pub fn beyond(block: &Block, fit: &Fit, significance: f64) -> Result<Vec<Imprecise>, DiagnoseError> {
+pub fn beyond(block: &Block, fit: &Fit, significance: f64) -> Result<Vec<Imprecise>, RunError> {
     let SigmaFactors { image, mark, control, control_z, gnss, gnss_z } = fit.model.sigma_factors;
     let residuals = Residuals { fit, predictor: Predictor::new(&fit.problem, &fit.solution.state)? };
     let any = |_: usize| true;
@@ -127,7 +127,7 @@ struct Residuals<'a> {
 
 impl Residuals<'_> {
     /// By image.
-    fn images(&self, of: impl Fn(usize) -> bool) -> Result<Standardised, DiagnoseError> {
+    fn images(&self, of: impl Fn(usize) -> bool) -> Result<Standardised, RunError> {
         let names = &self.fit.problem.image_names;
         let mut sums = vec![(0.0, 0.0); names.len()];
         squares::each(self.fit, |_, image, square| add(&mut sums[image], square))?;
@@ -135,7 +135,7 @@ impl Residuals<'_> {
     }
 
     /// By control point.
-    fn marks(&self) -> Result<Standardised, DiagnoseError> {
+    fn marks(&self) -> Result<Standardised, RunError> {
         let problem = &self.fit.problem;
         let mut sums = vec![(0.0, 0.0); problem.point_names.len()];
         squares::each(self.fit, |point, _, square| add(&mut sums[point], square))?;

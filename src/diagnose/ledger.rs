@@ -1,9 +1,9 @@
 //! The ledger of an improvement: what happened in each step, and what became of each candidate that was tried.
 
-use super::error::DiagnoseError;
 use crate::block::Block;
 use crate::model::Model;
 use crate::run;
+use crate::run::RunError;
 use crate::run::fit::Fit;
 
 /// What happened in a step of the ledger.
@@ -97,7 +97,7 @@ impl Step {
         objective: f64,
         change: Change,
         why: &str,
-    ) -> Result<Self, DiagnoseError> {
+    ) -> Result<Self, RunError> {
         let Fit { model, problem, solution, .. } = fit;
         let comparison = run::compare(block, problem, solution)?;
         Ok(Self {

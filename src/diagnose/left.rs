@@ -1,7 +1,6 @@
 //! Unexplained structure beside the effects in the model: fields that the objective took in, tests of the residuals.
 
 use super::catalogue;
-use super::error::DiagnoseError;
 use super::improvement::Improvement;
 use super::linearised::{Linearised, Questions, with_candidates};
 use super::select::Judged;
@@ -9,6 +8,7 @@ use super::settings::Settings;
 use crate::block::Block;
 use crate::null_model::{Columns, measurements_at};
 use crate::residuals::{self, Structure, check_points};
+use crate::run::RunError;
 use crate::run::fit::Fit;
 
 /// Unexplained structure.
@@ -38,7 +38,7 @@ pub fn analyse(
     improvement: &Improvement,
     linearised: &Linearised,
     settings: &Settings<'_>,
-) -> Result<Left, DiagnoseError> {
+) -> Result<Left, RunError> {
     let fit = &improvement.fit;
     let Fit { problem, solution, .. } = fit;
     let state = &solution.state;
@@ -55,7 +55,7 @@ pub fn analyse(
         let linearised = asked(columns)?;
         let beside = linearised.situation(settings).beside().into_system();
         let spread = residuals::Spread::of(&linearised.scores);
-        Ok::<_, DiagnoseError>((linearised, beside, spread))
+        Ok::<_, RunError>((linearised, beside, spread))
     })?;
     let fields = fields_in(linearised, settings);
     Ok(Left { fields, structure, shapes })

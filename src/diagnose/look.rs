@@ -3,13 +3,13 @@
 
 use super::competition::{Next, next};
 use super::conclusion::diagnosis;
-use super::error::DiagnoseError;
 use super::improvement::Improvement;
 use super::left::{self, Left};
 use super::linearised::{Linearised, linearise};
 use super::settings::Settings;
 use super::verdict::{Diagnosis, Verdict};
 use crate::block::Block;
+use crate::run::RunError;
 
 /// What a look showed.
 pub struct Look {
@@ -33,7 +33,7 @@ pub fn look(
     improvement: &Improvement,
     outliers: usize,
     settings: &Settings<'_>,
-) -> Result<Look, DiagnoseError> {
+) -> Result<Look, RunError> {
     (settings.tell)("testing what may be missing");
     let linearised = linearise(block, &improvement.fit, &improvement.parts, settings)?;
     (settings.tell)("testing the residuals");

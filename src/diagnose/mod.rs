@@ -7,9 +7,8 @@
 //! - [`search`]: a beam over sets to first order; [`competition`]: a linearisation with its hypotheses; [`refit`]: the
 //!   objective of a fitted set, which counts; `descent`: a step of it, `options` another; [`improvement`]: the model on
 //!   its way and its ledger.
-//! - [`settle`] fits without outliers; [`run`] is a whole diagnosis; [`look`]: one model as it stands, without the
-//!   descent.
-//! - [`screening`]: mistakes that people made, before anything else; they are left out.
+//! - [`run`] is a whole diagnosis, of a block without what the [`screening`](crate::screening) found; [`look`]: one
+//!   model as it stands, without the descent.
 //! - [`verdict`] is `diagnosis.json`; [`impact`] what an effect does to the points, [`moved`] how far all together
 //!   moved them.
 
@@ -22,7 +21,6 @@ mod conclusion;
 mod descent;
 mod domain;
 mod entries;
-pub mod error;
 pub mod handed_on;
 pub mod heldout;
 pub mod hypothesis;
@@ -39,19 +37,17 @@ pub mod moved;
 pub mod objective;
 mod options;
 mod outliers;
+mod own_cameras;
 pub mod pictures;
-pub mod priors;
+mod precision;
 pub mod refit;
 pub mod run;
 pub mod scan;
-pub mod screening;
 pub mod search;
 pub mod select;
 pub mod settings;
-pub mod settle;
 pub mod shown;
 mod single;
-mod squares;
 pub mod two_cameras;
 pub mod verdict;
 mod weigh;

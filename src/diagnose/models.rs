@@ -2,15 +2,15 @@
 
 use super::added::Added;
 use super::candidate::Addition;
-use super::error::DiagnoseError;
-use super::linearised::Linearised;
-use super::priors::{WEAK_PRIOR, with_priors};
+use super::linearised::{Linearised, WEAK_PRIOR};
 use super::select::{Nature, Searched, Situation, Taken};
 use crate::block::Block;
 use crate::camera;
 use crate::effects::{Kind, Role};
 use crate::model::{EffectTerm, Model, PRIOR_KEY};
 use crate::problem::State;
+use crate::problem::with_priors;
+use crate::run::RunError;
 use crate::run::fit::Fit;
 
 /// Standard deviation (typical sizes) below which random values are none.
@@ -26,7 +26,7 @@ pub fn with_members(
     situation: &Situation<'_>,
     values: &[f64],
     added: &mut Added,
-) -> Result<Model, DiagnoseError> {
+) -> Result<Model, RunError> {
     let is_member = |id: &str| situation.taken.iter().any(|taken| linearised.sets[taken.set].id == id);
     let mut model = at_solution(fit);
     let leaving = linearised.taken.iter().map(|taken| &linearised.sets[taken.set].id).filter(|id| !is_member(id));

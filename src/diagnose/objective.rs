@@ -22,7 +22,7 @@
 //! decides.
 
 use super::hypothesis::Hypothesis;
-use super::squares::Surveyed;
+use crate::run::squares::Surveyed;
 use crate::score::{Penalised, System, variance_factor};
 use std::sync::{Arc, Mutex, PoisonError};
 

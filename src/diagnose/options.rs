@@ -2,7 +2,6 @@
 //! weights of the survey follow from the model; then the wrong one leaves what another effect would have to explain.
 
 use super::catalogue::option;
-use super::error::DiagnoseError;
 use super::hypothesis::of_option;
 use super::improvement::Improvement;
 use super::models::at_solution;
@@ -10,6 +9,7 @@ use super::search::SAME;
 use super::settings::Settings;
 use crate::block::Block;
 use crate::effects::Stage;
+use crate::run::RunError;
 use crate::run::fit::{Fit, fit};
 
 /// An option of an effect in a model, at another value.
@@ -29,14 +29,14 @@ impl Improvement {
     ///
     /// # Errors
     /// A wish to stop.
-    pub fn exchange_options(&mut self, block: &Block, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
+    pub fn exchange_options(&mut self, block: &Block, settings: &Settings<'_>) -> Result<(), RunError> {
         for other in others(&self.fit, self.parts.own) {
             let mut model = at_solution(&self.fit);
             model.effects[other.term].values.insert(other.parameter, other.value);
             (settings.tell)(&format!("adjusting: {}", other.words));
             let refitted = match fit(block, &model, Some(&self.fit), &settings.options) {
                 Ok(refitted) => refitted,
-                Err(error) if settings.options.stop.is_raised() => return Err(error.into()),
+                Err(error) if settings.options.stop.is_raised() => return Err(error),
                 Err(_) => continue,
             };
             // Weights are those of the model as it stands: the weighted sum of squares decides, and the option's price.

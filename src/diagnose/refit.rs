@@ -3,7 +3,6 @@
 
 use super::added::Added;
 use super::candidate::is_random;
-use super::error::DiagnoseError;
 use super::linearised::{Linearised, prior_information, without_candidates};
 use super::models::{SMALLEST_DEVIATION, at_approximations, at_solution, with_members};
 use super::objective::{Members, Objective};
@@ -13,7 +12,9 @@ use super::single;
 use crate::adjust::Options;
 use crate::block::Block;
 use crate::problem::{Problem, ThetaEntry};
+use crate::run::RunError;
 use crate::run::fit::{Fit, fit, solve};
+use crate::snooping::settle::SAME_MINIMUM;
 
 /// Refits for the standard deviation of random values at most.
 const VARIANCE_REFITS: usize = 3;
@@ -27,8 +28,6 @@ const REFIT_ITERATIONS: usize = 50;
 /// A refit that ends this far from its first order (as a multiple of the drop) is nonlinear: its start says nothing
 /// of which minimum is the lower.
 const NONLINEAR: f64 = 0.5;
-/// Difference of `v'Pv` that two fits of one minimum may have: some times what either leaves.
-const SAME_MINIMUM: f64 = 1e-2;
 
 /// A fitted set of hypotheses.
 pub struct Refitted {
@@ -79,7 +78,7 @@ impl Refits<'_> {
     ///
     /// # Errors
     /// A fit that fails.
-    pub fn refit(&self, members: &Members) -> Result<Refitted, DiagnoseError> {
+    pub fn refit(&self, members: &Members) -> Result<Refitted, RunError> {
         let Self { block, fit: from, linearised, objective, settings, .. } = *self;
         let taken = |h: usize, variance: f64| Taken { set: objective.hypotheses[h].set, variance };
         let laws = members.laws.iter().map(|h| taken(*h, 0.0));
@@ -170,7 +169,7 @@ fn implausibility(fit: &Fit, own: usize) -> f64 {
 ///
 /// # Errors
 /// A fit that fails.
-pub fn settle(block: &Block, mut fit: Fit, added: &Added, settings: &Settings<'_>) -> Result<Fit, DiagnoseError> {
+pub fn settle(block: &Block, mut fit: Fit, added: &Added, settings: &Settings<'_>) -> Result<Fit, RunError> {
     fit.model = at_solution(&fit);
     for _ in 0..VARIANCE_REFITS {
         if !fit.problem.theta.iter().any(|entry| has_variance(&fit.problem, entry, added.own)) {

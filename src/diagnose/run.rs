@@ -2,7 +2,6 @@
 
 use super::added::Added;
 use super::conclusion::diagnosis;
-use super::error::DiagnoseError;
 use super::imprecise::Imprecise;
 use super::improvement::Improvement;
 use super::knowledge::with_known;
@@ -10,11 +9,10 @@ use super::left;
 use super::linearised::{Linearised, linearise};
 use super::moved;
 use super::outliers;
-use super::priors::with_priors;
-use super::screening;
+use super::own_cameras::{self, with_own_cameras};
+use super::precision;
 use super::search::SAME;
 use super::settings::Settings;
-use super::settle::{judge, settle};
 use super::verdict::{Diagnosis, Verdict};
 use super::weights;
 use crate::adjust::AdjustError;
@@ -24,9 +22,12 @@ use crate::effects::{self, Stage};
 use crate::math::statistics::chi_square_quantile;
 use crate::mistakes::{Mistake, Subject};
 use crate::model::Model;
+use crate::problem::with_priors;
 use crate::residuals::{self, Structure, check_points};
 use crate::run::RunError;
 use crate::run::fit::{Fit, fit};
+use crate::screening;
+use crate::snooping::settle::{judge, settle};
 use crate::snooping::{Outliers, Snooping, Strictness};
 use std::collections::BTreeSet;
 
@@ -60,11 +61,11 @@ pub struct Diagnosed {
 ///
 /// # Errors
 /// A fit that fails.
-pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
+pub fn diagnose(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, RunError> {
     Pool::new(settings.options.threads)?.install(|| diagnose_in_pool(whole, model, settings))
 }
 
-fn diagnose_in_pool(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
+fn diagnose_in_pool(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, RunError> {
     let first = diagnose_without_mistakes(whole, model, settings)?;
     if first.several_cameras.is_empty() {
         return Ok(first);
@@ -73,7 +74,7 @@ fn diagnose_in_pool(whole: &Block, model: &Model, settings: &Settings<'_>) -> Re
     // A second camera under the name of the first bends the network that single images were held against, and an
     // effect stood for it: everything is judged anew.
     several.iter().for_each(|mistake| (settings.tell)(&mistake.sentence));
-    let (block, model) = screening::with_own_cameras(whole, model, &several);
+    let (block, model) = with_own_cameras(whole, model, &several);
     let mut diagnosed = diagnose_without_mistakes(&block, &model, settings)?;
     judge_mistakes(&mut diagnosed.diagnosis, several);
     Ok(diagnosed)
@@ -81,11 +82,7 @@ fn diagnose_in_pool(whole: &Block, model: &Model, settings: &Settings<'_>) -> Re
 
 /// Diagnoses a block without what is known to be wrong: with it in the sums the loop would look for a cause of the
 /// mistake, or find no end.
-fn diagnose_without_mistakes(
-    whole: &Block,
-    model: &Model,
-    settings: &Settings<'_>,
-) -> Result<Diagnosed, DiagnoseError> {
+fn diagnose_without_mistakes(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, RunError> {
     (settings.tell)("holding the survey against the shape that the images give");
     let mistakes = screening::mistakes(whole, model, settings.significance, &settings.options);
     mistakes.iter().for_each(|mistake| (settings.tell)(&mistake.sentence));
@@ -113,7 +110,7 @@ fn diagnose_without_mistakes(
     let aside = screening::of_outliers(block, &diagnosed.outliers, fit, &mistakes, settings.significance);
     let focal = screening::of_focal_lengths(block, fit, &mistakes);
     judge_mistakes(&mut diagnosed.diagnosis, mistakes.into_iter().chain(aside).chain(focal));
-    let imprecise = screening::of_weights(&diagnosed.diagnosis);
+    let imprecise = precision::of_weights(&diagnosed.diagnosis);
     judge_mistakes(&mut diagnosed.diagnosis, imprecise);
     diagnosed.diagnosis.judge_check_points();
     Ok(diagnosed)
@@ -136,7 +133,7 @@ fn without_contradiction(
     before: &Diagnosed,
     is_checked: bool,
     settings: &Settings<'_>,
-) -> Result<Option<(Option<Diagnosed>, Mistake)>, DiagnoseError> {
+) -> Result<Option<(Option<Diagnosed>, Mistake)>, RunError> {
     for mistake in screening::doubtful(block, model, settings.significance, &settings.options) {
         if is_checked && mistake.subject == Subject::Check.key() {
             return Ok(Some((None, mistake)));
@@ -166,7 +163,7 @@ fn judge_mistakes(diagnosis: &mut Diagnosis, mistakes: impl IntoIterator<Item = 
     }
 }
 
-fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, DiagnoseError> {
+fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Diagnosed, RunError> {
     let tell = settings.tell;
     let (model, known) = with_known(whole, model);
     known.iter().for_each(|known| tell(&format!("{} is known: {}", known.effect, known.source)));
@@ -220,19 +217,14 @@ impl Base {
     ///
     /// # Errors
     /// A wish to stop.
-    pub fn as_stated(
-        &self,
-        whole: &Block,
-        model: &Model,
-        settings: &Settings<'_>,
-    ) -> Result<Option<Self>, DiagnoseError> {
+    pub fn as_stated(&self, whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Option<Self>, RunError> {
         if !weights::is_looser(&self.fit.model, model) {
             return Ok(None);
         }
         let Some(stated) = weights::with_survey_of(&self.fit.model, model) else { return Ok(None) };
         match fit(&self.search.block(whole), &stated, Some(&self.fit), &settings.options) {
             Ok(fit) => Ok(Some(Self { search: self.search.clone(), fit, objective: 0.0 })),
-            Err(error) if settings.options.stop.is_raised() => Err(error.into()),
+            Err(error) if settings.options.stop.is_raised() => Err(error),
             Err(_) => Ok(None),
         }
     }
@@ -242,7 +234,7 @@ impl Base {
 ///
 /// # Errors
 /// A fit that fails.
-pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Base, DiagnoseError> {
+pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Base, RunError> {
     let tell = settings.tell;
     tell("adjusting the base model and searching outliers");
     let (search, fitted) = base_as_stated(whole, model, settings)?;
@@ -263,15 +255,15 @@ pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Bas
 ///
 /// # Errors
 /// A fit that fails.
-pub fn base_as_stated(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<(Snooping, Fit), DiagnoseError> {
+pub fn base_as_stated(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<(Snooping, Fit), RunError> {
     let model = &with_priors(whole, model)?;
     let mut search = Snooping::new(whole, model);
-    let fitted = match settle(whole, &mut search, model, None, Strictness::Loose, settings) {
+    let fitted = match settle(whole, &mut search, model, None, Strictness::Loose, &settings.settling()) {
         Err(error) if undetermined_centre(&error, model) => {
             (settings.tell)(CENTRE_TIED);
             let tied = tied(model);
             search = Snooping::new(whole, &tied);
-            settle(whole, &mut search, &tied, None, Strictness::Loose, settings)?
+            settle(whole, &mut search, &tied, None, Strictness::Loose, &settings.settling())?
         }
         fitted => fitted?,
     };
@@ -288,7 +280,7 @@ struct Weighing<'a> {
 impl Weighing<'_> {
     /// The fit with the likeliest weights. The likelihood may have two maxima: a survey that contradicts itself bends
     /// the block, and images that are bent look imprecise. They are found from either end.
-    fn likeliest(&self, fitted: Fit) -> Result<Fit, DiagnoseError> {
+    fn likeliest(&self, fitted: Fit) -> Result<Fit, RunError> {
         let Self { block, added, settings } = self;
         if !weights::may_be_bent(&fitted) {
             return Ok(self.from(fitted)?.0);
@@ -301,13 +293,13 @@ impl Weighing<'_> {
                 let (loose, gain_of_loose) = self.from(loose)?;
                 Ok(if loosest.gain + gain_of_loose > gain + SAME { loose } else { stated })
             }
-            Err(error) if settings.options.stop.is_raised() => Err(error.into()),
+            Err(error) if settings.options.stop.is_raised() => Err(error),
             Err(_) => Ok(stated),
         }
     }
 
     /// Estimates the weights until they stand. Gives the fit with them, and what the objective falls by.
-    fn from(&self, mut fitted: Fit) -> Result<(Fit, f64), DiagnoseError> {
+    fn from(&self, mut fitted: Fit) -> Result<(Fit, f64), RunError> {
         let Self { block, added, settings } = self;
         let mut fall = 0.0;
         for _ in 0..weights::ROUNDS {
@@ -334,7 +326,7 @@ struct Descent {
 
 impl Descent {
     /// Goes down from a base.
-    fn from(whole: &Block, base: Base, settings: &Settings<'_>) -> Result<Self, DiagnoseError> {
+    fn from(whole: &Block, base: Base, settings: &Settings<'_>) -> Result<Self, RunError> {
         let Base { mut search, fit, objective } = base;
         let mut block = search.block(whole).into_owned();
         let mut improvement = Improvement::new(&block, fit, settings)?;
@@ -344,7 +336,7 @@ impl Descent {
             (settings.tell)(&format!("testing hypotheses (step {})", improvement.steps.len()));
             let linearised = linearise(&block, &improvement.fit, &improvement.parts, settings)?;
             if first.is_none() {
-                several_cameras = screening::several_cameras(&block, &linearised, settings.significance);
+                several_cameras = own_cameras::several_cameras(&block, &linearised, settings.significance);
             }
             if improvement.steps.len() >= MOST_STEPS || !several_cameras.is_empty() {
                 break linearised;
@@ -386,19 +378,19 @@ fn judged_again(
     search: &mut Snooping,
     improvement: &mut Improvement,
     settings: &Settings<'_>,
-) -> Result<bool, DiagnoseError> {
+) -> Result<bool, RunError> {
     if !settings.snoop {
         return Ok(false);
     }
     for strictness in [Strictness::Loose, Strictness::Tight] {
         let before = search.clone();
-        let round = judge(whole, search, &improvement.fit, strictness, settings)?;
+        let round = judge(whole, search, &improvement.fit, strictness, &settings.settling())?;
         if round.rejected + round.returned == 0 {
             continue;
         }
         let model = super::models::at_solution(&improvement.fit);
         let near = improvement.fit.clone();
-        match settle(whole, search, &model, Some(&near), strictness, settings) {
+        match settle(whole, search, &model, Some(&near), strictness, &settings.settling()) {
             Ok(fit) => {
                 let gain = objective_of_blunders(&improvement.fit, &fit, settings.significance);
                 if gain > -SAME {
@@ -430,8 +422,8 @@ fn objective_of_blunders(before: &Fit, after: &Fit, significance: f64) -> f64 {
 }
 
 /// The adjustment failed with a centre of distortion of its own: where distortion is small, that centre runs away.
-fn undetermined_centre(error: &DiagnoseError, model: &Model) -> bool {
-    let DiagnoseError::Run(RunError::Adjust(error)) = error else { return false };
+fn undetermined_centre(error: &RunError, model: &Model) -> bool {
+    let RunError::Adjust(error) = error else { return false };
     let failed = matches!(error, AdjustError::NotConverged { .. } | AdjustError::Singular { .. });
     failed && !model.tie_dc_to_pp && model.free[3] && model.free[4]
 }
@@ -440,7 +432,7 @@ fn tied(model: &Model) -> Model {
     Model { tie_dc_to_pp: true, ..model.clone() }
 }
 
-fn structure_of(block: &Block, fitted: &Fit, settings: &Settings<'_>) -> Result<Structure, DiagnoseError> {
+fn structure_of(block: &Block, fitted: &Fit, settings: &Settings<'_>) -> Result<Structure, RunError> {
     let state = &fitted.solution.state;
     let Settings { significance, options, .. } = settings;
     let heights = check_points::of_fit(block, fitted, *significance, options.threads)?;

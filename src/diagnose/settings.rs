@@ -2,6 +2,7 @@
 
 use crate::adjust::Options;
 use crate::model::EffectRef;
+use crate::snooping::settle::Settling;
 
 /// What a diagnosis needs besides block and model.
 pub struct Settings<'a> {
@@ -15,4 +16,11 @@ pub struct Settings<'a> {
     pub snoop: bool,
     /// Told what is being done, from whatever thread does it.
     pub tell: &'a (dyn Fn(&str) + Sync),
+}
+
+impl Settings<'_> {
+    /// How its fits settle.
+    pub fn settling(&self) -> Settling<'_> {
+        Settling { options: &self.options, snoop: self.snoop, tell: self.tell }
+    }
 }

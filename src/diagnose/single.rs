@@ -3,10 +3,10 @@
 //! the one that explains more is taken (Baarda 1968): whatever lies in one point alone, a blunder there explains
 //! entirely. So the effect has to be significant without that point, too.
 
-use super::squares;
 use crate::adjust::{AdjustError, Options};
 use crate::problem::PointSource;
 use crate::run::fit::{Fit, solve};
+use crate::run::squares;
 
 /// Share of the drop of `v'Pv` that lies in one point, from which it is worth two fits to see what is left without it.
 /// A blunder has most of the drop in its own point even where its images give way to it; of an effect that twenty

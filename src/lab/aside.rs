@@ -5,10 +5,10 @@ use super::live::Changed;
 use super::setup::Source;
 use super::step::Step;
 use crate::block::Measurement;
-use crate::diagnose::screening::of_outliers;
 use crate::mistakes::Mistake;
 use crate::problem::MeasurementKind;
 use crate::run::set_aside::{MARK, TIE};
+use crate::screening::of_outliers;
 use crate::snooping::{Outliers, Rejected};
 use std::collections::HashSet;
 

@@ -8,11 +8,11 @@ use super::step::Step;
 use crate::diagnose::improvement::Improvement;
 use crate::diagnose::models::at_solution;
 use crate::diagnose::settings::Settings;
-use crate::diagnose::settle::settle;
 use crate::model::{EffectTerm, Model};
 use crate::run::fit::fit;
 use crate::run::folder::OutlierRow;
 use crate::run::set_aside;
+use crate::snooping::settle::{Settling, settle};
 use crate::snooping::{Snooping, Strictness};
 use anyhow::{Result, bail};
 use std::collections::HashSet;
@@ -173,10 +173,10 @@ impl Step<'_> {
         let whole = set_aside::without(&source.block, &fixed, Path::new("outliers.csv"))?;
         let model = at_solution(from.fit());
         let strictness = if from.improvement.added.is_empty() { Strictness::Loose } else { Strictness::Tight };
-        let settings = Settings { snoop: true, options: settings.options.clone(), ..*settings };
         (settings.tell)("searching outliers");
         let mut search = Snooping::new(&whole, &model);
-        let fitted = settle(&whole, &mut search, &model, Some(from.fit()), strictness, &settings)?;
+        let settling = Settling { snoop: true, ..settings.settling() };
+        let fitted = settle(&whole, &mut search, &model, Some(from.fit()), strictness, &settling)?;
         let rows: Vec<OutlierRow> = fixed.into_iter().chain(search.outliers(&whole).rows(&whole)).collect();
         let key = |row: &OutlierRow| (row.kind.clone(), row.image.clone(), row.point.clone());
         let of = |rows: &[OutlierRow]| rows.iter().map(key).collect::<HashSet<_>>();
@@ -184,7 +184,7 @@ impl Step<'_> {
             bail!("nothing else stands alone, and nothing comes back");
         }
         let block = search.block(&whole).into_owned();
-        let improvement = Improvement::with(&block, fitted, from.improvement.parts.clone(), &settings)?;
+        let improvement = Improvement::with(&block, fitted, from.improvement.parts.clone(), settings)?;
         Ok(Changed { block, set_aside: rows, improvement })
     }
 }

@@ -2,10 +2,10 @@
 
 use super::setup::Source;
 use crate::block::{Block, Role};
-use crate::diagnose::screening;
 use crate::diagnose::verdict::{Diagnosis, Verdict};
 use crate::mistakes::Mistake;
 use crate::model::{Datum, Model};
+use crate::screening;
 use std::path::PathBuf;
 use std::sync::Arc;
 

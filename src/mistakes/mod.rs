@@ -18,8 +18,7 @@
 //! size is left to that effect: GNSS positions that are off by metres in any direction are `gnss-shift`. Straight up by
 //! what separates ellipsoid and geoid they are a mistake.
 //!
-//! Everything here works on small plain data and knows neither files nor solvers. `diagnose::screening` orients the
-//! block.
+//! Everything here works on small plain data and knows neither files nor solvers: `screening` orients the block.
 
 mod align;
 mod bend;

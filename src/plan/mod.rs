@@ -39,14 +39,14 @@ use crate::adjust::AdjustError;
 use crate::adjust::native::pool::Pool;
 use crate::block::{Block, Role};
 use crate::diagnose::added::Added;
-use crate::diagnose::error::DiagnoseError;
 use crate::diagnose::knowledge::{Known, with_known};
 use crate::diagnose::linearised::linearise_expected;
 use crate::diagnose::run::base_as_stated;
-use crate::diagnose::screening;
 use crate::diagnose::settings::Settings;
 use crate::model::Model;
+use crate::run::RunError;
 use crate::score::power::POWER;
+use crate::screening;
 use serde::Serialize;
 
 /// What a block would show.
@@ -110,7 +110,7 @@ pub enum PlanError {
     Refused(String),
     /// An adjustment that failed.
     #[error(transparent)]
-    Diagnose(#[from] DiagnoseError),
+    Diagnose(#[from] RunError),
 }
 
 impl From<AdjustError> for PlanError {

@@ -7,13 +7,13 @@
 use super::said::Said;
 use crate::block::Block;
 use crate::diagnose::run::diagnose;
-use crate::diagnose::screening;
 use crate::diagnose::settings::Settings;
 use crate::files::scratch::Scratch;
 use crate::inject::{DefaultValue, mistakes};
 use crate::io::block::{read_block, write_block};
 use crate::model::Model;
 use crate::scenario::add_stated_noise;
+use crate::screening;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fs;

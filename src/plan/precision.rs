@@ -4,10 +4,10 @@ use super::{Hidden, Limits, Visible, limits};
 use crate::adjust::native::Native;
 use crate::adjust::{Covariance, CovarianceOf, Options, Solver};
 use crate::block::Block;
-use crate::diagnose::error::DiagnoseError;
 use crate::problem::{PointSource, Problem};
 use crate::residuals::check_points::Adjusted;
 use crate::residuals::check_points::expected::{Expected, expected};
+use crate::run::RunError;
 use crate::run::fit::Fit;
 use crate::run::{self, options_for};
 use nalgebra::{Matrix3, Vector3};
@@ -115,7 +115,7 @@ pub(super) struct Certainty {
 }
 
 /// The covariance at an error-free fit.
-pub(super) fn certainty(fit: &Fit, options: &Options) -> Result<Certainty, DiagnoseError> {
+pub(super) fn certainty(fit: &Fit, options: &Options) -> Result<Certainty, RunError> {
     let mut problem = fit.problem.clone();
     problem.start = fit.solution.state.clone();
     let options = Options { covariance: CovarianceOf::WithParts, may_stay_unconverged: true, ..options.clone() };
@@ -129,7 +129,7 @@ pub(super) fn of_fit(
     certainty: Option<&Certainty>,
     effects: (&[Visible], &[Hidden]),
     threads: usize,
-) -> Result<Precision, DiagnoseError> {
+) -> Result<Precision, RunError> {
     let comparison = run::compare(block, &fit.problem, &fit.solution)?;
     let (model, state) = (&fit.model, &fit.solution.state);
     let (comparison, null_base) = (comparison.as_ref(), &fit.null_base);

@@ -14,6 +14,7 @@ pub mod velocities;
 
 mod align;
 mod build;
+mod camera_priors;
 mod cameras;
 mod datum;
 mod effects;
@@ -24,6 +25,7 @@ mod start;
 mod thin;
 mod unoriented;
 
+pub use camera_priors::{PRIOR_SHARES, with_priors};
 pub use cameras::start_interiors;
 pub use effects::missing_need;
 pub use error::ProblemError;

@@ -14,6 +14,7 @@ mod residual_means;
 mod residuals;
 pub mod set_aside;
 mod solvers;
+pub mod squares;
 pub mod start_focal;
 pub mod start_values;
 pub mod summary;

@@ -24,6 +24,7 @@ mod majority;
 mod point;
 mod robust;
 mod round;
+pub mod settle;
 mod sight;
 mod statistic;
 mod surroundings;

@@ -1,12 +1,12 @@
 //! Design effects: by how much measurements that err together, in an image or about a point, make an estimate less sure
 //! than it says.
 
-use super::super::error::DiagnoseError;
 use super::super::select::{Known, Nature, Set};
 use super::super::settings::Settings;
 use super::Linearised;
 use crate::adjust::AdjustError;
 use crate::null_model::{GROUPINGS, ImageCell, ImageCells, NullModel, Parts};
+use crate::run::RunError;
 use crate::score::design_effect::{ClusterOfValues, Clusters, Share, of_values, shares_of};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -18,7 +18,7 @@ const MOST_COLUMNS: usize = 64;
 impl Linearised {
     /// Design effects, which make a p-value larger and never smaller: of what would be significant without, and of what
     /// is in.
-    pub(super) fn widen(&mut self, laws: bool, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
+    pub(super) fn widen(&mut self, laws: bool, settings: &Settings<'_>) -> Result<(), RunError> {
         let situation = self.situation(settings);
         let beside = situation.beside();
         let asked = |set: &usize| {

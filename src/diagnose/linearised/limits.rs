@@ -1,8 +1,12 @@
 //! What is plausible of a column, and how little of it counts as known.
 
-use super::super::priors::SHARES;
 use crate::effects::Role;
+use crate::problem::PRIOR_SHARES;
 use crate::problem::Problem;
+
+/// Standard deviation, in typical sizes, of the prior of an effect of several coefficients: no effect of this size is
+/// met, and what the measurements determine to a typical size moves by a thousandth.
+pub const WEAK_PRIOR: f64 = 30.0;
 
 /// Information (unit weight, scaled units) below which a parameter is known to no better than what is plausible of it,
 /// or where nothing is said of that, than its domain.
@@ -24,7 +28,7 @@ pub fn least_information(problem: &Problem, unknown: usize) -> f64 {
 /// standard deviation. Zero where nothing is said of it.
 pub fn prior_information(problem: &Problem, unknown: usize) -> f64 {
     if let Some((camera, k)) = problem.layout().camera_parameter(unknown) {
-        return (problem.camera_scales[camera][k] / (SHARES[k] * problem.camera_domains[camera][k])).powi(2);
+        return (problem.camera_scales[camera][k] / (PRIOR_SHARES[k] * problem.camera_domains[camera][k])).powi(2);
     }
     plausible_values(problem, unknown).map_or(0.0, |[min, max]| (0.5 * (max - min)).powi(-2))
 }

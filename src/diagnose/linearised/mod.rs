@@ -10,22 +10,21 @@ mod sets;
 use super::added::Added;
 use super::candidate::Candidate;
 use super::catalogue;
-use super::error::DiagnoseError;
-use super::priors::WEAK_PRIOR;
 use super::scan;
 use super::select::{Known, Nature, Searched, Set, Situation, Taken};
 use super::settings::Settings;
-use super::squares::Surveyed;
 use crate::block::Block;
 use crate::camera;
 use crate::effects::{Role, Stage};
 use crate::model::EffectTerm;
 use crate::null_model::{Columns, NoColumns, NullModel, ScoreSystem, is_column};
 use crate::problem::{State, ThetaEntry};
+use crate::run::RunError;
 use crate::run::fit::Fit;
+use crate::run::squares::Surveyed;
 use crate::score::design_effect::Clusters;
 use crate::score::{System, random, variance_factor};
-pub use limits::prior_information;
+pub use limits::{WEAK_PRIOR, prior_information};
 use limits::{least_information, plausible_values, prior_in_fit};
 use nalgebra::{DMatrix, DVector};
 use sets::Laid;
@@ -89,12 +88,7 @@ impl Questions<'_> {
 ///
 /// # Errors
 /// A fit that cannot be linearised.
-pub fn linearise(
-    block: &Block,
-    fit: &Fit,
-    added: &Added,
-    settings: &Settings<'_>,
-) -> Result<Linearised, DiagnoseError> {
+pub fn linearise(block: &Block, fit: &Fit, added: &Added, settings: &Settings<'_>) -> Result<Linearised, RunError> {
     let (mut tested, mut untested) = catalogue::candidates(block, fit, added, settings.plugins, |_| true);
     scan::place(fit, &mut tested, &mut untested, settings.options.threads)?;
     let asked = Questions { tested, untested, clustered: true, ..Questions::nothing() };
@@ -111,7 +105,7 @@ pub fn linearise_expected(
     fit: &Fit,
     added: &Added,
     settings: &Settings<'_>,
-) -> Result<Linearised, DiagnoseError> {
+) -> Result<Linearised, RunError> {
     let (mut tested, mut untested) = catalogue::candidates(block, fit, added, settings.plugins, |_| true);
     scan::place_in_the_middle(fit, &mut tested, &mut untested, settings.options.threads)?;
     let asked = Questions { tested, untested, clustered: false, ..Questions::nothing() };
@@ -129,7 +123,7 @@ pub fn without_candidates(
     fit: &Fit,
     added: &Added,
     settings: &Settings<'_>,
-) -> Result<Linearised, DiagnoseError> {
+) -> Result<Linearised, RunError> {
     with_candidates(block, fit, added, Questions::nothing(), settings)
 }
 
@@ -140,7 +134,7 @@ pub fn with_candidates(
     added: &Added,
     asked: Questions<'_>,
     settings: &Settings<'_>,
-) -> Result<Linearised, DiagnoseError> {
+) -> Result<Linearised, RunError> {
     let Questions { tested, untested, extra, clustered } = asked;
     let Fit { model, problem, solution, null_base } = fit;
     let threads = settings.options.threads;

@@ -11,13 +11,13 @@ mod grid;
 mod shape;
 
 use super::candidate::{Addition, Candidate};
-use super::error::DiagnoseError;
 use super::select::Searched;
 use crate::effects::{Domain, Role};
 use crate::math::statistics::chi_square_ln_sf;
 use crate::model::EffectRef;
 use crate::null_model::NullModel;
 use crate::problem::Problem;
+use crate::run::RunError;
 use crate::run::fit::Fit;
 use grid::Grid;
 use rayon::prelude::*;
@@ -60,7 +60,7 @@ pub fn place(
     tested: &mut Vec<(Candidate, Searched)>,
     untested: &mut Vec<Candidate>,
     threads: usize,
-) -> Result<(), DiagnoseError> {
+) -> Result<(), RunError> {
     let (scanned, others): (Vec<_>, Vec<_>) = tested.drain(..).partition(|(candidate, _)| candidate.scanned());
     *tested = others;
     if scanned.is_empty() {
@@ -89,7 +89,7 @@ pub fn place_in_the_middle(
     tested: &mut Vec<(Candidate, Searched)>,
     untested: &mut Vec<Candidate>,
     threads: usize,
-) -> Result<(), DiagnoseError> {
+) -> Result<(), RunError> {
     let (scanned, others): (Vec<_>, Vec<_>) = tested.drain(..).partition(|(candidate, _)| candidate.scanned());
     *tested = others;
     let Fit { problem, solution, null_base, .. } = fit;
@@ -108,7 +108,7 @@ pub fn place_in_the_middle(
 }
 
 /// The candidate at the best place of each of its variants.
-fn best_places(search: &Scan<'_>, null: &NullModel) -> Result<Vec<(Candidate, Searched)>, DiagnoseError> {
+fn best_places(search: &Scan<'_>, null: &NullModel) -> Result<Vec<(Candidate, Searched)>, RunError> {
     let grid = Grid::new(search, null)?;
     let (count, peaks) = grid.promising(null);
     let shapes = peaks.iter().map(|peak| peak.shape).collect();
@@ -196,7 +196,7 @@ impl<'a> Scan<'a> {
         null: &NullModel,
         shapes: Vec<Shape>,
         mut best: Vec<Option<Found>>,
-    ) -> Result<Vec<Option<Found>>, DiagnoseError> {
+    ) -> Result<Vec<Option<Found>>, RunError> {
         let tested = null.test_each(&List { search: self, shapes: &shapes })?;
         for (c, shape) in shapes.iter().enumerate() {
             let (information, length) = (tested.information[c], tested.length[c]);

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::diagnose::hypothesis::Hypothesis;
-use crate::diagnose::squares::Surveyed;
 use crate::math::statistics::chi_square_quantile;
+use crate::run::squares::Surveyed;
 use crate::score::System;
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;

@@ -8,12 +8,12 @@
 //! Sources: Helmert's estimator of variance components in Koch, Parameter Estimation and Hypothesis Testing (1999),
 //! sec. 3.6; random signs for a trace in Hutchinson (1989), Communications in Statistics 18.
 
-use super::super::error::DiagnoseError;
 use super::super::linearised::Linearised;
-use super::super::squares;
 use crate::null_model::{Entries, Measured};
 use crate::problem::Problem;
+use crate::run::RunError;
 use crate::run::fit::Fit;
+use crate::run::squares;
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -66,7 +66,7 @@ impl Flights {
     ///
     /// # Errors
     /// A state that cannot be predicted.
-    pub(super) fn shares(&self, linearised: &Linearised, fit: &Fit) -> Result<Vec<Share>, DiagnoseError> {
+    pub(super) fn shares(&self, linearised: &Linearised, fit: &Fit) -> Result<Vec<Share>, RunError> {
         let mixing = self.mixing(linearised);
         let chi_square = self.chi_square(fit)?;
         let measured: Vec<usize> = (0..self.count).filter(|flight| mixing[(*flight, *flight)] >= 1.0).collect();
@@ -102,7 +102,7 @@ impl Flights {
     }
 
     /// `v'Pv` of each flight.
-    fn chi_square(&self, fit: &Fit) -> Result<DVector<f64>, DiagnoseError> {
+    fn chi_square(&self, fit: &Fit) -> Result<DVector<f64>, RunError> {
         let mut sums = DVector::zeros(self.count);
         squares::each(fit, |_, image, square| sums[self.flight_of_image[image]] += square)?;
         Ok(sums)

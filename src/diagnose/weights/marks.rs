@@ -1,11 +1,11 @@
 //! Marks of control points: how precise they are by themselves, whatever the survey says of their points.
 
-use super::super::error::DiagnoseError;
-use super::super::squares;
 use super::flights::Share;
 use crate::measure::Predictor;
 use crate::problem::PointSource;
+use crate::run::RunError;
 use crate::run::fit::Fit;
+use crate::run::squares;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Fewest marks of a point that say how precise they are: two meet within one number.
@@ -13,7 +13,7 @@ const FEWEST: usize = 2;
 
 /// What the marks have of `v'Pv` where each point is intersected by its marks alone, with the images as adjusted: a
 /// wrong or imprecise survey is no part of it.
-pub(super) fn alone(fit: &Fit) -> Result<Share, DiagnoseError> {
+pub(super) fn alone(fit: &Fit) -> Result<Share, RunError> {
     let (problem, state) = (&fit.problem, &fit.solution.state);
     let predictor = Predictor::new(problem, state)?;
     let mut sum = Share::default();
@@ -44,7 +44,7 @@ pub(super) fn alone(fit: &Fit) -> Result<Share, DiagnoseError> {
 
 /// What the marks have of `v'Pv` in the adjustment itself, and the redundancy of marks and control coordinates
 /// together: two for each mark, since the three unknowns of a point take what its three coordinates bring.
-pub(super) fn with_control(fit: &Fit) -> Result<Share, DiagnoseError> {
+pub(super) fn with_control(fit: &Fit) -> Result<Share, RunError> {
     let mut is_control = vec![false; fit.problem.point_sources.len()];
     control_points(fit).for_each(|point| is_control[point] = true);
     let mut sum = Share::default();

@@ -21,7 +21,6 @@ mod marks;
 mod tests;
 
 use super::added::Added;
-use super::error::DiagnoseError;
 use super::linearised::{Linearised, Questions, with_candidates};
 use super::settings::Settings;
 use crate::block::Block;
@@ -29,6 +28,7 @@ use crate::math::statistics::chi_square_quantile;
 use crate::model::{Model, SigmaFactors};
 use crate::null_model::{Columns, Coordinate, Entries, Measured};
 use crate::problem::Problem;
+use crate::run::RunError;
 use crate::run::fit::Fit;
 use flights::{Flights, Share};
 use groups::{Change, Groups, price_of_group};
@@ -162,7 +162,7 @@ pub fn reweighted(
     fit: &Fit,
     added: &Added,
     settings: &Settings<'_>,
-) -> Result<Option<Weights>, DiagnoseError> {
+) -> Result<Option<Weights>, RunError> {
     let mut next = weights(block, fit, added, None, settings)?;
     if !near(&images(&next.model), &images(&fit.model), IMAGES_FIRST) {
         (next.model, next.gain) = (with_survey_of(&next.model, &fit.model).unwrap_or(next.model), 0.0);
@@ -174,7 +174,7 @@ pub fn reweighted(
 ///
 /// # Errors
 /// A fit that cannot be linearised.
-pub fn loosest(block: &Block, fit: &Fit, added: &Added, settings: &Settings<'_>) -> Result<Weights, DiagnoseError> {
+pub fn loosest(block: &Block, fit: &Fit, added: &Added, settings: &Settings<'_>) -> Result<Weights, RunError> {
     let Weights { model, gain, .. } = weights(block, fit, added, Some(MOST), settings)?;
     Ok(Weights { model: with_survey_of(&fit.model, &model).unwrap_or(model), gain, gain_of_images: 0.0 })
 }
@@ -183,7 +183,7 @@ pub fn loosest(block: &Block, fit: &Fit, added: &Added, settings: &Settings<'_>)
 ///
 /// # Errors
 /// A fit that cannot be linearised.
-pub fn objective(block: &Block, fit: &Fit, added: &Added, settings: &Settings<'_>) -> Result<f64, DiagnoseError> {
+pub fn objective(block: &Block, fit: &Fit, added: &Added, settings: &Settings<'_>) -> Result<f64, RunError> {
     Ok(weights(block, fit, added, Some(1.0), settings)?.gain)
 }
 
@@ -195,7 +195,7 @@ fn weights(
     added: &Added,
     survey: Option<f64>,
     settings: &Settings<'_>,
-) -> Result<Weights, DiagnoseError> {
+) -> Result<Weights, RunError> {
     let by_flight = !fit.model.flight_factors.is_empty();
     let flights = by_flight.then(|| Flights::new(&fit.problem, block.flights.len()));
     let extra = Extra { coordinates: Coordinates::new(&fit.problem), flights: flights.as_ref() };
@@ -249,7 +249,7 @@ fn weighed(
     extra: &Extra<'_>,
     survey: Option<f64>,
     settings: &Settings<'_>,
-) -> Result<Weights, DiagnoseError> {
+) -> Result<Weights, RunError> {
     let problem = &fit.problem;
     let now = fit.model.sigma_factors;
     let first = linearised.extra_columns.start;

@@ -7,10 +7,10 @@ use misclosure::adjust::{AdjustError, CovarianceOf, Options};
 use misclosure::block::{Block, PointId};
 use misclosure::diagnose::run::diagnose;
 use misclosure::diagnose::settings::Settings;
-use misclosure::diagnose::settle::settle;
 use misclosure::model::Model;
 use misclosure::run::{self, Run, RunError};
 use misclosure::scenario::add_noise;
+use misclosure::snooping::settle::settle;
 use misclosure::snooping::{Snooping, Solved, Strictness, robust_fit, stand_alone};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -93,8 +93,10 @@ impl Case {
         failures.extend(plain(&search.block(&block), &wrong, &model, &options));
         // As `adjust --outliers snoop` does.
         let settings = settings(0.0);
-        let snooped = settle(&block, &mut search, &model, None, Strictness::Loose, &settings)
-            .and_then(|rough| settle(&block, &mut search, &model, Some(&rough), Strictness::Tight, &settings));
+        let snooped =
+            settle(&block, &mut search, &model, None, Strictness::Loose, &settings.settling()).and_then(|rough| {
+                settle(&block, &mut search, &model, Some(&rough), Strictness::Tight, &settings.settling())
+            });
         let left = search.block(&block);
         failures.extend(snooped.err().map(|error| format!("snoop: {error}")));
         failures.extend(adjust(&left, &model, &options).err().map(|error| format!("adjust: {error}")));

@@ -3,11 +3,11 @@
 use super::common;
 use misclosure::adjust::Options;
 use misclosure::block::{Block, Role};
-use misclosure::diagnose::screening;
 use misclosure::diagnose::settings::Settings;
 use misclosure::mistakes::Mistake;
 use misclosure::model::Model;
 use misclosure::scenario::{SurveyNoise, add_noise, add_survey_noise};
+use misclosure::screening;
 use nalgebra::Vector3;
 
 /// Presets and seeds of every test.

@@ -3,10 +3,10 @@
 use super::made::{block, gnss, points, settings};
 use misclosure::block::Role;
 use misclosure::diagnose::run::diagnose;
-use misclosure::diagnose::screening;
 use misclosure::diagnose::verdict::{Diagnosis, Verdict};
 use misclosure::mistakes::Mistake;
 use misclosure::model::{Datum, Model};
+use misclosure::screening;
 use nalgebra::Vector3;
 
 fn diagnosis(block: &misclosure::block::Block) -> Diagnosis {

@@ -19,7 +19,7 @@ enum May {
 
 /// The import table of the design. A row of a part of a module goes before that of the module.
 #[rustfmt::skip] // Lists of names side by side.
-const TABLE: [(&str, May); 35] = [
+const TABLE: [(&str, May); 36] = [
     ("files", May::Only(&[])),
     ("math", May::Only(&[])),
     ("score", May::Only(&["math"])),
@@ -51,20 +51,24 @@ const TABLE: [(&str, May); 35] = [
     ("residuals", May::Only(&[
         "math", "score", "camera", "block", "model", "problem", "measure", "adjust", "null_model", "evaluate", "run",
     ])),
+    ("screening", May::Only(&[
+        "math", "geodesy", "camera", "block", "model", "problem", "measure", "adjust", "null_model", "evaluate",
+        "mistakes", "run", "snooping", "residuals",
+    ])),
     ("diagnose", May::Only(&[
         "math", "score", "geodesy", "camera", "block", "effects", "model", "problem", "measure", "adjust", "null_model",
-        "evaluate", "mistakes", "run", "snooping", "residuals",
+        "evaluate", "mistakes", "run", "snooping", "residuals", "screening",
     ])),
     ("plan", May::Only(&[
         "math", "score", "files", "block", "io", "effects", "model", "adjust", "problem", "scenario", "inject",
-        "mistakes", "run", "residuals", "diagnose",
+        "mistakes", "run", "residuals", "screening", "diagnose",
     ])),
     ("compare", May::Only(&["camera", "io", "evaluate", "diagnose", "run"])),
     ("report", May::AllBut(&["io", "scenario", "inject", "kit", "study", "campaign", "validate", "lab", "cli"])),
-    ("study", May::AllBut(&["snooping", "residuals", "diagnose", "campaign", "validate", "lab", "cli"])),
+    ("study", May::AllBut(&["snooping", "residuals", "screening", "diagnose", "campaign", "validate", "lab", "cli"])),
     ("campaign", May::AllBut(&["kit", "study", "validate", "lab", "cli"])),
     ("validate", May::AllBut(&[
-        "snooping", "residuals", "diagnose", "kit", "report", "study", "campaign", "lab", "cli",
+        "snooping", "residuals", "screening", "diagnose", "kit", "report", "study", "campaign", "lab", "cli",
     ])),
     ("book", May::Only(&[])),
     ("faults", May::Only(&[])),

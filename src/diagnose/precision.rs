@@ -1,7 +1,7 @@
 //! Groups of measurements whose stated precision the residuals contradict, where nothing else explains it.
 
-use super::super::imprecise::Imprecise;
-use super::super::verdict::{Diagnosis, Verdict};
+use super::imprecise::Imprecise;
+use super::verdict::{Diagnosis, Verdict};
 use crate::mistakes::Mistake;
 
 /// Groups of an adequate block that are much less precise than stated. Beside a cause, a pattern or another mistake

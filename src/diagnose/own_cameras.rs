@@ -1,14 +1,14 @@
 //! Two cameras under one name: the base model predicts a focal length and a principal point for each image. An effect
 //! scatters them from image to image; a second camera splits them into two groups.
 
-use super::super::linearised::Linearised;
-use super::undone::with_conventions;
+use super::linearised::Linearised;
 use crate::block::Block;
 use crate::block::edit::Change;
 use crate::mistakes::Mistake;
 use crate::mistakes::several_cameras::{Images, Own, judge};
 use crate::model::{Model, Prior};
 use crate::score::random;
+use crate::screening::with_conventions;
 use nalgebra::{DMatrix, DVector, Matrix2};
 
 /// Random effects by image, and what each says of a camera.

@@ -1,5 +1,5 @@
-//! The screening for mistakes before a diagnosis: the values of the tables, then the block oriented by its tie points
-//! alone and its surveyed groups beside that.
+//! The screening for mistakes that people made, before an adjustment or a diagnosis judges anything: the values of the
+//! tables, then the block oriented by its tie points alone and its surveyed groups beside that.
 
 mod aside;
 mod focal;
@@ -9,9 +9,7 @@ mod lost;
 mod marks;
 mod meeting;
 mod network;
-mod own_cameras;
 mod places;
-mod precision;
 mod rays;
 mod surroundings;
 mod survey;
@@ -20,9 +18,8 @@ mod values;
 
 pub use aside::{of_outliers, without};
 pub use focal::of_focal_lengths;
-pub use own_cameras::{OF_IMAGES, several_cameras, with_own_cameras};
-pub use precision::of_weights;
 pub use rays::of_own_points;
+pub use undone::with_conventions;
 pub use values::{of_datum, of_values};
 
 use crate::adjust::Options;
@@ -32,7 +29,6 @@ use crate::model::Model;
 use network::{Oriented, free_network};
 use std::borrow::Cow;
 use survey::Network;
-use undone::with_conventions;
 
 /// Mistakes in a block: in the values of its tables, and in its surveyed groups where the images can be oriented
 /// without them. Each kind of a subject once, the first that found it.

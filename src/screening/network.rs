@@ -1,15 +1,14 @@
 //! A block oriented by its tie points alone: its shape up to a similarity, whatever was surveyed.
 
-use super::super::priors::with_priors;
-use super::super::settings::Settings;
-use super::super::settle::settle;
 use crate::adjust::native::Native;
 use crate::adjust::{Covariance, CovarianceOf, Options, Solver};
 use crate::block::{Block, ByPoint, PointId};
 use crate::camera::F;
 use crate::mistakes::Focal;
 use crate::model::{Datum, Model};
+use crate::problem::with_priors;
 use crate::run::fit::Fit;
+use crate::snooping::settle::{Settling, settle};
 use crate::snooping::{Snooping, Strictness, robust_fit};
 use nalgebra::Vector3;
 use std::ops::ControlFlow;
@@ -62,9 +61,8 @@ fn fit_of_most(block: &Block, search: &mut Snooping, model: &Model, options: &Op
     if let Ok(fit) = robust_fit(&search.block(block), model, None, options) {
         return Some(fit);
     }
-    let settings =
-        Settings { plugins: &[], options: options.clone(), significance: 0.0, snoop: true, tell: &|_: &str| {} };
-    settle(block, search, model, None, Strictness::Loose, &settings).ok()
+    let settling = Settling { options, snoop: true, tell: &|_| {} };
+    settle(block, search, model, None, Strictness::Loose, &settling).ok()
 }
 
 /// A free network.

@@ -1,8 +1,8 @@
 //! What each measurement has of `v'Pv`.
 
+use super::fit::Fit;
 use crate::measure::{MeasureError, Predictor};
 use crate::problem::{PositionObservation, Problem, State};
-use crate::run::fit::Fit;
 use nalgebra::Vector3;
 
 /// Tells point, image and standardised squared residual of every image measurement of a fit, in the order of its

@@ -1,13 +1,13 @@
-//! Priors of a diagnosis. On cameras: what lenses and sensors have. A block that determines its camera does not feel
+//! Priors on the cameras of a diagnosis: what lenses and sensors have. A block that determines its camera does not feel
 //! them. Where nothing determines a parameter, a distortion that the model lacks would drive it far away, and the
 //! linearisation there would say nothing.
 //!
 //! A plain adjustment stays least squares without them; the model that a diagnosis hands on states each one.
 
+use super::{ProblemError, start_interiors};
 use crate::block::Block;
 use crate::camera::{Interior, PARAMETERS};
 use crate::model::{Model, Prior};
-use crate::problem::{ProblemError, start_interiors};
 
 /// Standard deviation of each interior parameter as a share of its domain ([`crate::camera::Camera::domains`]: the
 /// focal length, the sensor, and half the diagonal at a corner).
@@ -19,11 +19,7 @@ use crate::problem::{ProblemError, start_interiors};
 /// - `k1, k2, k3`: a tenth of half the diagonal at a corner; wide angles reach three tenths.
 /// - `p1, p2`: a tenth of that (Brown 1971).
 /// - `b1, b2`: pixels are square to a part in a thousand.
-pub const SHARES: Interior = [0.05, 0.02, 0.02, 0.01, 0.01, 0.1, 0.1, 0.1, 0.01, 0.01, 1e-3, 1e-3];
-
-/// Standard deviation, in typical sizes, of the prior of an effect of several coefficients: no effect of this size is
-/// met, and what the measurements determine to a typical size moves by a thousandth.
-pub const WEAK_PRIOR: f64 = 30.0;
+pub const PRIOR_SHARES: Interior = [0.05, 0.02, 0.02, 0.01, 0.01, 0.1, 0.1, 0.1, 0.01, 0.01, 1e-3, 1e-3];
 
 /// `model` with a prior on every free camera parameter that has none of its own, at its start value.
 ///
@@ -39,7 +35,7 @@ pub fn with_priors(block: &Block, model: &Model) -> Result<Model, ProblemError> 
             let stated = |prior: &Prior| prior.camera == camera.id && prior.parameter == *parameter;
             if is_free && !model.priors.iter().any(stated) {
                 let (camera, parameter) = (camera.id.clone(), parameter.to_string());
-                model.priors.push(Prior { camera, parameter, value: interior[k], sigma: SHARES[k] * domains[k] });
+                model.priors.push(Prior { camera, parameter, value: interior[k], sigma: PRIOR_SHARES[k] * domains[k] });
             }
         }
     }
