@@ -3,9 +3,9 @@
 
 use super::super::linearised::Linearised;
 use super::super::settings::Settings;
-use super::{BELIEVED, LEAST, MOST};
+use super::BELIEVED;
 use crate::math::statistics::chi_square_quantile;
-use crate::score::{System, random};
+use crate::score::{Penalised, System, random};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -22,26 +22,34 @@ impl Groups {
         Self { beside: linearised.situation(settings).beside().into_system(), first }
     }
 
+    /// The same beside random values of some of them.
+    pub(super) fn beside(&self, values: Penalised) -> Self {
+        let random = Penalised { columns: self.of_system(&values.columns), ..values };
+        Self { beside: self.beside.beside::<[usize; 0]>(&[], &[random]), first: self.first }
+    }
+
+    fn of_system(&self, group: &[usize]) -> Vec<usize> {
+        group.iter().map(|column| self.first + column).collect()
+    }
+
     /// Factor on the stated standard deviations of a group of coordinates, which were multiplied by `now` in the fit.
     /// What is stated stands unless it is improbable.
-    pub(super) fn factor(&self, group: &[usize], now: f64) -> f64 {
-        let Self { beside, first } = self;
-        let own: Vec<usize> = group.iter().map(|column| first + column).collect();
+    pub(super) fn factor(&self, group: &[usize], now: f64, [least, most]: [f64; 2]) -> f64 {
+        let own = self.of_system(group);
         if own.is_empty() {
             return now;
         }
         let as_stated = now.powi(-2) - 1.0;
-        let Some(values) = random::values(beside, &own) else { return 1.0 };
+        let Some(values) = random::values(&self.beside, &own) else { return 1.0 };
         let variance = 1.0;
         let of = |size: f64| values.likelihood_ratio(variance, size);
-        let most = (MOST / now).powi(2) - 1.0;
-        let least = (LEAST / now).powi(2) - 1.0;
-        let size = values.variance(variance, least).min(most);
+        let [least_size, most_size] = [least, most].map(|factor: f64| (factor / now).powi(2) - 1.0);
+        let size = values.variance(variance, least_size).min(most_size);
         if of(size) - of(as_stated) <= price_of_group() {
             return 1.0;
         }
         // To the digit: a factor at this limit is a bound.
-        if size == most { MOST } else { now * (1.0 + size).sqrt() }
+        if size == most_size { most } else { now * (1.0 + size).sqrt() }
     }
 
     /// What the objective falls by with all changes together, less the price of every group that is not as stated:

@@ -8,7 +8,7 @@
 //! finding.
 //!
 //! Marks have a factor of their own beside that of the images (`marks.rs`): a person measures them, and their stated
-//! precision seldom stands to that of tie points as it is stated.
+//! precision seldom stands to that of tie points as it is stated. It is a variance component like those of the survey.
 //!
 //! Where the model has factors of single flights, those of images and GNSS are estimated by flight.
 //!
@@ -32,6 +32,7 @@ use crate::run::RunError;
 use crate::run::fit::Fit;
 use flights::{Flights, Share};
 use groups::{Change, Groups, price_of_group};
+use marks::Marks;
 
 /// A group's stated precision is believed unless its variance factor is improbable at this level.
 const BELIEVED: f64 = 0.01;
@@ -119,6 +120,7 @@ impl Coordinates {
 /// What is asked beside the candidates.
 struct Extra<'a> {
     coordinates: Coordinates,
+    marks: Marks,
     flights: Option<&'a Flights>,
 }
 
@@ -128,13 +130,14 @@ impl Columns for Extra<'_> {
     }
 
     fn local(&self) -> usize {
-        self.coordinates.local()
+        self.coordinates.local() + self.marks.columns()
     }
 
     fn image(&self, measured: &Measured<'_>, x: &mut Entries<'_>, y: &mut Entries<'_>) {
         if let Some(flights) = self.flights {
             flights.image(measured, x, y);
         }
+        self.marks.image(self.coordinates.local(), measured, x, y);
     }
 
     fn coordinate(&self, coordinate: Coordinate, entries: &mut Entries<'_>) {
@@ -198,7 +201,8 @@ fn weights(
 ) -> Result<Weights, RunError> {
     let by_flight = !fit.model.flight_factors.is_empty();
     let flights = by_flight.then(|| Flights::new(&fit.problem, block.flights.len()));
-    let extra = Extra { coordinates: Coordinates::new(&fit.problem), flights: flights.as_ref() };
+    let (coordinates, marks) = (Coordinates::new(&fit.problem), Marks::new(&fit.problem));
+    let extra = Extra { coordinates, marks, flights: flights.as_ref() };
     let asked = Questions { extra: &extra, ..Questions::nothing() };
     let linearised = with_candidates(block, fit, added, asked, settings)?;
     weighed(block, fit, &linearised, &extra, survey, settings)
@@ -253,7 +257,8 @@ fn weighed(
     let problem = &fit.problem;
     let now = fit.model.sigma_factors;
     let first = linearised.extra_columns.start;
-    let of_coordinates = first + extra.dense()..linearised.extra_columns.end;
+    let first_coordinate = first + extra.dense();
+    let of_coordinates = first_coordinate..first_coordinate + extra.coordinates.local();
     let groups = Groups::of(linearised, of_coordinates.start, settings);
     let coordinates = &extra.coordinates;
     let [of_control, of_gnss] = coordinates.coordinates_per_column(problem);
@@ -261,7 +266,8 @@ fn weighed(
     let mut gain_of_images = 0.0;
     let in_plan_and_height = |stride: f64, plan: (Vec<usize>, f64), height: (Vec<usize>, f64)| {
         let of = |(columns, now): (Vec<usize>, f64)| {
-            let next = survey.filter(|_| !columns.is_empty()).unwrap_or_else(|| groups.factor(&columns, now));
+            let next =
+                survey.filter(|_| !columns.is_empty()).unwrap_or_else(|| groups.factor(&columns, now, [LEAST, MOST]));
             Change { columns, stride, now, next }
         };
         rayon::join(|| of(plan), || of(height))
@@ -302,9 +308,9 @@ fn weighed(
             images.chi_square -= of_gnss * residual(linearised, column).powi(2);
             images.redundancy -= of_gnss * linearised.system.information[(column, column)];
         }
-        let marks = marks::with_control(fit)?;
-        images.chi_square -= marks.chi_square;
-        images.redundancy -= marks.redundancy;
+        let (chi_square, redundancy) = marks::with_control(fit)?;
+        images.chi_square -= chi_square;
+        images.redundancy -= redundancy;
         factors.image = images.factor(now.image);
         gain_of_images = images.gain(now.image, factors.image);
         let all = |_| true;
@@ -317,11 +323,13 @@ fn weighed(
     let gain = groups.gain(&changes);
     // Marks are as precise as stated beside the tie points, unless that is improbable.
     if near(&images(&next), &images(&fit.model), IMAGES_FIRST) {
-        let marks = marks::alone(fit)?;
+        let groups = marks::beside_unknown_control(&groups, coordinates);
+        let columns: Vec<usize> = (0..extra.marks.columns()).map(|k| coordinates.local() + k).collect();
         // Both factors together have the limits of one: marks of an error-free block are no better than its tie points.
         let [least, most] = [LEAST_IMAGE, MOST].map(|limit| limit / next.sigma_factors.image);
-        next.sigma_factors.mark = marks.factor(now.mark).clamp(least.min(1.0), most.max(1.0));
-        gain_of_images += marks.gain(now.mark, next.sigma_factors.mark);
+        let factor = groups.factor(&columns, now.mark, [least.min(1.0), most.max(1.0)]);
+        gain_of_images += groups.gain(&[Change { columns, stride: extra.marks.stride, now: now.mark, next: factor }]);
+        next.sigma_factors.mark = factor;
     }
     Ok(Weights { model: next, gain, gain_of_images })
 }

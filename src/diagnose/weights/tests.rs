@@ -151,3 +151,25 @@ fn control_points_far_less_precise_than_stated_are_named_the_worst_first() {
     assert!((named[0].factor / 14.4 - 1.0).abs() < 0.4, "{named:?}");
     assert_eq!(named[0].worst[0], block.surveyed[control[2]].name);
 }
+
+#[test]
+fn marks_that_pull_their_images_are_known_to_be_imprecise_and_control_is_not_blamed() {
+    let times = 10.0;
+    let mut block = vertical(0.0, 1.0);
+    block.sigma.mark_px = NOISE / times;
+    let fit = based(&block, false);
+    let factors = fit.model.sigma_factors;
+    // Some hundred marks, of which half of the coordinates are redundant.
+    assert!((factors.mark / times - 1.0).abs() < 0.2 && (factors.image - 1.0).abs() < 0.1, "{factors:?}");
+    assert_eq!((factors.control, factors.control_z, factors.gnss, factors.gnss_z), (1.0, 1.0, 1.0, 1.0));
+    let named = imprecise::beyond(&block, &fit, 1e-3).expect("predictions");
+    let groups: Vec<&str> = named.iter().map(|of| of.group.as_str()).collect();
+    assert_eq!(groups, ["marks of control points"]);
+
+    // The survey's errors are none of the marks'.
+    let mut block = vertical(0.0, 1.0);
+    let control = block.surveyed.iter_mut().find(|own| own.role == Role::Control).expect("control");
+    control.position.z += 40.0 * block.sigma.control_z_m;
+    let factors = based(&block, false).model.sigma_factors;
+    assert!(factors.mark < 1.3 && factors.control_z > 3.0, "{factors:?}");
+}
