@@ -3,7 +3,7 @@
 use crate::diagnose::verdict::Diagnosis;
 use crate::mistakes::Mistake;
 use crate::report::diagnosis_tables::{candidates_table, ledger_table, mistake_lines, verdict_sentence};
-use crate::report::letter::{sentences, weights_sentence};
+use crate::report::letter::{looser_sentence, sentences, weights_sentence};
 
 /// Candidates that the terminal shows; the report and diagnosis.json have all.
 const SHOWN: usize = 10;
@@ -34,7 +34,7 @@ pub fn text(diagnosis: &Diagnosis, scaled: bool) -> String {
     if let Some(sentence) = &diagnosis.check_points {
         text += &format!("{sentence}\n");
     }
-    if let Some(sentence) = weights_sentence(diagnosis) {
+    for sentence in weights_sentence(diagnosis).into_iter().chain(looser_sentence(diagnosis)) {
         text += &format!("{sentence}\n");
     }
     for found in &diagnosis.found {

@@ -38,6 +38,9 @@ pub(super) fn finding(page: &mut Page, run: &RunFolder) {
         if let Some(sentence) = letter::weights_sentence(diagnosis) {
             page.warning(&sentence);
         }
+        if let Some(sentence) = letter::looser_sentence(diagnosis) {
+            page.note(&sentence);
+        }
     }
     worst(page, run);
     page.line("provenance", &provenance::line(run));

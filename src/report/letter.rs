@@ -1,6 +1,5 @@
 //! The findings as an expert would write them: what each effect is, how large, what it did to the points, how sure that
-//! is, what else it could
-//! be, what to do, and the pictures that show it: residuals before and after, and its own size.
+//! is, what else it could be, what to do, and the pictures that show it: residuals before and after, and its own size.
 
 use super::figures::{Arrow, Axis, LineChart, LineStyle, Panel, Series, VectorField, line_chart, vector_field};
 use super::headline::in_words;
@@ -12,6 +11,7 @@ use crate::diagnose::impact::Impact;
 use crate::diagnose::imprecise::Imprecise;
 use crate::diagnose::verdict::{Diagnosis, EstimateEntry, FoundEntry};
 use crate::math::probability::p_is;
+use crate::model::{FlightFactors, SigmaFactors};
 use crate::run::folder::{BASE, FoundRow, WITH, WITHOUT};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -184,6 +184,9 @@ fn sensor_picture(page: &mut Page, run: &RunFolder, found: &FoundEntry, rows: &[
     }
 }
 
+/// Factor on a stated standard deviation from which it is said that residuals ask for it: one digit shows it.
+const LOOSER: f64 = 1.05;
+
 /// A finding of its own: stated precisions that the residuals contradict.
 pub fn weights_sentence(diagnosis: &Diagnosis) -> Option<String> {
     let group = |of: &Imprecise| {
@@ -201,6 +204,29 @@ pub fn weights_sentence(diagnosis: &Diagnosis) -> Option<String> {
     })
 }
 
+/// Stated precisions that the residuals reject, but not beyond what a precision may be: what was taken in their place.
+pub fn looser_sentence(diagnosis: &Diagnosis) -> Option<String> {
+    let SigmaFactors { image, mark, control, control_z, gnss, gnss_z } = diagnosis.sigma_factors;
+    let marks = if mark > 1.0 { image * mark } else { 1.0 };
+    let mut groups = vec![
+        ("image measurements".to_string(), image),
+        ("marks of control points".into(), marks),
+        ("control in plan".into(), control),
+        ("control in height".into(), control_z),
+        ("GNSS in plan".into(), gnss),
+        ("GNSS in height".into(), gnss_z),
+    ];
+    for (flight, FlightFactors { image, gnss, gnss_z }) in &diagnosis.flight_factors {
+        for (name, factor) in [("image measurements", image), ("GNSS in plan", gnss), ("GNSS in height", gnss_z)] {
+            groups.push((format!("{name} of flight {flight}"), *factor));
+        }
+    }
+    let is_said = |name: &String| diagnosis.imprecise.iter().any(|of| of.group == *name);
+    let looser = groups.into_iter().filter(|(name, factor)| *factor >= LOOSER && !is_said(name));
+    let looser: Vec<String> = looser.map(|(name, factor)| format!("{name} ({} times)", fixed(factor, 1))).collect();
+    (!looser.is_empty()).then(|| format!("Taken to be less precise than stated: {}.", looser.join(", ")))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -211,6 +237,20 @@ mod tests {
                 "inseparable_from": [], "impact": null, "plausible": true}}"#
         );
         serde_json::from_str(&text).expect("a finding")
+    }
+
+    #[test]
+    fn what_is_taken_to_be_less_precise_is_said_once() {
+        let text = r#"{"format": 1, "verdict": "adequate", "significance": 0.001, "candidates": [], "recommended": [],
+            "structure": [], "left": [], "outliers": 0, "ledger": [],
+            "sigma_factors":
+                {"image": 0.6, "mark": 1.7, "control": 1.0, "control_z": 12.0, "gnss": 1.04, "gnss_z": 2.5},
+            "imprecise": [{"group": "control in height", "factor": 12.0, "worst": ["gcp1"]}]}"#;
+        let diagnosis: Diagnosis = serde_json::from_str(text).expect("a diagnosis");
+        let expected = "Taken to be less precise than stated: GNSS in height (2.5 times).";
+        assert_eq!(looser_sentence(&diagnosis).as_deref(), Some(expected), "marks are as precise as stated in all");
+        let as_stated = Diagnosis { sigma_factors: SigmaFactors::default(), ..diagnosis };
+        assert_eq!(looser_sentence(&as_stated), None);
     }
 
     /// Marks at 3, 1, 2, each of one residual or of several.
