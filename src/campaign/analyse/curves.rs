@@ -2,9 +2,6 @@
 
 use super::{Power, Share};
 
-/// Share of the cases that a size must reach, that of `misclosure plan`.
-pub const REACHED: f64 = 0.8;
-
 /// How often something is named against its size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
@@ -83,6 +80,7 @@ impl Curve {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::score::power::POWER;
 
     fn curve(shares: &[(f64, usize)]) -> Curve {
         let points = shares.iter().map(|(size, hits)| (*size, Share { hits: *hits, of: 10 })).collect();
@@ -91,22 +89,22 @@ mod tests {
 
     #[test]
     fn a_size_between_two_that_were_tried() {
-        let Reached::At(size) = curve(&[(1.0, 0), (10.0, 6), (100.0, 10)]).reaches(REACHED) else { panic!("between") };
+        let Reached::At(size) = curve(&[(1.0, 0), (10.0, 6), (100.0, 10)]).reaches(POWER) else { panic!("between") };
         assert!((size - 10.0 * 10f64.sqrt()).abs() < 1e-9, "half of the way, by the logarithm: {size}");
-        assert_eq!(curve(&[(0.0, 0), (2.0, 10)]).reaches(REACHED), Reached::At(1.6), "zero has no logarithm");
+        assert_eq!(curve(&[(0.0, 0), (2.0, 10)]).reaches(POWER), Reached::At(1.6), "zero has no logarithm");
     }
 
     #[test]
     fn sizes_that_were_too_small_or_too_large() {
-        assert_eq!(curve(&[(1.0, 0), (2.0, 7)]).reaches(REACHED), Reached::BeyondAll);
-        assert_eq!(curve(&[(1.0, 8), (2.0, 9)]).reaches(REACHED), Reached::BelowAll);
+        assert_eq!(curve(&[(1.0, 0), (2.0, 7)]).reaches(POWER), Reached::BeyondAll);
+        assert_eq!(curve(&[(1.0, 8), (2.0, 9)]).reaches(POWER), Reached::BelowAll);
     }
 
     #[test]
     fn shares_that_fall_are_pooled() {
         let fallen = curve(&[(1.0, 0), (2.0, 10), (4.0, 4), (8.0, 10)]);
         assert_eq!(fallen.rising(), [(1.0, 0.0), (2.0, 0.7), (4.0, 0.7), (8.0, 1.0)]);
-        let Reached::At(size) = fallen.reaches(REACHED) else { panic!("between") };
+        let Reached::At(size) = fallen.reaches(POWER) else { panic!("between") };
         assert!((size - 4.0 * 2f64.powf(1.0 / 3.0)).abs() < 1e-9, "{size}");
     }
 }

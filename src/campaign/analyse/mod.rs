@@ -10,7 +10,7 @@ mod power;
 pub use anova::{Anova, Source, anova};
 pub use calibration::{Calibration, FalseAlarms, QUANTILES, calibration, false_alarms};
 pub use confusion::{Confusion, confusion};
-pub use curves::{Curve, REACHED, Reached, curves};
+pub use curves::{Curve, Reached, curves};
 pub use page::{page, tables};
 pub use power::{Power, power};
 

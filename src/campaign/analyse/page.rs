@@ -2,14 +2,15 @@
 
 use super::super::gather::Row;
 use super::{
-    Anova, Calibration, Confusion, Curve, FalseAlarms, Power, QUANTILES, REACHED, Reached, Share, anova, calibration,
-    confusion, curves, false_alarms, power,
+    Anova, Calibration, Confusion, Curve, FalseAlarms, Power, QUANTILES, Reached, Share, anova, calibration, confusion,
+    curves, false_alarms, power,
 };
 use crate::campaign::folder::State;
 use crate::report::figures::{Axis, LineChart, LineStyle, Panel, Series, line_chart};
 use crate::report::html::Page;
 use crate::report::numbers::{percent, significant};
 use crate::report::tables::Table;
+use crate::score::power::POWER;
 
 /// Effects whose p-values are drawn: those furthest from uniform.
 const DRAWN: usize = 5;
@@ -141,12 +142,12 @@ fn anova_table(anova: &Anova) -> Table {
 }
 
 fn reached_table(size: &str, curves: &[Curve]) -> Table {
-    let mut table = Table::new(format!("{size} from which {} are named", percent(REACHED)));
+    let mut table = Table::new(format!("{size} from which {} are named", percent(POWER)));
     table = table.text("there", "").text("others", "").number("from", "").text("largest tried", "");
     for curve in curves {
         let tried = curve.points.iter().map(|(size, _)| *size);
         let [least, most] = [tried.clone().fold(f64::MAX, f64::min), tried.fold(f64::MIN, f64::max)];
-        let from = match curve.reaches(REACHED) {
+        let from = match curve.reaches(POWER) {
             Reached::BelowAll => format!("below {least}"),
             Reached::At(size) => significant(size, 2),
             Reached::BeyondAll => format!("above {most}"),
