@@ -3,7 +3,6 @@
 
 use super::added::Added;
 use super::competition::{Competition, Expected};
-use super::error::DiagnoseError;
 use super::heldout::held_out_px;
 use super::hypothesis::Prices;
 use super::ledger::{Change, Confirmation, Step};
@@ -14,10 +13,11 @@ use super::refit::{Refits, Refitted, settle};
 use super::settings::Settings;
 use super::weights;
 use crate::adjust::native::Native;
-use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Solver};
+use crate::adjust::{AdjustError, CovarianceOf, Iteration, Options, Solution, Solver};
 use crate::block::Block;
 use crate::math::statistics::chi_square_ln_sf;
 use crate::null_model::SharedBase;
+use crate::run::RunError;
 use crate::run::distortion_centre;
 use crate::run::fit::{Fit, fit};
 use std::ops::ControlFlow;
@@ -59,7 +59,7 @@ impl Improvement {
     ///
     /// # Errors
     /// A fit that predicts nothing.
-    pub fn new(block: &Block, base: Fit, settings: &Settings<'_>) -> Result<Self, DiagnoseError> {
+    pub fn new(block: &Block, base: Fit, settings: &Settings<'_>) -> Result<Self, RunError> {
         let own = base.model.effects.len();
         Self::with(block, base, Added { own, ..Added::default() }, settings)
     }
@@ -68,7 +68,7 @@ impl Improvement {
     ///
     /// # Errors
     /// A fit that predicts nothing.
-    pub fn with(block: &Block, base: Fit, parts: Added, settings: &Settings<'_>) -> Result<Self, DiagnoseError> {
+    pub fn with(block: &Block, base: Fit, parts: Added, settings: &Settings<'_>) -> Result<Self, RunError> {
         let heldout_px = held_out_px(&base, settings.options.threads)?;
         let taken = base.model.effects.iter().skip(parts.own).map(|term| term.effect.descriptor().id.to_string());
         let added = taken.chain(parts.freed.keys().cloned()).collect();
@@ -97,7 +97,7 @@ impl Improvement {
         (expected, gain): (Expected, f64),
         weights: Weights,
         settings: &Settings<'_>,
-    ) -> Result<(), DiagnoseError> {
+    ) -> Result<(), RunError> {
         let drop = self.fit.chi_square() - refitted.fit.chi_square();
         (self.fit, self.parts) = (refitted.fit, refitted.added);
         if let Change::Exchanged { added, removed } = &change {
@@ -141,7 +141,7 @@ impl Improvement {
         linearised: &Linearised,
         id: &str,
         settings: &Settings<'_>,
-    ) -> Result<Result<(), String>, DiagnoseError> {
+    ) -> Result<Result<(), String>, RunError> {
         let competition = Competition::new(linearised, &self.prices, settings);
         let objective = competition.objective(linearised);
         let current = &competition.current;
@@ -174,7 +174,7 @@ impl Improvement {
         linearised: &Linearised,
         id: &str,
         settings: &Settings<'_>,
-    ) -> Result<(), DiagnoseError> {
+    ) -> Result<(), RunError> {
         let competition = Competition::new(linearised, &self.prices, settings);
         let objective = competition.objective(linearised);
         let of_id = competition.current.all().find(|h| competition.hypotheses[*h].id == id);
@@ -190,7 +190,7 @@ impl Improvement {
         (competition, objective): (&Competition, &Objective<'_>),
         members: &Members,
         settings: &Settings<'_>,
-    ) -> Result<(), DiagnoseError> {
+    ) -> Result<(), RunError> {
         let current = &competition.current;
         let (fit, added) = (&self.fit.clone(), &self.parts.clone());
         let refits = Refits { block, fit, added, linearised, objective, current, settings };
@@ -214,7 +214,7 @@ impl Improvement {
         why: &str,
         gain: f64,
         settings: &Settings<'_>,
-    ) -> Result<(), DiagnoseError> {
+    ) -> Result<(), RunError> {
         self.fit = settle(block, fit, &self.parts, settings)?;
         self.objective += gain;
         self.reweigh(block, settings)?;
@@ -225,7 +225,7 @@ impl Improvement {
     ///
     /// # Errors
     /// A fit that predicts nothing.
-    pub fn weigh(&mut self, block: &Block, settings: &Settings<'_>) -> Result<bool, DiagnoseError> {
+    pub fn weigh(&mut self, block: &Block, settings: &Settings<'_>) -> Result<bool, RunError> {
         let changed = self.reweigh(block, settings)?;
         if changed {
             self.note(block, Change::Reweighted, "weights from the residuals")?;
@@ -235,8 +235,8 @@ impl Improvement {
 
     /// Estimates the weights of groups of observations anew and fits again where they changed, as a part of the step
     /// that is under way. Where that fails they stay.
-    fn reweigh(&mut self, block: &Block, settings: &Settings<'_>) -> Result<bool, DiagnoseError> {
-        let refit = |now: &Fit| -> Result<Option<(Fit, f64)>, DiagnoseError> {
+    fn reweigh(&mut self, block: &Block, settings: &Settings<'_>) -> Result<bool, RunError> {
+        let refit = |now: &Fit| -> Result<Option<(Fit, f64)>, RunError> {
             let Some(weights) = weights::reweighted(block, now, &self.parts, settings)? else { return Ok(None) };
             let refitted = fit(block, &weights.model, Some(now), &settings.options)?;
             let gain = -(weights.gain + weights.gain_of_images);
@@ -267,27 +267,8 @@ impl Improvement {
     ///
     /// # Errors
     /// A centre of distortion that the block does not determine beside what is in.
-    pub fn finish(&mut self, block: &Block, settings: &Settings<'_>) -> Result<(), DiagnoseError> {
-        let mut problem = self.fit.problem.clone();
-        problem.start = self.fit.solution.state.clone();
-        let options = Options { covariance: CovarianceOf::Shared, ..settings.options.clone() };
-        let solution = match Native.solve(&problem, &options, &mut |_| ControlFlow::Continue(())) {
-            Ok(solution) => solution,
-            Err(failure @ AdjustError::NotConverged { .. }) => {
-                let go_on = &mut |_: &'static str, _: &Iteration| ControlFlow::Continue(());
-                return match distortion_centre::explain(failure, &problem, &Native, &options, go_on) {
-                    undetermined @ AdjustError::Singular { .. } => Err(undetermined.into()),
-                    _ => Ok(()),
-                };
-            }
-            Err(singular @ AdjustError::Singular { .. })
-                if distortion_centre::makes_singular(&problem, &Native, &options) =>
-            {
-                return Err(singular.into());
-            }
-            Err(_) => return Ok(()),
-        };
-        distortion_centre::check(&problem, Native.name(), &solution)?;
+    pub fn finish(&mut self, block: &Block, settings: &Settings<'_>) -> Result<(), RunError> {
+        let Some(solution) = self.to_the_last_digit(settings)? else { return Ok(()) };
         (self.fit.solution, self.fit.null_base) = (solution, SharedBase::default());
         self.fit.model = at_solution(&self.fit);
         let Some(Step { change, why, drop, predicted, ln_p, iterations, .. }) = self.steps.pop() else { return Ok(()) };
@@ -298,8 +279,36 @@ impl Improvement {
         Ok(())
     }
 
+    /// The solution of the model as it stands; `None` where an adjustment does not come that far.
+    ///
+    /// # Errors
+    /// As [`Improvement::finish`].
+    pub fn to_the_last_digit(&self, settings: &Settings<'_>) -> Result<Option<Solution>, RunError> {
+        let mut problem = self.fit.problem.clone();
+        problem.start = self.fit.solution.state.clone();
+        let options = Options { covariance: CovarianceOf::Shared, ..settings.options.clone() };
+        let solution = match Native.solve(&problem, &options, &mut |_| ControlFlow::Continue(())) {
+            Ok(solution) => solution,
+            Err(failure @ AdjustError::NotConverged { .. }) => {
+                let go_on = &mut |_: &'static str, _: &Iteration| ControlFlow::Continue(());
+                return match distortion_centre::explain(failure, &problem, &Native, &options, go_on) {
+                    undetermined @ AdjustError::Singular { .. } => Err(undetermined.into()),
+                    _ => Ok(None),
+                };
+            }
+            Err(singular @ AdjustError::Singular { .. })
+                if distortion_centre::makes_singular(&problem, &Native, &options) =>
+            {
+                return Err(singular.into());
+            }
+            Err(_) => return Ok(None),
+        };
+        distortion_centre::check(&problem, Native.name(), &solution)?;
+        Ok(Some(solution))
+    }
+
     /// Appends the fit as it stands to the ledger.
-    fn note(&mut self, block: &Block, change: Change, why: &str) -> Result<(), DiagnoseError> {
+    fn note(&mut self, block: &Block, change: Change, why: &str) -> Result<(), RunError> {
         self.steps.push(Step::of(block, &self.fit, self.heldout_px, self.objective, change, why)?);
         Ok(())
     }

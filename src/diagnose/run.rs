@@ -171,6 +171,8 @@ fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> R
     let stated = base.as_stated(whole, &model, settings)?;
     let mut descent = Descent::from(whole, base, settings)?;
     if let Some(stated) = stated {
+        // A camera that is not determined is known before the second descent.
+        descent.improvement.to_the_last_digit(settings)?;
         tell("the same with the survey as precise as stated");
         let other = Descent::from(whole, stated, settings)?;
         let lower = other.among_causes(&model, settings) < descent.among_causes(&model, settings) - SAME;
