@@ -28,6 +28,9 @@ constexpr int kMostRounds = 10;
 constexpr double kCostRounding = 1e-12;
 // Steps that polish at most. Large residuals make each leave a share of what was left.
 constexpr int kMostPolishing = 50;
+// Least share of a step that polishes: along a weak direction chi-square may be curved some times more than its
+// linearisation, and a full step then goes too far.
+constexpr double kLeastShare = 1.0 / 16.0;
 // Reduced systems up to this size are dense: looking up the blocks of a sparse one, for every pair of images of every
 // point, takes longer than the dense factorisation.
 constexpr int kLargestDense = 1000;
@@ -110,16 +113,31 @@ ceres::Solver::Options CeresOptions(const Adjustment& adjustment, const SolveOpt
 }
 
 // Ceres takes no step that does not reduce chi-square, whose rounding hides the last of what there is to gain. The
-// decrement has its digits from the gradient: full steps, from Ceres' derivatives, for as long as it falls. Gives the
-// steps taken; `normal` is that of the last state.
+// decrement has its digits from the gradient: steps from Ceres' derivatives, halved where it rises, for as long as it
+// falls. Gives the steps taken; `normal` is that of the last state.
 int Polish(const ProblemView& view, Adjustment& adjustment, double asked, std::optional<Normal>& normal) {
-  double least = normal->Decrement();
-  for (int step = 1; step <= kMostPolishing; ++step) {
-    adjustment.Move(normal->Step());
+  const auto move = [&](const std::vector<double>& step, double share) {
+    std::vector<double> part(step);
+    for (double& value : part) value *= share;
+    adjustment.Move(part);
     normal.emplace(view, adjustment, true);
     normal->Factorise();
-    const double left = normal->Decrement();
-    if (left <= asked || !(left < least)) return step;
+    return normal->Decrement();
+  };
+  double least = normal->Decrement();
+  for (int steps = 0; steps < kMostPolishing; ++steps) {
+    const std::vector<double> step = normal->Step();
+    double share = 1.0;
+    double left = move(step, share);
+    while (!(left < least) && share > kLeastShare) {
+      share *= 0.5;
+      left = move(step, -share);  // half of the way back
+    }
+    if (!(left < least)) {
+      move(step, -share);
+      return steps;
+    }
+    if (left <= asked) return steps + 1;
     least = left;
   }
   return kMostPolishing;
@@ -173,8 +191,13 @@ Solution Solve(const ProblemView& view, const SolveOptions& options, const Progr
     // The certificate: is there information in every direction, and what would a full step still gain?
     std::optional<Normal> normal(std::in_place, view, adjustment, true);
     normal->Factorise();
-    const double left = normal->Decrement();
+    double left = normal->Decrement();
     const double allowed = std::max(options.chi_square_change, 2.0 * solution.cost * kCostRounding);
+    // The rounding of chi-square may hide more than is allowed: round after round takes no step.
+    if (stopped && !(left < allowed) && round == kMostRounds) {
+      solution.iterations += Polish(view, adjustment, allowed, normal);
+      left = normal->Decrement();
+    }
     if (left < allowed && stopped) {
       solution.outcome = Outcome::kConverged;
       // Less than usual is asked for: as far as the gradient tells.
