@@ -26,6 +26,9 @@ constexpr int kMostRounds = 10;
 // Chi-square itself is not known better than this share of it: differences of coordinates of some thousand pixels keep
 // 1e-12 px, and are squared and summed.
 constexpr double kCostRounding = 1e-12;
+// What a full step may still gain, in units of what is allowed, for rounding to be the reason that Ceres took none.
+// What keeps it from a larger gain is something else, such as an effect that fails there.
+constexpr double kMostHidden = 10.0;
 // Steps that polish at most. Large residuals make each leave a share of what was left.
 constexpr int kMostPolishing = 50;
 // Least share of a step that polishes: along a weak direction chi-square may be curved some times more than its
@@ -194,7 +197,8 @@ Solution Solve(const ProblemView& view, const SolveOptions& options, const Progr
     double left = normal->Decrement();
     const double allowed = std::max(options.chi_square_change, 2.0 * solution.cost * kCostRounding);
     // The rounding of chi-square may hide more than is allowed: round after round takes no step.
-    if (stopped && !(left < allowed) && round == kMostRounds) {
+    const bool hidden = left >= allowed && left < kMostHidden * allowed;
+    if (stopped && hidden && round == kMostRounds) {
       solution.iterations += Polish(view, adjustment, allowed, normal);
       left = normal->Decrement();
     }
