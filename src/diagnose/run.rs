@@ -168,12 +168,12 @@ fn diagnose_as_it_is(whole: &Block, model: &Model, settings: &Settings<'_>) -> R
     let (model, known) = with_known(whole, model);
     known.iter().for_each(|known| tell(&format!("{} is known: {}", known.effect, known.source)));
     let base = base(whole, &model, settings)?;
-    let stated = base.as_stated(whole, &model, settings)?;
+    let stated = base.at_least_as_stated(whole, &model, settings)?;
     let mut descent = Descent::from(whole, base, settings)?;
     if let Some(stated) = stated {
         // A camera that is not determined is known before the second descent.
         descent.improvement.to_the_last_digit(settings)?;
-        tell("the same with the survey as precise as stated");
+        tell("the same with the survey at least as precise as stated");
         let other = Descent::from(whole, stated, settings)?;
         let lower = other.among_causes(&model, settings) < descent.among_causes(&model, settings) - SAME;
         // Where both end alike, the one that began at the user's model says what was wrong with that.
@@ -213,22 +213,38 @@ pub struct Base {
 }
 
 impl Base {
-    /// The same with the survey as precise as `model` states; `None` where it is at least as precise. What a cause does
-    /// to surveyed points looks like a survey that is less precise than stated, and beside one the cause does not pay:
-    /// the objective decides between the two once causes are in. A survey that is more precise hides nothing.
+    /// The same with no group of the survey less precise than `model` states; `None` where none is. What a cause does to
+    /// surveyed points looks like a survey that is less precise than stated, and beside one the cause does not pay: the
+    /// objective decides between the two once causes are in. A group that is more precise stays so: it hides nothing,
+    /// and beside it a cause is seen that its stated precision would hide.
     ///
     /// # Errors
     /// A wish to stop.
-    pub fn as_stated(&self, whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Option<Self>, RunError> {
-        if !weights::is_looser(&self.fit.model, model) {
-            return Ok(None);
-        }
-        let Some(stated) = weights::with_survey_of(&self.fit.model, model) else { return Ok(None) };
-        match fit(&self.search.block(whole), &stated, Some(&self.fit), &settings.options) {
-            Ok(fit) => Ok(Some(Self { search: self.search.clone(), fit, objective: 0.0 })),
+    pub fn at_least_as_stated(
+        &self,
+        whole: &Block,
+        model: &Model,
+        settings: &Settings<'_>,
+    ) -> Result<Option<Self>, RunError> {
+        let Some(stated) = weights::at_least_as_precise(&self.fit.model, model) else { return Ok(None) };
+        let block = self.search.block(whole);
+        let added = Added { own: stated.effects.len(), ..Default::default() };
+        let based = fit(&block, &stated, Some(&self.fit), &settings.options).and_then(|fit| {
+            let objective = objective(&block, &fit, &added, settings)?;
+            Ok(Self { search: self.search.clone(), fit, objective })
+        });
+        match based {
             Err(error) if settings.options.stop.is_raised() => Err(error),
-            Err(_) => Ok(None),
+            based => Ok(based.ok()),
         }
+    }
+}
+
+/// The objective of the fit of a base: zero with the survey as precise as stated.
+fn objective(block: &Block, fit: &Fit, added: &Added, settings: &Settings<'_>) -> Result<f64, RunError> {
+    match weights::is_as_stated(&fit.model) {
+        true => Ok(0.0),
+        false => weights::objective(block, fit, added, settings),
     }
 }
 
@@ -245,10 +261,7 @@ pub fn base(whole: &Block, model: &Model, settings: &Settings<'_>) -> Result<Bas
     let block = search.block(whole);
     let weighing = Weighing { block: &block, added: &added, settings };
     let fit = weighing.likeliest(fitted)?;
-    let objective = match weights::is_as_stated(&fit.model) {
-        true => 0.0,
-        false => weights::objective(&block, &fit, &added, settings)?,
-    };
+    let objective = objective(&block, &fit, &added, settings)?;
     drop(block);
     Ok(Base { search, fit, objective })
 }

@@ -61,7 +61,7 @@ impl Step<'_> {
             let whole = set_aside::without(&source.block, &fixed, Path::new("outliers.csv"))?;
             let found = base(&whole, &model, settings)?;
             // What is missing can make a survey look imprecise: the weights are a step of their own.
-            let Base { search, fit, .. } = found.as_stated(&whole, &model, settings)?.unwrap_or(found);
+            let Base { search, fit, .. } = found.at_least_as_stated(&whole, &model, settings)?.unwrap_or(found);
             let block = search.block(&whole).into_owned();
             let improvement = match parts {
                 Some(parts) => Improvement::with(&block, fit, parts, settings)?,

@@ -231,9 +231,20 @@ pub fn is_as_stated(model: &Model) -> bool {
     of_coordinates(model).into_iter().all(|factor| factor == 1.0)
 }
 
-/// Is a group of the survey less precise in `model` than stated?
-pub fn is_looser(model: &Model, stated: &Model) -> bool {
-    of_coordinates(model).into_iter().zip(of_coordinates(stated)).any(|(own, stated)| own > stated)
+/// `model` with no group of the survey less precise than `stated`; `None` where none is.
+pub fn at_least_as_precise(model: &Model, stated: &Model) -> Option<Model> {
+    let mut other = model.clone();
+    let (own, stated_factors) = (&mut other.sigma_factors, stated.sigma_factors);
+    own.control = own.control.min(stated_factors.control);
+    own.control_z = own.control_z.min(stated_factors.control_z);
+    own.gnss = own.gnss.min(stated_factors.gnss);
+    own.gnss_z = own.gnss_z.min(stated_factors.gnss_z);
+    for (flight, own) in &mut other.flight_factors {
+        if let Some(stated) = stated.flight_factors.get(flight) {
+            (own.gnss, own.gnss_z) = (own.gnss.min(stated.gnss), own.gnss_z.min(stated.gnss_z));
+        }
+    }
+    (!same(&other, model)).then_some(other)
 }
 
 /// What the groups of the survey cost, whose precision in `model` is not the stated one, when they compete with causes:
