@@ -15,7 +15,7 @@
 //!
 //! A pass over the points takes each of them out of all columns (`rows`), one factorisation takes cameras and poses
 //! out. A second pass projects chosen columns row by row ([`NullModel::parts`]): what is left of a column of which the
-//! base takes 99.9 % keeps its digits there, and the parts of `s` and `M` by image and by cell of the sensor come with
+//! base takes 99.9 % keeps its digits there, and the parts of `s` and `M` by image and by part of the sensor come with
 //! it.
 //!
 //! Unknowns, normal equations and rows are those of the native solver ([`crate::adjust::native`]).

@@ -1,8 +1,8 @@
-//! Chosen columns projected row by row, and what each image, and each cell of the sensor, has of their score and
+//! Chosen columns projected row by row, and what each image, and each part of the sensor, has of their score and
 //! information.
 
 use super::batch::By;
-use super::cells::SensorCells;
+use super::cells::{GROUPINGS, SensorCells};
 use super::dense_columns::{Information, Informations};
 use super::products::LANES;
 use super::source::{Carry, EffectEntry, Source};
@@ -17,16 +17,16 @@ use std::sync::Arc;
 /// Score and information over some columns.
 pub type Part = (DVector<f64>, DMatrix<f64>);
 
-/// Parts of score and information: rows of an image are one unit that may err together, and so are those in a cell of
-/// the sensor.
+/// Parts of score and information: rows of an image are one unit that may err together, and so are those at one place
+/// of the sensor.
 #[derive(Debug, Clone)]
 pub struct Parts {
     /// Columns of effects, in the order of the null model, that were projected.
     pub columns: Vec<usize>,
     /// Per image; last what belongs to none.
     pub of_images: Vec<Part>,
-    /// Per cell of the sensor; last what belongs to none.
-    pub of_cells: Vec<Part>,
+    /// Per place, per band of rows, and per band of columns of the sensor; each time last what belongs to none.
+    pub of_sensor: [Vec<Part>; GROUPINGS],
 }
 
 impl NullModel {
@@ -40,7 +40,7 @@ impl NullModel {
         let dense: Vec<usize> = columns.iter().copied().filter(is_dense).collect();
         let count = dense.len();
         if count == 0 {
-            return Ok(Parts { columns: dense, of_images: Vec::new(), of_cells: Vec::new() });
+            return Ok(Parts { columns: dense, of_images: Vec::new(), of_sensor: Default::default() });
         }
         let unknowns = system.moves.nrows();
         let mut moves = vec![0.0; unknowns * count];
@@ -102,8 +102,16 @@ impl NullModel {
         };
         let ranks = self.structure.rank.iter().map(|rank| *rank as usize).chain([images]);
         let mut of_images: Vec<Part> = ranks.map(|rank| part(&by_rank[rank])).collect();
-        let mut of_cells: Vec<Part> = by_cell.iter().map(part).collect();
-        for of_none in [of_images.last_mut(), of_cells.last_mut()].into_iter().flatten() {
+        let nothing = || (DVector::zeros(count), DMatrix::zeros(count, count));
+        let mut of_sensor = cells.group_counts.map(|groups| vec![nothing(); groups + 1]);
+        for (cell, sums) in by_cell.iter().enumerate() {
+            let (score, information) = part(sums);
+            for (parts, group) in of_sensor.iter_mut().zip(cells.groups_of(cell)) {
+                parts[group].0 += &score;
+                parts[group].1 += &information;
+            }
+        }
+        for of_none in of_sensor.iter_mut().chain([&mut of_images]).filter_map(|parts| parts.last_mut()) {
             self.add_priors(of_none, &carry);
         }
         let information = Arc::make_mut(&mut system.information);
@@ -113,7 +121,7 @@ impl NullModel {
                 information[(*to, *other)] = of_images.iter().map(|(_, information)| information[(a, b)]).sum();
             }
         }
-        Ok(Parts { columns: dense, of_images, of_cells })
+        Ok(Parts { columns: dense, of_images, of_sensor })
     }
 
     /// Adds the priors, rows in which no column has an entry of its own, but the base's unknowns that go with it have

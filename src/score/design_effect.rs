@@ -13,7 +13,7 @@ const DESIGN_SIGMAS: f64 = 3.0;
 type Part = (DVector<f64>, DMatrix<f64>);
 
 /// Parts of score and information by cluster of measurements. Matching errs together within an image, and what nobody
-/// models of a sensor at one place of it.
+/// models of a sensor at one place, or along its rows or columns.
 #[derive(Debug, Clone)]
 pub struct Clusters {
     /// Per grouping and cluster, over the same columns.

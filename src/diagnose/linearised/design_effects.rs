@@ -43,12 +43,12 @@ impl Linearised {
         // Let go, so that what is changed need not be copied.
         drop(beside);
         (self.system.information, self.known) = (Arc::default(), Known::default());
-        let Parts { columns, mut of_images, mut of_cells } = self.null.parts(&mut self.scores, &columns)?;
+        let Parts { columns, of_images, of_sensor } = self.null.parts(&mut self.scores, &columns)?;
         columns.iter().enumerate().for_each(|(position, column)| self.clustered[*column] = Some(position));
         // Surveyed coordinates are no cluster: each is a measurement of its own.
-        of_images.pop();
-        of_cells.pop();
-        self.clusters = Clusters { groupings: vec![of_images, of_cells] };
+        let mut groupings: Vec<_> = [of_images].into_iter().chain(of_sensor).collect();
+        groupings.iter_mut().for_each(|parts| drop(parts.pop()));
+        self.clusters = Clusters { groupings };
         self.system = self.zero.of(&self.scores, &self.values);
         Ok(())
     }

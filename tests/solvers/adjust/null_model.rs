@@ -4,7 +4,7 @@ use crate::common::{effect, half_dike};
 use misclosure::block::Block;
 use misclosure::camera::{K1, K3};
 use misclosure::model::Model;
-use misclosure::null_model::{NoColumns, NullModel, Parts, SharedBase};
+use misclosure::null_model::{NoColumns, NullModel, Part, Parts, SharedBase};
 use misclosure::problem::{CameraPrior, Problem};
 use misclosure::scenario::add_noise;
 
@@ -90,13 +90,16 @@ fn parts_sum_to_what_the_null_model_says() {
     let scores = null.test(&NoColumns).expect("scores");
     let mut refined = scores.clone();
     let all: Vec<usize> = (0..scores.score.len()).collect();
-    let Parts { columns, of_images, of_cells } = null.parts(&mut refined, &all).expect("parts");
+    let Parts { columns, of_images, of_sensor } = null.parts(&mut refined, &all).expect("parts");
     assert_eq!(of_images.len(), block.images.len() + 1, "those of no image are the last");
-    assert!(of_cells.iter().filter(|(score, _)| score.iter().any(|value| *value != 0.0)).count() > 100);
+    let has_any = |(score, _): &&Part| score.iter().any(|value| *value != 0.0);
+    let count = |parts: &[Part]| parts[..parts.len() - 1].iter().filter(has_any).count();
+    let [places, rows, across] = of_sensor.each_ref().map(|parts| count(parts));
+    assert!(places > 100 && rows == 48 && across == 64, "{places} places, {rows} and {across} bands");
     assert!(columns.len() > 1 && columns.len() < all.len(), "values per image are not projected");
     for (a, one) in columns.iter().enumerate() {
         let size = scores.information[(*one, *one)].sqrt();
-        for parts in [&of_images, &of_cells] {
+        for parts in of_sensor.iter().chain([&of_images]) {
             let sum: f64 = parts.iter().map(|(score, _)| score[a]).sum();
             let first = scores.score[*one];
             assert!((sum - first).abs() < PASSES * size, "score of {one}: {sum} for {first}");
@@ -110,6 +113,6 @@ fn parts_sum_to_what_the_null_model_says() {
         assert_eq!(of_images.iter().map(|(score, _)| score[a]).sum::<f64>(), refined.score[*one]);
     }
     let per_image: Vec<usize> = all.iter().copied().filter(|column| !columns.contains(column)).collect();
-    let Parts { columns, of_images, of_cells } = null.parts(&mut refined, &per_image).expect("nothing is projected");
-    assert!(columns.is_empty() && of_images.is_empty() && of_cells.is_empty());
+    let Parts { columns, of_images, of_sensor } = null.parts(&mut refined, &per_image).expect("nothing is projected");
+    assert!(columns.is_empty() && of_images.is_empty() && of_sensor.iter().all(Vec::is_empty));
 }

@@ -104,8 +104,8 @@ fn score_bits(block: &Block, threads: usize) -> Vec<u64> {
         [scores.score.as_slice(), scores.information.as_slice(), &scores.squares, &scores.held, &scores.length]
             .concat();
     let columns: Vec<usize> = (0..scores.score.len()).collect();
-    let Parts { of_images, of_cells, .. } = null.parts(&mut scores, &columns).expect("parts");
-    let parts = of_images.iter().chain(&of_cells);
+    let Parts { of_images, of_sensor, .. } = null.parts(&mut scores, &columns).expect("parts");
+    let parts = of_images.iter().chain(of_sensor.iter().flatten());
     let by_part = parts.flat_map(|(score, information)| score.iter().chain(information.iter()));
     by_pass.iter().chain(by_part).map(|number| number.to_bits()).collect()
 }
