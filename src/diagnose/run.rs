@@ -213,10 +213,10 @@ pub struct Base {
 }
 
 impl Base {
-    /// The same with no group of the survey less precise than `model` states; `None` where none is. What a cause does to
-    /// surveyed points looks like a survey that is less precise than stated, and beside one the cause does not pay: the
-    /// objective decides between the two once causes are in. A group that is more precise stays so: it hides nothing,
-    /// and beside it a cause is seen that its stated precision would hide.
+    /// The same with no group of the survey less precise than `model` states; `None` where none is. What a cause does
+    /// to surveyed points looks like a survey that is less precise than stated, and beside one the cause does not pay:
+    /// the objective decides between the two once causes are in. A group that is more precise stays so: it hides
+    /// nothing, and beside it a cause is seen that its stated precision would hide.
     ///
     /// # Errors
     /// A wish to stop.

@@ -10,8 +10,8 @@ const CELLS: [usize; 2] = [64, 48];
 /// Cells along each side of a place: of a pattern of the sensor that nobody models, each place has a part of its own.
 const PLACE: usize = 4;
 
-/// Ways to put cells together that may err alike: to places, to bands of rows, and to bands of columns. A sensor is made
-/// of parts and read out by rows: its patterns may be the same along a whole row or column, and add up there.
+/// Ways to put cells together that may err alike: to places, to bands of rows, and to bands of columns. A sensor is
+/// made of parts and read out by rows: its patterns may be the same along a whole row or column, and add up there.
 pub(super) const GROUPINGS: usize = 3;
 
 /// Cells of the sensors of all cameras.
