@@ -1,5 +1,4 @@
-//! Cells of the sensor: what measurements err alike by that were made at the same place, in the same rows or in the
-//! same columns of it.
+//! Cells of the sensor: measurements at the same place, in the same rows or in the same columns of it may err alike.
 
 use crate::effects::ImageContext;
 use crate::problem::Problem;
@@ -7,12 +6,16 @@ use crate::problem::Problem;
 /// Cells along the long and the short side of a sensor: bands that are narrow beside the waves of a sensor's pattern,
 /// and enough of them to know a variance by.
 const CELLS: [usize; 2] = [64, 48];
-/// Cells along each side of a place: of a pattern of the sensor that nobody models, each place has a part of its own.
+/// Cells along each side of a place, in which an unmodelled pattern of the sensor is nearly constant.
 const PLACE: usize = 4;
 
 /// Ways to put cells together that may err alike: to places, to bands of rows, and to bands of columns. A sensor is
 /// made of parts and read out by rows: its patterns may be the same along a whole row or column, and add up there.
 pub(super) const GROUPINGS: usize = 3;
+/// Cells of a camera.
+const EACH: usize = CELLS[0] * CELLS[1];
+/// Groups of a camera; the sensor may lie or stand.
+const GROUPS_EACH: [usize; GROUPINGS] = [EACH / (PLACE * PLACE), CELLS[0], CELLS[0]];
 
 /// Cells of the sensors of all cameras.
 pub(super) struct SensorCells {
@@ -20,37 +23,34 @@ pub(super) struct SensorCells {
     of_images: Vec<(u32, [usize; 2], [f64; 2])>,
     /// Number of cells.
     pub count: usize,
-    /// Number of groups of each grouping.
+    /// Number of groups of each grouping, all cameras together.
     pub group_counts: [usize; GROUPINGS],
-    /// Groups of each cell.
-    groups: Vec<[usize; GROUPINGS]>,
+    /// Of each camera: the number of cells along x.
+    across: Vec<usize>,
 }
 
 impl SensorCells {
     pub fn new(problem: &Problem) -> Self {
-        let [long, short] = CELLS;
-        let each = long * short;
-        let groups_each = [each / (PLACE * PLACE), long, long];
         let cameras = problem.camera_free.len();
-        let mut groups = vec![[0; GROUPINGS]; cameras * each];
-        let mut of_image = |image: &ImageContext| {
+        let mut across = vec![CELLS[0]; cameras];
+        let of_image = |image: &ImageContext| {
             let (width, height) = (image.width_px, image.height_px);
+            let [long, short] = CELLS;
             let [nx, ny] = if width >= height { [long, short] } else { [short, long] };
-            let camera = image.camera as usize;
-            for (cell, to) in groups[camera * each..][..each].iter_mut().enumerate() {
-                let (x, y) = (cell % nx, cell / nx);
-                let own = [y / PLACE * (nx / PLACE) + x / PLACE, y, x];
-                *to = std::array::from_fn(|grouping| camera * groups_each[grouping] + own[grouping]);
-            }
-            ((camera * each) as u32, [nx, ny], [width / nx as f64, height / ny as f64])
+            across[image.camera as usize] = nx;
+            ((image.camera as usize * EACH) as u32, [nx, ny], [width / nx as f64, height / ny as f64])
         };
-        let of_images = problem.image_contexts.iter().map(&mut of_image).collect();
-        Self { of_images, count: cameras * each, group_counts: groups_each.map(|count| cameras * count), groups }
+        let of_images = problem.image_contexts.iter().map(of_image).collect();
+        Self { of_images, count: cameras * EACH, group_counts: GROUPS_EACH.map(|groups| cameras * groups), across }
     }
 
-    /// Groups of a cell; what is in no cell is in none.
+    /// Groups of a cell. The number behind the last group stands for rows that belong to no cell.
     pub fn groups_of(&self, cell: usize) -> [usize; GROUPINGS] {
-        self.groups.get(cell).copied().unwrap_or(self.group_counts)
+        let camera = cell / EACH;
+        let Some(nx) = self.across.get(camera) else { return self.group_counts };
+        let (x, y) = (cell % EACH % nx, cell % EACH / nx);
+        let own = [y / PLACE * (nx / PLACE) + x / PLACE, y, x];
+        std::array::from_fn(|grouping| camera * GROUPS_EACH[grouping] + own[grouping])
     }
 
     /// Cell of a place in an image; beyond the sensor the nearest one.
